@@ -12,9 +12,9 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use emu_ap101::Ap101;
 use emu_ap101::chips::AP101;
 use emu_core::Cpu;
-use emu_core::cpu::END_OF_TIME;
+use emu_core::cpu::LAST_CYCLE;
 use emu_core::image::{Image, Segment};
-use emu_core::pins::{Level, Time};
+use emu_core::pins::{PinLevel, CycleTime};
 
 /// Cycles of one measurement.
 const CYCLES: u64 = 1_000_000;
@@ -56,7 +56,7 @@ fn long() -> Vec<String> {
 }
 
 fn machine<'a>(lines: impl Iterator<Item = &'a str>, inputs: u16, outputs: u16) -> Ap101 {
-    let words = lines.map(|line| emu_asm::line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {error}")));
+    let words = lines.map(|line| emu_asm::assemble_line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {error}")));
     let code = words.flatten().flat_map(u16::to_le_bytes).collect();
     let segments = vec![
         Segment { space: "code", addr: 0, bytes: code },
@@ -64,8 +64,8 @@ fn machine<'a>(lines: impl Iterator<Item = &'a str>, inputs: u16, outputs: u16) 
     ];
     let mut machine = Ap101::new(&Image { segments, ..Image::default() });
     // With something to come it does not halt, and every cycle is run.
-    machine.set_skip(false);
-    machine.drive(Time::at(END_OF_TIME), 0, Level::Low);
+    machine.set_skip_idle_loops(false);
+    machine.drive(CycleTime::at(LAST_CYCLE), 0, PinLevel::Low);
     machine
 }
 

@@ -26,10 +26,10 @@ fn run(c: &mut Criterion) {
     group.throughput(Throughput::Elements(CYCLES));
     for (name, source) in programs::PROGRAMS {
         let mut avr = machine(source);
-        avr.set_skip(false);
+        avr.set_skip_idle_loops(false);
         group.bench_function(*name, |b| b.iter(|| black_box(avr.run(avr.cycle() + CYCLES, &mut ()))));
         if *name == "poll" {
-            avr.set_skip(true);
+            avr.set_skip_idle_loops(true);
             group
                 .bench_function("poll, jumping over", |b| b.iter(|| black_box(avr.run(avr.cycle() + CYCLES, &mut ()))));
         }
@@ -40,11 +40,11 @@ fn run(c: &mut Criterion) {
 /// A ladder scan that nearly fills its period, so that little of the time is spent waiting.
 fn scan(c: &mut Criterion) {
     let program = ladder::parse("scan.ld", include_str!("programs/scan.ld")).expect("a sound program").program;
-    let options = ladder_compile::Options { mcu: ATMEGA328P.name.to_owned(), ..Default::default() };
+    let options = ladder_compile::CompileOptions { mcu: ATMEGA328P.name.to_owned(), ..Default::default() };
     let compiled = ladder_compile::compile(&program, &options).expect("a program that fits");
-    let loaded = image::load_hex("scan", compiled.hex.as_bytes(), ATMEGA328P.hex).expect("a sound image");
+    let loaded = image::load_hex("scan", compiled.hex.as_bytes(), ATMEGA328P.hex_spaces).expect("a sound image");
     let mut avr = Avr::new(&ATMEGA328P, &loaded.image, RamInit::Random(1));
-    avr.set_skip(false);
+    avr.set_skip_idle_loops(false);
     let mut group = c.benchmark_group("avr");
     group.throughput(Throughput::Elements(CYCLES));
     group.bench_function("scan", |b| b.iter(|| black_box(avr.run(avr.cycle() + CYCLES, &mut ()))));

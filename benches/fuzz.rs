@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use emu_check::fuzz::{FAMILIES, Plan, program, trial};
+use emu_check::fuzz::{FAMILIES, CampaignPlan, generate_program, run_trial};
 
 /// Programs of one measurement.
 const PROGRAMS: u64 = 40;
@@ -19,14 +19,14 @@ fn fuzz(c: &mut Criterion) {
     let mut group = c.benchmark_group("fuzz");
     group.sample_size(10);
     for mcu in FAMILIES {
-        let target = ladder_compile::target(mcu);
+        let target = ladder_compile::find_target(mcu);
         // Those that the chip can express, so that each is a check.
-        let fits = |number: &u64| target.is_some_and(|target| program(1, *number).1.fits(target));
+        let fits = |number: &u64| target.is_some_and(|target| generate_program(1, *number).1.is_supported_by(target));
         let numbers: Vec<u64> = (0..).filter(fits).take(PROGRAMS as usize).collect();
-        let plan = Plan { seed: 1, programs: u64::MAX, scans: 100, mcus: vec![mcu.to_owned()] };
+        let plan = CampaignPlan { seed: 1, programs: u64::MAX, scans: 100, mcus: vec![mcu.to_owned()] };
         group.throughput(Throughput::Elements(PROGRAMS));
         group.bench_function(mcu, |b| {
-            b.iter(|| numbers.iter().for_each(|&number| _ = black_box(trial(&plan, number, LIMIT))));
+            b.iter(|| numbers.iter().for_each(|&number| _ = black_box(run_trial(&plan, number, LIMIT))));
         });
     }
     group.finish();

@@ -31,7 +31,7 @@ const PROGRAMS: &[(&str, &[u8])] = &[
 
 fn machine(name: &str, hex: &[u8]) -> Pic16 {
     let chip = chips::chip("pic16f873").expect("a PIC16F873");
-    let loaded = load_hex(name, hex, chip.hex).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+    let loaded = load_hex(name, hex, chip.hex_spaces).unwrap_or_else(|e| panic!("{name}: {e:?}"));
     Pic16::with(chip, &loaded.image, RamInit::Random(1), Options { hz: HZ, ..Options::default() })
 }
 

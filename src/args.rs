@@ -2,7 +2,7 @@
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use emu_core::chip::Chip;
-use ladder::Dialect;
+use ladder::LadderDialect;
 
 use crate::{
     asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, family, fuzz, lockstep, run, shell, sim,
@@ -33,21 +33,21 @@ Exit codes:
 /// Cycle-accurate microcontroller emulators, and a ladder compiler that is checked on them, bit for bit.
 #[derive(Debug, Parser)]
 #[command(name = "emu", version, after_help = TOUR, max_term_width = 100, arg_required_else_help = true)]
-pub struct Cli {
+pub struct CommandLine {
     /// Colours in messages: auto, always or never; auto looks at the terminal, NO_COLOR and CLICOLOR_FORCE.
     #[arg(long, global = true, value_name = "WHEN", default_value = "auto", hide_possible_values = true)]
-    pub color: Color,
+    pub color: ColorChoice,
     /// Draw warnings and notes with their source lines, as errors are, not one line each.
     #[arg(long, global = true)]
     pub verbose: bool,
     /// What to do.
     #[command(subcommand)]
-    pub verb: Verb,
+    pub verb: CliVerb,
 }
 
 /// When messages are coloured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Color {
+pub enum ColorChoice {
     /// On a terminal.
     Auto,
     /// Everywhere.
@@ -58,7 +58,7 @@ pub enum Color {
 
 /// What `emu` can do.
 #[derive(Debug, Subcommand)]
-pub enum Verb {
+pub enum CliVerb {
     /// Compile a ladder program, run it on the chip, compare every scan with the reference.
     Check(check::CheckArgs),
     /// Run a HEX or ELF image, or an assembly source, on an emulated chip.
@@ -95,52 +95,52 @@ pub enum Verb {
     Man(shell::ManArgs),
 }
 
-impl Verb {
+impl CliVerb {
     /// True when the result, errors included, is to be JSON.
     pub fn json(&self) -> bool {
         match self {
-            Verb::Run(args) => args.json,
-            Verb::Disasm(args) => args.json,
-            Verb::Asm(args) => args.json,
-            Verb::Chips(args) => args.json,
-            Verb::Check(args) => args.json,
-            Verb::Sim(args) => args.json,
-            Verb::Fuzz(args) => args.json,
-            Verb::Compile(args) => args.json,
-            Verb::Lockstep(args) => args.json,
-            Verb::Diff(args) => args.json,
-            Verb::Dap(_) | Verb::Debug(_) | Verb::Wave(_) | Verb::Draw(_) | Verb::Explain(_) => false,
-            Verb::Completions(_) | Verb::Man(_) => false,
+            CliVerb::Run(args) => args.json,
+            CliVerb::Disasm(args) => args.json,
+            CliVerb::Asm(args) => args.json,
+            CliVerb::Chips(args) => args.json,
+            CliVerb::Check(args) => args.json,
+            CliVerb::Sim(args) => args.json,
+            CliVerb::Fuzz(args) => args.json,
+            CliVerb::Compile(args) => args.json,
+            CliVerb::Lockstep(args) => args.json,
+            CliVerb::Diff(args) => args.json,
+            CliVerb::Dap(_) | CliVerb::Debug(_) | CliVerb::Wave(_) | CliVerb::Draw(_) | CliVerb::Explain(_) => false,
+            CliVerb::Completions(_) | CliVerb::Man(_) => false,
         }
     }
 
     /// The verb as typed.
     pub fn name(&self) -> &'static str {
         match self {
-            Verb::Run(_) => "run",
-            Verb::Debug(_) => "debug",
-            Verb::Dap(_) => "dap",
-            Verb::Check(_) => "check",
-            Verb::Compile(_) => "compile",
-            Verb::Asm(_) => "asm",
-            Verb::Sim(_) => "sim",
-            Verb::Fuzz(_) => "fuzz",
-            Verb::Wave(_) => "wave",
-            Verb::Diff(_) => "diff",
-            Verb::Disasm(_) => "disasm",
-            Verb::Lockstep(_) => "lockstep",
-            Verb::Draw(_) => "draw",
-            Verb::Chips(_) => "chips",
-            Verb::Explain(_) => "explain",
-            Verb::Completions(_) => "completions",
-            Verb::Man(_) => "man",
+            CliVerb::Run(_) => "run",
+            CliVerb::Debug(_) => "debug",
+            CliVerb::Dap(_) => "dap",
+            CliVerb::Check(_) => "check",
+            CliVerb::Compile(_) => "compile",
+            CliVerb::Asm(_) => "asm",
+            CliVerb::Sim(_) => "sim",
+            CliVerb::Fuzz(_) => "fuzz",
+            CliVerb::Wave(_) => "wave",
+            CliVerb::Diff(_) => "diff",
+            CliVerb::Disasm(_) => "disasm",
+            CliVerb::Lockstep(_) => "lockstep",
+            CliVerb::Draw(_) => "draw",
+            CliVerb::Chips(_) => "chips",
+            CliVerb::Explain(_) => "explain",
+            CliVerb::Completions(_) => "completions",
+            CliVerb::Man(_) => "man",
         }
     }
 }
 
 /// The chip of an image.
 #[derive(Debug, Args)]
-pub struct Mcu {
+pub struct McuFlags {
     /// The chip, such as `atmega328p` (`emu chips` lists them). Default: the one that the file names: an ELF file of avr-gcc, a HEX
     /// file in a comment, a source by `list p=`, `.device` or the maker's file that it includes.
     #[arg(long = "mcu", value_name = "CHIP", value_parser = family::ChipParser, hide_possible_values = true)]
@@ -149,21 +149,21 @@ pub struct Mcu {
 
 /// How a ladder program is read.
 #[derive(Debug, Args)]
-pub struct Ladder {
+pub struct LadderFlags {
     /// The program, a .ld file; - is standard input.
     #[arg(value_name = "PROGRAM.ld")]
     pub file: String,
     /// What its elements mean: ldmicro-2.3 or ldmicro-5. By default what its header stands for (0.1: ldmicro-2.3,
     /// 0.2: ldmicro-5).
-    #[arg(long, value_name = "DIALECT", value_parser = dialect)]
-    pub dialect: Option<Dialect>,
+    #[arg(long, value_name = "DIALECT", value_parser = parse_dialect)]
+    pub dialect: Option<LadderDialect>,
 }
 
 /// A dialect by its name.
-pub fn dialect(name: &str) -> Result<Dialect, String> {
+pub fn parse_dialect(name: &str) -> Result<LadderDialect, String> {
     match name {
-        "ldmicro-2.3" => Ok(Dialect::Ldmicro23),
-        "ldmicro-5" => Ok(Dialect::Ldmicro5),
+        "ldmicro-2.3" => Ok(LadderDialect::Ldmicro23),
+        "ldmicro-5" => Ok(LadderDialect::Ldmicro5),
         _ => Err("dialects are ldmicro-2.3 and ldmicro-5".to_owned()),
     }
 }

@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use diag::{Diagnostic, Severity};
-use emu_asm::{Assembled, Files, Options, Source};
-use emu_core::chip::{Chip, Family};
+use emu_asm::{AssembledProgram, IncludeFiles, AssembleOptions, SourceText};
+use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::{Image, write_hex, write_hex_aligned};
 use serde_json::json;
 
-use crate::args::Mcu;
-use crate::codes::{NOT_IN_HEX, about_file};
-use crate::compile::default_name;
-use crate::fail::{Failure, exit};
-use crate::report::{Terminal, Texts, report};
+use crate::args::McuFlags;
+use crate::codes::{NOT_IN_HEX, file_error};
+use crate::compile::default_image_name;
+use crate::fail::{VerbFailure, exit};
+use crate::report::{MessageStyle, FileTexts, report_diagnostics};
 use crate::{family, input, output};
 
 const EXAMPLES: &str = "\
@@ -39,7 +39,7 @@ pub struct AsmArgs {
     #[arg(value_name = "FILE.asm")]
     file: String,
     #[command(flatten)]
-    mcu: Mcu,
+    mcu: McuFlags,
     /// The Intel HEX file; - is standard output. Default: the source's name with .hex, in the current folder (standard output
     /// for a source from standard input).
     #[arg(short, long, value_name = "FILE")]
@@ -52,7 +52,7 @@ pub struct AsmArgs {
     #[arg(long, value_name = "FILE.eep")]
     eeprom: Option<String>,
     /// Define a name before the first line: NAME (1) or NAME=VALUE. Repeatable.
-    #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = define)]
+    #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = parse_define)]
     defines: Vec<(String, String)>,
     /// Look for included files here too, after the folder of the file that includes them. Repeatable.
     #[arg(short = 'I', long = "include", value_name = "FOLDER")]
@@ -62,7 +62,7 @@ pub struct AsmArgs {
     pub json: bool,
 }
 
-fn define(text: &str) -> Result<(String, String), String> {
+fn parse_define(text: &str) -> Result<(String, String), String> {
     let (name, value) = text.split_once('=').unwrap_or((text, "1"));
     let starts = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_' || c == '.');
     if starts && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$')) {
@@ -73,33 +73,33 @@ fn define(text: &str) -> Result<(String, String), String> {
 }
 
 /// Assembles a source. When anything fails no file is written.
-pub fn asm(args: &AsmArgs, terminal: &Terminal) -> Result<u8, Failure> {
-    let chip = args.mcu.choose(&args.file)?.chip;
-    if args.eeprom.is_some() && chip.eeprom == 0 {
-        return Err(Failure::Usage(format!("--eeprom is for chips with an EEPROM; {} has none", chip.name)));
+pub fn asm(args: &AsmArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    let chip = args.mcu.choose_chip(&args.file)?.chip;
+    if args.eeprom.is_some() && chip.eeprom_bytes == 0 {
+        return Err(VerbFailure::Usage(format!("--eeprom is for chips with an EEPROM; {} has none", chip.name)));
     }
-    let hex = args.output.clone().unwrap_or_else(|| default_name(&args.file));
+    let hex = args.output.clone().unwrap_or_else(|| default_image_name(&args.file));
     let mut outputs = vec![("--output", hex.as_str())];
     outputs.extend(args.listing.as_deref().map(|file| ("--listing", file)));
     outputs.extend(args.eeprom.as_deref().map(|file| ("--eeprom", file)));
     let printed = args.json.then_some(("--json", "-"));
     let all: Vec<_> = printed.into_iter().chain(outputs.iter().copied()).collect();
-    output::owners(&all)?;
-    output::spares(&args.file, &all)?;
-    let mut assembled = assemble(&args.file, &input::bytes(&args.file)?, chip, &args.defines, &args.folders)?;
+    output::check_distinct_outputs(&all)?;
+    output::check_input_not_overwritten(&args.file, &all)?;
+    let mut assembled = assemble(&args.file, &input::read_bytes(&args.file)?, chip, &args.defines, &args.folders)?;
     for (included, _) in assembled.texts.all() {
-        output::spares(included, &all)?;
+        output::check_input_not_overwritten(included, &all)?;
     }
     let mut texts = vec![(hex.as_str(), hex_of(&assembled, chip))];
     texts.extend(args.listing.as_deref().map(|file| (file, assembled.listing.to_string())));
     texts.extend(args.eeprom.as_deref().map(|file| (file, eeprom_of(&assembled.image))));
     let files: Vec<(&str, &[u8])> = texts.iter().map(|(file, text)| (*file, text.as_bytes())).collect();
-    output::files(&files)?;
-    left_out(&mut assembled, chip, args);
+    output::write_files(&files)?;
+    warn_unwritten_memories(&mut assembled, chip, args);
     if args.json {
-        output::json(&document(&assembled, chip))?;
+        output::print_json(&document(&assembled, chip))?;
     } else {
-        tell(terminal, assembled);
+        report_warnings(terminal, assembled);
     }
     Ok(exit::OK)
 }
@@ -111,15 +111,15 @@ pub fn is_source(file: &str) -> bool {
 }
 
 /// The image of a source, with its symbols and lines; warnings are told.
-pub fn image(file: &str, bytes: &[u8], chip: &'static Chip, terminal: &Terminal) -> Result<Image, Failure> {
+pub fn assemble_image(file: &str, bytes: &[u8], chip: &'static Chip, terminal: &MessageStyle) -> Result<Image, VerbFailure> {
     let mut assembled = assemble(file, bytes, chip, &[], &[])?;
     let image = std::mem::take(&mut assembled.image);
-    tell(terminal, assembled);
+    report_warnings(terminal, assembled);
     Ok(image)
 }
 
-fn tell(terminal: &Terminal, assembled: Assembled) {
-    report(terminal, &assembled.warnings, &texts(&assembled.texts));
+fn report_warnings(terminal: &MessageStyle, assembled: AssembledProgram) {
+    report_diagnostics(terminal, &assembled.warnings, &texts(&assembled.texts));
 }
 
 fn assemble(
@@ -128,32 +128,32 @@ fn assemble(
     chip: &'static Chip,
     defines: &[(String, String)],
     folders: &[PathBuf],
-) -> Result<Assembled, Failure> {
-    let chip_named = Some((|name| family::chip(name).ok()) as fn(&str) -> Option<&'static Chip>);
-    let options = Options { defines: defines.to_vec(), chip_named };
-    emu_asm::assemble(&Source { name: file, bytes }, chip, &options, &mut Disk { folders })
-        .map_err(|refused| Failure::Refused(refused.faults, texts(&refused.texts)))
+) -> Result<AssembledProgram, VerbFailure> {
+    let chip_named = Some((|name| family::parse_chip(name).ok()) as fn(&str) -> Option<&'static Chip>);
+    let options = AssembleOptions { defines: defines.to_vec(), find_chip: chip_named };
+    emu_asm::assemble(&SourceText { name: file, bytes }, chip, &options, &mut IncludeFolders { folders })
+        .map_err(|refused| VerbFailure::Refused(refused.diagnostics, texts(&refused.texts)))
 }
 
 /// The texts that were read.
-fn texts(read: &emu_asm::Texts) -> Texts {
-    Texts(read.all().map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).collect())
+fn texts(read: &emu_asm::SourceTexts) -> FileTexts {
+    FileTexts(read.all().map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).collect())
 }
 
 /// Included files.
-struct Disk<'a> {
+struct IncludeFolders<'a> {
     folders: &'a [PathBuf],
 }
 
-impl Files for Disk<'_> {
+impl IncludeFiles for IncludeFolders<'_> {
     fn open(&mut self, name: &str, from: &str) -> io::Result<(String, Vec<u8>)> {
         let beside = Path::new(from).parent().unwrap_or(Path::new(""));
         let folders = || std::iter::once(beside).chain(self.folders.iter().map(PathBuf::as_path));
         let mut first = None;
         let exact = folders().map(|folder| folder.join(name));
         // Sources from Windows name files in any case of letters.
-        for place in exact.chain(folders().filter_map(|folder| in_any_case(folder, name))) {
-            match input::read(&place.to_string_lossy()) {
+        for place in exact.chain(folders().filter_map(|folder| find_ignoring_case(folder, name))) {
+            match input::read_file(&place.to_string_lossy()) {
                 Ok(bytes) => return Ok((place.to_string_lossy().into_owned(), bytes)),
                 // That it is nowhere is told as of the first place; that it cannot be read where it is goes before.
                 Err(error) if error.kind() == io::ErrorKind::NotFound => _ = first.get_or_insert(error),
@@ -165,7 +165,7 @@ impl Files for Disk<'_> {
 }
 
 /// The file `name` in a folder, with the letters of its path in any case; of several the first.
-fn in_any_case(folder: &Path, name: &str) -> Option<PathBuf> {
+fn find_ignoring_case(folder: &Path, name: &str) -> Option<PathBuf> {
     name.split('/').try_fold(folder.to_owned(), |at, part| {
         if matches!(part, "" | "." | "..") || at.join(part).exists() {
             return Some(at.join(part));
@@ -178,15 +178,15 @@ fn in_any_case(folder: &Path, name: &str) -> Option<PathBuf> {
 }
 
 /// The image as Intel HEX, every memory in its window.
-fn hex_of(assembled: &Assembled, chip: &Chip) -> String {
+fn hex_of(assembled: &AssembledProgram, chip: &Chip) -> String {
     let placed = assembled.image.segments.iter().filter_map(|segment| {
-        let window = chip.hex.iter().find(|window| window.name == segment.space)?;
+        let window = chip.hex_spaces.iter().find(|window| window.name == segment.space)?;
         Some((window.start + segment.addr, segment.bytes.as_slice()))
     });
     let placed: Vec<_> = placed.collect();
     // Byte for byte the file that the family's usual assembler writes.
     match chip.family {
-        Family::Pic16 => write_hex_aligned(&placed, !assembled.is_inhx8m),
+        ChipFamily::Pic16 => write_hex_aligned(&placed, !assembled.is_inhx8m),
         _ => write_hex(&placed),
     }
 }
@@ -198,9 +198,9 @@ fn eeprom_of(image: &Image) -> String {
 }
 
 /// Warns of memories that the source fills and that no file was written for: Intel HEX of an AVR is its flash alone.
-fn left_out(assembled: &mut Assembled, chip: &Chip, args: &AsmArgs) {
+fn warn_unwritten_memories(assembled: &mut AssembledProgram, chip: &Chip, args: &AsmArgs) {
     let written =
-        |space: &str| chip.hex.iter().any(|window| window.name == space) || space == EEPROM && args.eeprom.is_some();
+        |space: &str| chip.hex_spaces.iter().any(|window| window.name == space) || space == EEPROM && args.eeprom.is_some();
     let mut missing: Vec<&str> = assembled.image.segments.iter().map(|segment| segment.space).collect();
     missing.dedup();
     missing.retain(|space| !written(space));
@@ -208,15 +208,15 @@ fn left_out(assembled: &mut Assembled, chip: &Chip, args: &AsmArgs) {
         let cause = format!("the HEX file does not hold what the source gives for the memory {space}");
         let hint =
             if space == EEPROM { "--eeprom FILE.eep writes it" } else { "`emu run` of the source itself takes it" };
-        Diagnostic { severity: Severity::Warning, ..about_file(NOT_IN_HEX, &args.file, cause, hint) }
+        Diagnostic { severity: Severity::Warning, ..file_error(NOT_IN_HEX, &args.file, cause, hint) }
     }));
 }
 
-fn document(assembled: &Assembled, chip: &Chip) -> serde_json::Value {
+fn document(assembled: &AssembledProgram, chip: &Chip) -> serde_json::Value {
     let size = |name: &str| -> usize {
         assembled.image.segments.iter().filter(|s| s.space == name).map(|s| s.bytes.len()).sum()
     };
-    let memories = chip.hex.iter().map(|window| (window.name, size(window.name))).filter(|(_, bytes)| *bytes > 0);
+    let memories = chip.hex_spaces.iter().map(|window| (window.name, size(window.name))).filter(|(_, bytes)| *bytes > 0);
     let memories: Vec<_> = memories.map(|(name, bytes)| json!({ "name": name, "bytes": bytes })).collect();
     let symbols = assembled.image.symbols.iter();
     let symbols: Vec<_> =

@@ -36,7 +36,7 @@ const ALIASES: &[(&str, &str, &str)] = &[
 
 /// Chips that differ from a row in electrical figures alone, and that row: the newer process (A) and the low-voltage versions (L, V).
 /// Data sheets: Microchip DS40001974 (ATmega8A), Atmel 8154 (16A), 8155 (32A), 8160 (64A), 8151 (128A); those of the rows have L and V.
-const VERSIONS: &[(&str, &str)] = &[
+const CHIP_VERSIONS: &[(&str, &str)] = &[
     ("atmega8a", "atmega8"),
     ("atmega8l", "atmega8"),
     ("atmega16a", "atmega16"),
@@ -58,9 +58,9 @@ const PREFIXES: &[(&str, &str)] =
     &[("", ""), ("", "at"), ("", "pic"), ("p", "pic"), ("m", "atmega"), ("mega", "atmega")];
 
 /// The row of the chip `name` (case aside): its own, or that of the chip of which it is a version.
-pub fn row(name: &str) -> Option<&'static Chip> {
+pub fn find_chip(name: &str) -> Option<&'static Chip> {
     let name = name.to_ascii_lowercase();
-    let name = VERSIONS.iter().find(|(version, _)| *version == name).map_or(name.as_str(), |(_, row)| row);
+    let name = CHIP_VERSIONS.iter().find(|(version, _)| *version == name).map_or(name.as_str(), |(_, row)| row);
     chips().find(|chip| chip.name == name)
 }
 
@@ -68,9 +68,9 @@ pub fn row(name: &str) -> Option<&'static Chip> {
 ///
 /// # Errors
 /// There is none of this name; says which is meant or lists all.
-pub fn chip(name: &str) -> Result<&'static Chip, String> {
+pub fn parse_chip(name: &str) -> Result<&'static Chip, String> {
     let name = name.trim().to_ascii_lowercase();
-    if let Some(chip) = row(&name) {
+    if let Some(chip) = find_chip(&name) {
         return Ok(chip);
     }
     // Names with more around them: PIC16F877-20/P, Arduino Uno.
@@ -79,7 +79,7 @@ pub fn chip(name: &str) -> Result<&'static Chip, String> {
     if let Some((_, chip, why)) = ALIASES.iter().find(|(alias, ..)| *alias == name || *alias == last) {
         return Err(format!("no chip of this name; the nearest is `{chip}`: {why} (`emu chips` lists all)"));
     }
-    let whole = |&(short, long): &(&str, &str)| row(&format!("{long}{}", plain.strip_prefix(short)?));
+    let whole = |&(short, long): &(&str, &str)| find_chip(&format!("{long}{}", plain.strip_prefix(short)?));
     let whole = PREFIXES.iter().find_map(whole).map(|chip| chip.name);
     // A number that is another by more than a letter is another chip.
     let near = || nearest(&name, chips().map(|chip| chip.name)).filter(|near| distance(&name, near) <= 1);
@@ -100,7 +100,7 @@ impl TypedValueParser for ChipParser {
     type Value = &'static Chip;
 
     fn parse_ref(&self, cmd: &Command, arg: Option<&Arg>, value: &OsStr) -> Result<Self::Value, Error> {
-        TypedValueParser::parse_ref(&(chip as fn(&str) -> _), cmd, arg, value)
+        TypedValueParser::parse_ref(&(parse_chip as fn(&str) -> _), cmd, arg, value)
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
@@ -129,9 +129,9 @@ impl TypedValueParser for ChipChoiceParser {
 
     fn parse_ref(&self, cmd: &Command, arg: Option<&Arg>, value: &OsStr) -> Result<Self::Value, Error> {
         let compiled = self.compiled;
-        let parse = move |name: &str| match chip(name) {
+        let parse = move |name: &str| match parse_chip(name) {
             _ if name.eq_ignore_ascii_case("all") => Ok(ChipChoice::All),
-            Ok(chip) if compiled && ladder_compile::chip(chip.name).is_none() => {
+            Ok(chip) if compiled && ladder_compile::find_chip(chip.name).is_none() => {
                 Err(format!("there is no compiler for {}", chip.name))
             }
             found => found.map(ChipChoice::One),
@@ -140,7 +140,7 @@ impl TypedValueParser for ChipChoiceParser {
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        let usable = |chip: &&Chip| !self.compiled || ladder_compile::chip(chip.name).is_some();
+        let usable = |chip: &&Chip| !self.compiled || ladder_compile::find_chip(chip.name).is_some();
         let names = chips().filter(usable).map(|chip| chip.name).collect::<Vec<_>>();
         Some(Box::new(["all"].into_iter().chain(names).map(PossibleValue::new)))
     }
@@ -160,11 +160,11 @@ mod tests {
 
     #[test]
     fn versions_have_the_row_of_their_chip() {
-        for (version, name) in VERSIONS {
+        for (version, name) in CHIP_VERSIONS {
             assert!(chips().all(|chip| chip.name != *version), "{version}");
-            assert_eq!(chip(&version.to_ascii_uppercase()).map(|chip| chip.name), Ok(*name), "{version}");
+            assert_eq!(parse_chip(&version.to_ascii_uppercase()).map(|chip| chip.name), Ok(*name), "{version}");
         }
-        assert!(row("atmega328pb").is_none(), "another chip");
+        assert!(find_chip("atmega328pb").is_none(), "another chip");
     }
 
     #[test]
@@ -183,10 +183,10 @@ mod tests {
             ("uno", "atmega328p"),
             ("atmega382p", "atmega328p"),
         ] {
-            let message = chip(name).expect_err(name);
+            let message = parse_chip(name).expect_err(name);
             assert!(message.contains(&format!("`{meant}`")), "{name}: {message}");
         }
-        assert_eq!(chip("ATmega328P").map(|chip| chip.name), Ok("atmega328p"));
-        assert!(chip("z80").expect_err("unknown").contains("chips are atmega"));
+        assert_eq!(parse_chip("ATmega328P").map(|chip| chip.name), Ok("atmega328p"));
+        assert!(parse_chip("z80").expect_err("unknown").contains("chips are atmega"));
     }
 }

@@ -1,11 +1,11 @@
 //! `emu chips`: the chips and what they have.
 
 use clap::Args;
-use emu_core::chip::{Chip, Package, PinDef};
+use emu_core::chip::{Chip, ChipPackage, PinDef};
 use emu_core::pins::PinId;
 use serde_json::{Value, json};
 
-use crate::fail::{Failure, exit};
+use crate::fail::{VerbFailure, exit};
 use crate::{family, output};
 
 const EXAMPLES: &str = "\
@@ -19,7 +19,7 @@ Examples:
 #[command(after_help = EXAMPLES)]
 pub struct ChipsArgs {
     /// One chip alone, with its pins and their numbers in each package.
-    #[arg(value_name = "CHIP", value_parser = family::chip)]
+    #[arg(value_name = "CHIP", value_parser = family::parse_chip)]
     pub chip: Option<&'static Chip>,
     /// One JSON document with memories, packages, pins and vectors.
     #[arg(long)]
@@ -27,10 +27,10 @@ pub struct ChipsArgs {
 }
 
 /// Lists the chips, or one with its pins.
-pub fn chips(args: &ChipsArgs) -> Result<u8, Failure> {
+pub fn chips(args: &ChipsArgs) -> Result<u8, VerbFailure> {
     if args.json {
         let wanted = |chip: &&Chip| args.chip.is_none_or(|only| only.name == chip.name);
-        output::json(
+        output::print_json(
             &json!({ "schema": 1, "chips": family::chips().filter(wanted).map(document).collect::<Vec<_>>() }),
         )?;
     } else if let Some(chip) = args.chip {
@@ -51,7 +51,7 @@ fn table(chip: &Chip) -> String {
     let numbers = |id: PinId, def: &PinDef| -> Vec<Option<u8>> {
         match chip.packages {
             [] => Some(def.dip).filter(|&dip| dip != Chip::NO_PACKAGE).map(Some).into_iter().collect(),
-            packages => packages.iter().map(|package| package.number(id)).collect(),
+            packages => packages.iter().map(|package| package.pin_number(id)).collect(),
         }
     };
     let width = chip.present_pins().map(|(_, def)| def.name.len()).max().unwrap_or(0).max("pin".len());
@@ -71,8 +71,8 @@ fn table(chip: &Chip) -> String {
 }
 
 /// A package, and the numbers of its pins by their names.
-fn package(chip: &Chip, package: &Package) -> Value {
-    let number = |(id, def): (PinId, &PinDef)| package.number(id).map(|number| (def.name.to_owned(), json!(number)));
+fn package(chip: &Chip, package: &ChipPackage) -> Value {
+    let number = |(id, def): (PinId, &PinDef)| package.pin_number(id).map(|number| (def.name.to_owned(), json!(number)));
     let pins: serde_json::Map<String, Value> = chip.present_pins().filter_map(number).collect();
     json!({ "name": package.name, "pins": pins })
 }
@@ -81,12 +81,12 @@ fn document(chip: &Chip) -> Value {
     let pins = chip.present_pins().map(|(_, def)| def);
     json!({
         "name": chip.name,
-        "family": family::name(chip.family),
+        "family": family::family_name(chip.family),
         "title": chip.title,
-        "source": chip.source,
-        "flash": chip.on_chip,
-        "ram": { "start": chip.ram_start, unit(chip, chip.ram): chip.ram_len },
-        "eeprom": chip.eeprom,
+        "source": chip.data_sheet,
+        "flash": chip.on_chip_flash_bytes,
+        "ram": { "start": chip.ram_start, unit(chip, chip.ram_space): chip.ram_len },
+        "eeprom": chip.eeprom_bytes,
         "max_hz": chip.max_hz,
         "default_hz": chip.default_hz,
         "pins": pins.map(pin).collect::<Vec<_>>(),

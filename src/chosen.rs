@@ -2,23 +2,23 @@
 
 use diag::text::readable;
 use emu_core::chip::Chip;
-use emu_core::image::{Image, Simavr, SimavrTrace, avr_device, avr_signature, simavr};
+use emu_core::image::{Image, SimavrSection, SimavrTrace, avr_device, avr_signature, read_simavr_section};
 
-use crate::args::Mcu;
-use crate::fail::Failure;
-use crate::guess::{hex_signature, name_some};
-use crate::input::ELF;
+use crate::args::McuFlags;
+use crate::fail::VerbFailure;
+use crate::guess::{hex_signature, name_chips};
+use crate::input::ELF_MAGIC;
 use crate::{asm, family, input, made_for, output};
 
 /// Where a program says to simavr what it wants.
 const SECTION: &str = "section .mmcu";
 
 /// The chip of an image.
-pub struct Chosen {
+pub struct ChosenChip {
     /// The chip.
     pub chip: &'static Chip,
     /// What the file says to simavr.
-    simavr: Option<Simavr>,
+    simavr: Option<SimavrSection>,
     file: String,
 }
 
@@ -32,38 +32,38 @@ pub struct NamedChip {
     pub chip: Option<&'static Chip>,
 }
 
-impl Mcu {
+impl McuFlags {
     /// The chip that is to run the image in `file`; where it is the file's own choice, a note says so.
-    pub fn choose(&self, file: &str) -> Result<Chosen, Failure> {
-        self.choose_or(file, None)
+    pub fn choose_chip(&self, file: &str) -> Result<ChosenChip, VerbFailure> {
+        self.choose_chip_or(file, None)
     }
 
     /// The same, with a chip for files that name none.
-    pub fn choose_or(&self, file: &str, default: Option<&'static Chip>) -> Result<Chosen, Failure> {
+    pub fn choose_chip_or(&self, file: &str, default: Option<&'static Chip>) -> Result<ChosenChip, VerbFailure> {
         // What cannot be read is told where it is loaded, if the chip is known.
-        let bytes = match (input::peek(file), self.chip.or(default)) {
+        let bytes = match (input::read_bytes_twice(file), self.chip.or(default)) {
             (Ok(bytes), _) => bytes,
             (Err(_), Some(_)) => Vec::new(),
             (Err(why), None) => return Err(why),
         };
-        let simavr = simavr(&bytes);
+        let simavr = read_simavr_section(&bytes);
         if let Some(simavr) = &simavr {
-            tell_oddities(file, &bytes, simavr);
+            report_simavr_oddities(file, &bytes, simavr);
         }
-        let chosen = |chip| Chosen { chip, simavr: simavr.clone(), file: file.to_owned() };
+        let chosen = |chip| ChosenChip { chip, simavr: simavr.clone(), file: file.to_owned() };
         if let Some(chip) = self.chip {
             return Ok(chosen(chip));
         }
         match (named_chip(file, &bytes), default) {
             (Some(NamedChip { chip: Some(chip), place, .. }), _) => {
-                output::tell(&format!("note: the chip is {} ({file}: {place}); --mcu CHIP overrides it\n", chip.name));
+                output::print_to_stderr(&format!("note: the chip is {} ({file}: {place}); --mcu CHIP overrides it\n", chip.name));
                 Ok(chosen(chip))
             }
             (_, Some(chip)) => Ok(chosen(chip)),
-            (Some(NamedChip { name, place, .. }), None) => Err(Failure::Usage(format!(
+            (Some(NamedChip { name, place, .. }), None) => Err(VerbFailure::Usage(format!(
                 "{file} is for {name} ({place}), of which there is no model; --mcu CHIP runs it on another (`emu chips` lists all)"
             ))),
-            (None, None) => Err(Failure::Usage(format!(
+            (None, None) => Err(VerbFailure::Usage(format!(
                 "{file} does not say for which chip it is; give --mcu CHIP (`emu chips` lists all)"
             ))),
         }
@@ -74,32 +74,32 @@ impl Mcu {
 /// file in a comment, as CCS C writes it, or by the signature; a source for a PIC or an AVR by its directives and includes; a ladder
 /// program by MICRO=.
 pub fn named_chip(file: &str, bytes: &[u8]) -> Option<NamedChip> {
-    let avr = |name: String, place: &str| NamedChip { chip: made_for::row(&name), name, place: place.to_owned() };
+    let avr = |name: String, place: &str| NamedChip { chip: made_for::find_avr(&name), name, place: place.to_owned() };
     let signed = |signature| {
-        let (name, _) = name_some(made_for::rows_with(signature))?;
-        let chip = made_for::rows_with(signature).into_iter().next();
+        let (name, _) = name_chips(made_for::avrs_with_signature(signature))?;
+        let chip = made_for::avrs_with_signature(signature).into_iter().next();
         Some(NamedChip { name, place: "signature".to_owned(), chip })
     };
-    if bytes.starts_with(ELF) {
+    if bytes.starts_with(ELF_MAGIC) {
         let device = avr_device(bytes).map(|name| avr(name, "note of its compiler"));
-        let told = || Some(avr(simavr(bytes)?.mcu?, SECTION));
+        let told = || Some(avr(read_simavr_section(bytes)?.mcu?, SECTION));
         return device.or_else(told).or_else(|| signed(avr_signature(bytes)?));
     }
     if bytes.starts_with(b"LDmicro") {
-        let parsed = ladder::parse_bytes(file, bytes, ladder::Options::default()).ok()?;
+        let parsed = ladder::parse_bytes(file, bytes, ladder::ParseOptions::default()).ok()?;
         let name = parsed.program.settings.micro?;
-        let chip = ladder::chip_of(&name).and_then(|chip| family::chip(chip).ok());
+        let chip = ladder::chip_of(&name).and_then(|chip| family::parse_chip(chip).ok());
         return Some(NamedChip { name, place: "MICRO=".to_owned(), chip });
     }
     if asm::is_source(file) {
         let name = emu_asm::named_chip(bytes)?;
-        return Some(NamedChip { chip: family::chip(&name).ok(), name, place: "directive".to_owned() });
+        return Some(NamedChip { chip: family::parse_chip(&name).ok(), name, place: "directive".to_owned() });
     }
-    in_comment(bytes).or_else(|| signed(hex_signature(bytes)?))
+    chip_in_comment(bytes).or_else(|| signed(hex_signature(bytes)?))
 }
 
 /// The chip that a comment of a HEX file names, as `;PIC16F877`.
-pub fn in_comment(bytes: &[u8]) -> Option<NamedChip> {
+pub fn chip_in_comment(bytes: &[u8]) -> Option<NamedChip> {
     // Files without comments are the rule, and may be large.
     if !bytes.contains(&b';') {
         return None;
@@ -109,7 +109,7 @@ pub fn in_comment(bytes: &[u8]) -> Option<NamedChip> {
         (1..).zip(text.lines()).filter_map(|(number, line)| Some((number, line.trim_start().strip_prefix(';')?)));
     comments.take(100).find_map(|(number, comment): (u32, &str)| {
         comment.split(|c: char| !c.is_ascii_alphanumeric()).find_map(|word| {
-            let chip = family::by_makers_name(word).filter(|_| word.starts_with(|c: char| c.is_ascii_alphabetic()));
+            let chip = family::find_by_maker_name(word).filter(|_| word.starts_with(|c: char| c.is_ascii_alphabetic()));
             let place = format!("comment on line {number}");
             (chip.is_some() || is_pic(word) || is_avr(word)).then(|| NamedChip { name: word.to_owned(), place, chip })
         })
@@ -131,41 +131,41 @@ fn is_avr(word: &str) -> bool {
 }
 
 /// Says on standard error what is odd about what a program says to simavr.
-fn tell_oddities(file: &str, bytes: &[u8], simavr: &Simavr) {
-    if let Some(tag) = simavr.cut {
-        output::tell(&format!(
+fn report_simavr_oddities(file: &str, bytes: &[u8], simavr: &SimavrSection) {
+    if let Some(tag) = simavr.truncated_bytes {
+        output::print_to_stderr(&format!(
             "note: {file}: the entry of tag {tag} in {SECTION} is longer than the section: it and what follows is left out\n"
         ));
     }
-    let row = |name: &str| made_for::row(name).map_or(name.to_owned(), |chip| chip.name.to_owned());
+    let row = |name: &str| made_for::find_avr(name).map_or(name.to_owned(), |chip| chip.name.to_owned());
     if let (Some(compiler), Some(own)) = (avr_device(bytes), &simavr.mcu)
         && row(&compiler) != row(own)
     {
-        output::tell(&format!(
+        output::print_to_stderr(&format!(
             "note: {file} is for {own} by {SECTION}, and for {compiler} by the note of its compiler, which counts\n"
         ));
     }
 }
 
-impl Chosen {
+impl ChosenChip {
     /// The clock: the one that was asked for, else the program's own, of which a note tells.
     pub fn clock(&self, asked: Option<u64>) -> Option<u64> {
         let own = self.simavr.as_ref().and_then(|simavr| simavr.hz).map(u64::from);
         let (None, Some(hz)) = (asked, own) else { return asked };
         let (file, chip) = (&self.file, self.chip);
         if hz > chip.max_hz {
-            output::tell(&format!(
+            output::print_to_stderr(&format!(
                 "note: {file} asks for {hz} Hz ({SECTION}), and {} runs at up to {} Hz: left out\n",
                 chip.name, chip.max_hz
             ));
             return None;
         }
-        output::tell(&format!("note: {file} asks for {hz} Hz ({SECTION}); --clock HZ overrides it\n"));
+        output::print_to_stderr(&format!("note: {file} asks for {hz} Hz ({SECTION}); --clock HZ overrides it\n"));
         Some(hz)
     }
 
     /// Says on standard error how what the program wants of simavr is had here; `vcd` is true where a waveform is written.
-    pub fn tell_wishes(&self, image: &Image, vcd: bool) {
+    pub fn report_simavr_requests(&self, image: &Image, vcd: bool) {
         let Some(simavr) = &self.simavr else { return };
         let file = &self.file;
         let register = |addr: u16| {
@@ -178,7 +178,7 @@ impl Chosen {
             for trace in &simavr.traces {
                 let name = match *trace {
                     SimavrTrace::Register(addr, _) => register(addr),
-                    SimavrTrace::Ram(addr, bytes) => self.in_ram(image, addr.into(), bytes.into()),
+                    SimavrTrace::Ram(addr, bytes) => self.ram_signal_name(image, addr.into(), bytes.into()),
                     SimavrTrace::Pin(..) | SimavrTrace::Interrupt => continue,
                 };
                 if !added.contains(&name) {
@@ -189,21 +189,21 @@ impl Chosen {
             if simavr.traces.contains(&SimavrTrace::Interrupt) {
                 flags.push_str(" --trace FILE (for interrupts)");
             }
-            output::tell(&format!("note: {file} asks simavr for a waveform\n  hint: {flags}\n"));
+            output::print_to_stderr(&format!("note: {file} asks simavr for a waveform\n  hint: {flags}\n"));
         }
         if let Some(addr) = simavr.console {
             let name = register(addr);
-            output::tell(&format!(
+            output::print_to_stderr(&format!(
                 "note: {file} prints through {name}, the console of simavr, which is not shown\n  hint: --vcd FILE --vcd-add {name} has its bytes\n"
             ));
         }
         if let Some(addr) = simavr.command {
-            output::tell(&format!("note: {file} sends commands to simavr through {}: left out\n", register(addr)));
+            output::print_to_stderr(&format!("note: {file} sends commands to simavr through {}: left out\n", register(addr)));
         }
     }
 
     /// What `--vcd-add` calls so many bytes of RAM: the variable there, if it has a name of one word and that size, else the address.
-    fn in_ram(&self, image: &Image, addr: u32, bytes: u32) -> String {
+    fn ram_signal_name(&self, image: &Image, addr: u32, bytes: u32) -> String {
         let space = self.chip.reg_space;
         let own = image.symbols.iter().filter(|s| (s.space, s.addr, s.size) == (space, addr, bytes));
         let word = |name: &&str| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');

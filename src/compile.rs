@@ -5,12 +5,12 @@ use std::path::Path;
 use clap::{Args, ValueEnum};
 use emu_core::chip::Chip;
 use emu_debug::time;
-use ladder_compile::{Compiled, Map, Options, emit};
+use ladder_compile::{CompiledProgram, ImageMap, CompileOptions, emit};
 use serde_json::json;
 
-use crate::args::Ladder;
-use crate::fail::{Failure, exit};
-use crate::report::{Terminal, Texts, report};
+use crate::args::LadderFlags;
+use crate::fail::{VerbFailure, exit};
+use crate::report::{MessageStyle, FileTexts, report_diagnostics};
 use crate::{family, input, output};
 
 const EXAMPLES: &str = "\
@@ -26,14 +26,14 @@ Examples:
 #[command(after_help = EXAMPLES)]
 pub struct CompileArgs {
     #[command(flatten)]
-    program: Ladder,
+    program: LadderFlags,
     /// The chip, such as `atmega328p` (`emu chips` lists them); without it the one that MICRO= names. Not for C and byte
     /// code, not needed for sketches.
     #[arg(long, value_name = "CHIP", value_parser = family::ChipParser, hide_possible_values = true)]
     mcu: Option<&'static Chip>,
     /// What to write.
-    #[arg(long, value_name = "KIND", value_enum, default_value_t = Emit::Hex)]
-    emit: Emit,
+    #[arg(long, value_name = "KIND", value_enum, default_value_t = EmitKind::Hex)]
+    emit: EmitKind,
     /// The file to write; - is standard output. Default: the program's name with the ending of its kind, such as .hex, in the
     /// current folder (standard output for a program from standard input).
     #[arg(short, long, value_name = "FILE")]
@@ -59,7 +59,7 @@ pub struct CompileArgs {
     #[arg(long, value_name = "MS")]
     debounce: Option<u32>,
     #[command(flatten)]
-    target: Target,
+    target: TargetFlags,
     /// The figures as one JSON document on standard output: bytes, RAM, clocks of the longest scan and of every rung.
     #[arg(long)]
     pub json: bool,
@@ -67,7 +67,7 @@ pub struct CompileArgs {
 
 /// What a program can be turned into.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Emit {
+enum EmitKind {
     /// Intel HEX.
     Hex,
     /// Assembly source, for `emu asm` and for the family's usual assembler.
@@ -86,40 +86,40 @@ enum Emit {
     Arduino,
 }
 
-impl Emit {
+impl EmitKind {
     /// Ending of the name of its files.
     fn ending(self) -> &'static str {
         match self {
-            Emit::Hex => "hex",
-            Emit::Asm => "asm",
-            Emit::Lst => "lst",
-            Emit::Map => "json",
-            Emit::Ir => "ir",
-            Emit::C => "c",
-            Emit::Bytecode => "inc",
-            Emit::Arduino => "ino",
+            EmitKind::Hex => "hex",
+            EmitKind::Asm => "asm",
+            EmitKind::Lst => "lst",
+            EmitKind::Map => "json",
+            EmitKind::Ir => "ir",
+            EmitKind::C => "c",
+            EmitKind::Bytecode => "inc",
+            EmitKind::Arduino => "ino",
         }
     }
 
     /// No chip has to be named.
     fn is_source(self) -> bool {
-        matches!(self, Emit::C | Emit::Bytecode | Emit::Arduino)
+        matches!(self, EmitKind::C | EmitKind::Bytecode | EmitKind::Arduino)
     }
 }
 
 /// What a compiled program is told about its chip.
 #[derive(Debug, Args)]
-pub struct Target {
+pub struct TargetFlags {
     /// Put an input or output at a pin: Xstart=PD2. Goes before the pins of the program. Repeatable.
-    #[arg(long = "pin", value_name = "NAME=PIN", value_parser = pin)]
+    #[arg(long = "pin", value_name = "NAME=PIN", value_parser = parse_pin_assignment)]
     pub pins: Vec<(String, String)>,
     /// Oscillator, instead of the program's CRYSTAL: 16MHz, 8000000.
-    #[arg(long, value_name = "HZ", value_parser = time::hertz)]
+    #[arg(long, value_name = "HZ", value_parser = time::parse_hertz)]
     pub clock: Option<u64>,
 }
 
 /// Reads `NAME=PIN`.
-pub fn pin(text: &str) -> Result<(String, String), String> {
+pub fn parse_pin_assignment(text: &str) -> Result<(String, String), String> {
     match text.split_once('=').map(|(name, pin)| (name.trim(), pin.trim())) {
         Some((name, pin)) if !name.is_empty() && !pin.is_empty() => Ok((name.to_owned(), pin.to_owned())),
         _ => Err("write a symbol and a pin, as in Xstart=PD2".to_owned()),
@@ -134,26 +134,26 @@ impl CompileArgs {
 }
 
 /// Compiles a program. When anything fails no file is written.
-pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
-    let main = args.output.clone().unwrap_or_else(|| named(&args.program.file, args.emit.ending()));
+pub fn compile(args: &CompileArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    let main = args.output.clone().unwrap_or_else(|| output_name(&args.program.file, args.emit.ending()));
     let mut outputs = vec![("--output", main.as_str())];
     outputs.extend(args.listing.as_deref().map(|file| ("--listing", file)));
     outputs.extend(args.map.as_deref().map(|file| ("--map", file)));
     let printed = args.json.then_some(("--json", "-"));
-    output::owners(&outputs.iter().copied().chain(printed).collect::<Vec<_>>())?;
-    output::spares(&args.program.file, &outputs)?;
-    if args.debounce.is_some() && !matches!(args.emit, Emit::Arduino) {
-        return Err(Failure::Usage("--debounce is for sketches; give --emit arduino as well".to_owned()));
+    output::check_distinct_outputs(&outputs.iter().copied().chain(printed).collect::<Vec<_>>())?;
+    output::check_input_not_overwritten(&args.program.file, &outputs)?;
+    if args.debounce.is_some() && !matches!(args.emit, EmitKind::Arduino) {
+        return Err(VerbFailure::Usage("--debounce is for sketches; give --emit arduino as well".to_owned()));
     }
     if args.emit.is_source() {
-        return source(args, &main, terminal);
+        return write_source(args, &main, terminal);
     }
-    let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
+    let read = input::read_program(&args.program.file, args.program.dialect, true, terminal)?;
     let chip = match args.mcu {
         Some(chip) => chip,
-        None => family::chip(read.chip()?).map_err(Failure::Usage)?,
+        None => family::parse_chip(read.chip()?).map_err(VerbFailure::Usage)?,
     };
-    let options = Options {
+    let options = CompileOptions {
         mcu: chip.name.to_owned(),
         pins: args.target.pins.clone(),
         clock_hz: args.target.clock,
@@ -161,39 +161,39 @@ pub fn compile(args: &CompileArgs, terminal: &Terminal) -> Result<u8, Failure> {
     };
     let compiled = match ladder_compile::compile(&read.program, &options) {
         Ok(compiled) => compiled,
-        Err(refusals) => return Err(Failure::Refused(refusals, read.texts)),
+        Err(refusals) => return Err(VerbFailure::Refused(refusals, read.texts)),
     };
     read.note_other_chip(chip.name);
-    let mut map = serde_json::to_string_pretty(&compiled.map).map_err(|e| Failure::writing("map", &e.into()))?;
+    let mut map = serde_json::to_string_pretty(&compiled.map).map_err(|e| VerbFailure::write_failed("map", &e.into()))?;
     map.push('\n');
     let text = match args.emit {
-        Emit::Asm => ladder_compile::assembly(&read.program, chip, &compiled.built, &compiled.map),
-        Emit::Lst => compiled.listing.clone(),
-        Emit::Map => map.clone(),
-        Emit::Ir => compiled.ir.clone(),
-        Emit::Hex | Emit::C | Emit::Bytecode | Emit::Arduino => compiled.hex.clone(),
+        EmitKind::Asm => ladder_compile::assembly(&read.program, chip, &compiled.built, &compiled.map),
+        EmitKind::Lst => compiled.listing.clone(),
+        EmitKind::Map => map.clone(),
+        EmitKind::Ir => compiled.ir.clone(),
+        EmitKind::Hex | EmitKind::C | EmitKind::Bytecode | EmitKind::Arduino => compiled.hex.clone(),
     };
     let texts = [Some(&text), args.listing.as_ref().map(|_| &compiled.listing), args.map.as_ref().map(|_| &map)];
     let files: Vec<(&str, &[u8])> =
         outputs.iter().zip(texts.into_iter().flatten()).map(|((_, file), text)| (*file, text.as_bytes())).collect();
-    output::files(&files)?;
-    report(terminal, &compiled.notes, &read.texts);
+    output::write_files(&files)?;
+    report_diagnostics(terminal, &compiled.notes, &read.texts);
     if args.json {
-        output::json(&document(&args.program.file, &compiled))?;
+        output::print_json(&document(&args.program.file, &compiled))?;
     } else {
-        output::tell(&figures(&compiled.map));
+        output::print_to_stderr(&size_text(&compiled.map));
     }
     Ok(exit::OK)
 }
 
 /// Writes a source that is for no chip.
-fn source(args: &CompileArgs, main: &str, terminal: &Terminal) -> Result<u8, Failure> {
+fn write_source(args: &CompileArgs, main: &str, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     if args.listing.is_some() || args.map.is_some() || args.json {
         let why = "--listing, --map and --json tell about an image, and a source is none";
-        return Err(Failure::Usage(why.to_owned()));
+        return Err(VerbFailure::Usage(why.to_owned()));
     }
     // What would change nothing is not taken in silence.
-    let sketch = args.emit == Emit::Arduino;
+    let sketch = args.emit == EmitKind::Arduino;
     let idle = [
         ("--mcu", args.mcu.is_some() && !sketch, "C and byte code are for any chip"),
         ("--pin", !args.target.pins.is_empty() && !sketch, "C and byte code have no pins"),
@@ -201,32 +201,32 @@ fn source(args: &CompileArgs, main: &str, terminal: &Terminal) -> Result<u8, Fai
         ("-O0", !args.optimises(), "sources have one form only"),
     ];
     if let Some((flag, _, why)) = idle.iter().find(|(_, given, _)| *given) {
-        return Err(Failure::Usage(format!("{why}; leave {flag} out, or write an image with --emit hex")));
+        return Err(VerbFailure::Usage(format!("{why}; leave {flag} out, or write an image with --emit hex")));
     }
     if let Some(refusal) = args.mcu.and_then(|chip| emit::arduino::refuse_chip(&args.program.file, chip)) {
-        return Err(Failure::Refused(vec![refusal], Texts::default()));
+        return Err(VerbFailure::Refused(vec![refusal], FileTexts::default()));
     }
-    let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
+    let read = input::read_program(&args.program.file, args.program.dialect, true, terminal)?;
     let emitted = match args.emit {
-        Emit::Bytecode => emit::bytecode::emit(&read.program).map(|source| (source, Vec::new())),
-        Emit::Arduino => {
+        EmitKind::Bytecode => emit::bytecode::emit(&read.program).map(|source| (source, Vec::new())),
+        EmitKind::Arduino => {
             let options =
-                emit::arduino::Options { pins: args.target.pins.clone(), debounce_ms: args.debounce.unwrap_or(0) };
+                emit::arduino::SketchOptions { pins: args.target.pins.clone(), debounce_ms: args.debounce.unwrap_or(0) };
             emit::arduino::emit(&read.program, &options).map(|sketch| (sketch.source, sketch.notes))
         }
         _ => emit::c::emit(&read.program).map(|source| (source, Vec::new())),
     };
     let (source, notes) = match emitted {
         Ok(emitted) => emitted,
-        Err(refusals) => return Err(Failure::Refused(refusals, read.texts)),
+        Err(refusals) => return Err(VerbFailure::Refused(refusals, read.texts)),
     };
-    output::files(&[(main, source.text.as_bytes())])?;
-    report(terminal, &notes, &read.texts);
+    output::write_files(&[(main, source.text.as_bytes())])?;
+    report_diagnostics(terminal, &notes, &read.texts);
     Ok(exit::OK)
 }
 
 /// What one buys a chip by, in two lines.
-fn figures(map: &Map) -> String {
+fn size_text(map: &ImageMap) -> String {
     let rung = map.rungs.iter().max_by_key(|rung| (rung.worst_cycles, std::cmp::Reverse(rung.rung)));
     let rung = rung.map_or(String::new(), |rung| format!(" (rung {} up to {})", rung.rung, rung.worst_cycles));
     format!(
@@ -240,7 +240,7 @@ fn figures(map: &Map) -> String {
 }
 
 /// The figures as one document.
-fn document(program: &str, compiled: &Compiled) -> serde_json::Value {
+fn document(program: &str, compiled: &CompiledProgram) -> serde_json::Value {
     let map = &compiled.map;
     let rungs = map.rungs.iter();
     let rungs: Vec<_> = rungs
@@ -263,12 +263,12 @@ fn document(program: &str, compiled: &Compiled) -> serde_json::Value {
 }
 
 /// The name of the image that is made of a program.
-pub fn default_name(program: &str) -> String {
-    named(program, "hex")
+pub fn default_image_name(program: &str) -> String {
+    output_name(program, "hex")
 }
 
 /// The name of what is made of a program.
-fn named(program: &str, ending: &str) -> String {
+fn output_name(program: &str, ending: &str) -> String {
     let stem = Path::new(program).file_stem().map(|stem| stem.to_string_lossy());
     match stem {
         Some(stem) if program != "-" => format!("{stem}.{ending}"),

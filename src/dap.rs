@@ -4,13 +4,13 @@ use std::io;
 use std::net::{TcpListener, TcpStream};
 
 use clap::{Args, Parser};
-use emu_dap::{LaunchArguments, Opened, serve};
+use emu_dap::{LaunchArguments, OpenedMachine, serve};
 
-use crate::codes::{PROTOCOL, about_file};
-use crate::debug::open::{self, Subject};
-use crate::fail::{Failure, exit};
+use crate::codes::{PROTOCOL, file_error};
+use crate::debug::open::{self, DebugSubject};
+use crate::fail::{VerbFailure, exit};
 use crate::output;
-use crate::report::{Terminal, Texts};
+use crate::report::{MessageStyle, FileTexts};
 
 const EXAMPLES: &str = "\
 An editor starts it, and says in its `launch` request what is debugged; docs/dap.md shows how for VS Code, Neovim and Emacs.
@@ -31,20 +31,20 @@ pub struct DapArgs {
 /// What `launch` asks for, as the flags of `emu debug`.
 #[derive(Debug, Parser)]
 #[command(name = "launch", no_binary_name = true)]
-struct Launch {
+struct LaunchFlags {
     #[command(flatten)]
-    subject: Subject,
+    subject: DebugSubject,
 }
 
 /// Serves an editor.
-pub fn dap(args: &DapArgs, terminal: &Terminal) -> Result<u8, Failure> {
-    crate::input::take_stdin();
-    let open = |arguments: &LaunchArguments| opened(arguments, terminal);
+pub fn dap(args: &DapArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    crate::input::reserve_stdin();
+    let open = |arguments: &LaunchArguments| open_machine(arguments, terminal);
     let (served, from) = match &args.listen {
         None => (serve(io::stdin(), &mut io::stdout(), &open), "-"),
         Some(address) => {
-            let stream = client(address)?;
-            let failed = |why: io::Error| Failure::Usage(format!("the connection failed: {why}"));
+            let stream = accept_client(address)?;
+            let failed = |why: io::Error| VerbFailure::Usage(format!("the connection failed: {why}"));
             let mut output = stream.try_clone().map_err(failed)?;
             let served = serve(stream, &mut output, &open);
             _ = output.shutdown(std::net::Shutdown::Both);
@@ -55,35 +55,35 @@ pub fn dap(args: &DapArgs, terminal: &Terminal) -> Result<u8, Failure> {
         Ok(()) => Ok(exit::OK),
         Err(why) => {
             let hint = "an editor talks to `emu dap`; docs/dap.md shows how";
-            Err(Failure::Refused(vec![about_file(PROTOCOL, from, why, hint)], Texts::default()))
+            Err(VerbFailure::Refused(vec![file_error(PROTOCOL, from, why, hint)], FileTexts::default()))
         }
     }
 }
 
 /// Waits for the one client.
-fn client(address: &str) -> Result<TcpStream, Failure> {
+fn accept_client(address: &str) -> Result<TcpStream, VerbFailure> {
     let whole = if address.starts_with(':') { format!("127.0.0.1{address}") } else { address.to_owned() };
-    let refused = |why: &io::Error| Failure::value("--listen <ADDRESS>", address, &format!("{why}; write :4711"));
+    let refused = |why: &io::Error| VerbFailure::invalid_flag_value("--listen <ADDRESS>", address, &format!("{why}; write :4711"));
     let listener = TcpListener::bind(&whole).map_err(|why| refused(&why))?;
     let own = listener.local_addr().map_err(|why| refused(&why))?;
-    output::tell(&format!("listening on {own}\n"));
+    output::print_to_stderr(&format!("listening on {own}\n"));
     let (stream, _) = listener.accept().map_err(|why| refused(&why))?;
     _ = stream.set_nodelay(true);
     Ok(stream)
 }
 
 /// Makes the machine; complaints are drawn on standard error, and told to the editor in a sentence each.
-fn opened(arguments: &LaunchArguments, terminal: &Terminal) -> Result<Opened, String> {
-    let launch = Launch::try_parse_from(flags(arguments)).map_err(|why| {
+fn open_machine(arguments: &LaunchArguments, terminal: &MessageStyle) -> Result<OpenedMachine, String> {
+    let launch = LaunchFlags::try_parse_from(launch_flags(arguments)).map_err(|why| {
         let text = why.to_string();
         text.lines().take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
     })?;
-    let found = open::open(&launch.subject, terminal).map_err(|failure| told(&failure))?;
-    Ok(Opened { session: found.session, view: found.view })
+    let found = open::open_session(&launch.subject, terminal).map_err(|failure| failure_text(&failure))?;
+    Ok(OpenedMachine { session: found.session, view: found.view })
 }
 
 /// The flags of `emu debug` that say the same.
-fn flags(arguments: &LaunchArguments) -> Vec<String> {
+fn launch_flags(arguments: &LaunchArguments) -> Vec<String> {
     let mut flags = Vec::new();
     let mut flag = |name: &str, value: &Option<String>| {
         flags.extend(value.iter().map(|value| format!("--{name}={value}")));
@@ -100,11 +100,11 @@ fn flags(arguments: &LaunchArguments) -> Vec<String> {
 }
 
 /// Why there is no machine.
-fn told(failure: &Failure) -> String {
+fn failure_text(failure: &VerbFailure) -> String {
     match failure {
-        Failure::Usage(text) => text.clone(),
-        Failure::Pipe => "standard output is closed".to_owned(),
-        Failure::Refused(diagnostics, _) => {
+        VerbFailure::Usage(text) => text.clone(),
+        VerbFailure::Pipe => "standard output is closed".to_owned(),
+        VerbFailure::Refused(diagnostics, _) => {
             let errors = diagnostics.iter().filter(|diagnostic| diagnostic.is_error());
             let lines = errors.map(|d| {
                 let place =

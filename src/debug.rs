@@ -33,14 +33,14 @@ use std::sync::Arc;
 use clap::Args;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
-use crate::fail::Failure;
-use crate::report::Terminal;
+use crate::fail::VerbFailure;
+use crate::report::MessageStyle;
 use gdb::GdbArgs;
-use open::{Subject, open};
+use open::{DebugSubject, open_session};
 #[cfg(feature = "tui")]
-use repl::prepare;
-use repl::{Script, Signals, talk};
-use shell::Shell;
+use repl::run_scripts;
+use repl::{CommandScript, SessionSignals, converse};
+use shell::DebugShell;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -61,7 +61,7 @@ refused; 4 a script ended where the program had stopped in a fault; 5 a signal (
 #[command(after_help = EXAMPLES)]
 pub struct DebugArgs {
     #[command(flatten)]
-    subject: Subject,
+    subject: DebugSubject,
     /// Carry out the commands of a file first, up to the first that fails. Repeatable.
     #[arg(short = 'x', long = "command", value_name = "FILE")]
     files: Vec<String>,
@@ -80,54 +80,54 @@ pub struct DebugArgs {
     full: bool,
     #[cfg(feature = "tui")]
     #[command(flatten)]
-    played: crate::watch::Played,
+    played: crate::watch::ScriptedKeys,
 }
 
 /// Opens a session and talks with its user.
-pub fn debug(args: &DebugArgs, terminal: &Terminal) -> Result<u8, Failure> {
+pub fn debug(args: &DebugArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let listener = args.gdb.listener()?;
-    let opened = open(&args.subject, terminal)?;
+    let opened = open_session(&args.subject, terminal)?;
     if let Some(listener) = listener {
         return args.gdb.serve(opened, &listener);
     }
     let user = !args.batch && std::io::stdin().is_terminal();
     #[cfg(feature = "tui")]
     let user = user && !args.full;
-    let user = user.then(terminal::Terminal::new);
-    let signals = Signals::default();
-    listen(&signals, user.is_some());
+    let user = user.then(terminal::LineEditor::new);
+    let signals = SessionSignals::default();
+    listen_for_signals(&signals, user.is_some());
     if let Some(user) = &user {
-        user.give_back_at_the_end(&signals.prompt);
+        user.restore_on_signal(&signals.at_prompt);
     }
     let color = terminal.color && std::io::stdout().is_terminal();
     // What commands say on a full screen has the colours of the screen.
     #[cfg(feature = "tui")]
     let color = color && !args.full;
-    let mut shell = Shell::new(opened, Arc::clone(&signals.interrupt), color);
-    let script = Script { files: &args.files, commands: &args.commands, batch: args.batch };
+    let mut shell = DebugShell::new(opened, Arc::clone(&signals.interrupt), color);
+    let script = CommandScript { files: &args.files, commands: &args.commands, batch: args.batch };
     #[cfg(feature = "tui")]
     if args.full {
         let mut told = String::new();
-        if let Some(code) = prepare(&mut shell, &script, &mut told)? {
+        if let Some(code) = run_scripts(&mut shell, &script, &mut told)? {
             return Ok(code);
         }
         let file = args.subject.file.rsplit('/').next().unwrap_or(&args.subject.file);
-        let title = format!("{file} on {}", shell.session.target().chip().name);
+        let title = format!("{file} on {}", shell.session.machine().chip().name);
         return tui::show(shell, &title, signals.interrupt, &told, &args.played, terminal);
     }
-    talk(&mut shell, &script, user, &signals)
+    converse(&mut shell, &script, user, &signals)
 }
 
 /// Ctrl-C stops a running command; being told to end stops it too, and leaves behind it. Where the system refuses, signals do what
 /// they always do, and for the second that comes where the first has not helped; a user may press Ctrl-C as often as they like.
-fn listen(signals: &Signals, user: bool) {
+fn listen_for_signals(signals: &SessionSignals, user: bool) {
     if !user {
         _ = signal_hook::flag::register_conditional_default(SIGINT, Arc::clone(&signals.interrupt));
     }
     _ = signal_hook::flag::register(SIGINT, Arc::clone(&signals.interrupt));
-    _ = signal_hook::flag::register_conditional_default(SIGINT, Arc::clone(&signals.pipe));
+    _ = signal_hook::flag::register_conditional_default(SIGINT, Arc::clone(&signals.at_pipe));
     for signal in [SIGTERM, SIGHUP] {
-        _ = signal_hook::flag::register_conditional_default(signal, Arc::clone(&signals.pipe));
+        _ = signal_hook::flag::register_conditional_default(signal, Arc::clone(&signals.at_pipe));
         _ = signal_hook::flag::register_conditional_default(signal, Arc::clone(&signals.leave));
         _ = signal_hook::flag::register(signal, Arc::clone(&signals.leave));
         _ = signal_hook::flag::register(signal, Arc::clone(&signals.interrupt));

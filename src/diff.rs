@@ -7,9 +7,9 @@ use std::collections::VecDeque;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
-use crate::fail::{Failure, exit};
+use crate::fail::{VerbFailure, exit};
 use crate::output;
-use read::{Entry, Reader};
+use read::{TraceEntry, TraceReader};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -21,7 +21,7 @@ Examples:
 Exit codes: 0 they are equal, 1 they differ, 3 a file is no trace.";
 
 /// Most lines of context.
-const MOST: usize = 10_000;
+const MAX_CONTEXT: usize = 10_000;
 
 /// Flags of `emu diff`.
 #[derive(Debug, Args)]
@@ -36,7 +36,7 @@ pub struct DiffArgs {
     /// Leave something out of the comparison: cycle, address, symbol, text, registers, memory, or chip (mcu and hz of the head).
     /// Repeatable.
     #[arg(long, value_name = "FIELD", hide_possible_values = true)]
-    ignore: Vec<Field>,
+    ignore: Vec<IgnoredField>,
     /// Lines before and after the first difference.
     #[arg(long, value_name = "N", default_value = "3", value_parser = context)]
     context: usize,
@@ -47,7 +47,7 @@ pub struct DiffArgs {
 
 /// What lines may differ in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Field {
+enum IgnoredField {
     Cycle,
     Address,
     Symbol,
@@ -58,23 +58,23 @@ enum Field {
 }
 
 fn context(text: &str) -> Result<usize, String> {
-    text.parse().ok().filter(|n| *n <= MOST).ok_or_else(|| format!("write a number of lines, 0 to {MOST}"))
+    text.parse().ok().filter(|n| *n <= MAX_CONTEXT).ok_or_else(|| format!("write a number of lines, 0 to {MAX_CONTEXT}"))
 }
 
 /// Compares two traces.
-pub fn diff(args: &DiffArgs) -> Result<u8, Failure> {
+pub fn diff(args: &DiffArgs) -> Result<u8, VerbFailure> {
     if args.a == "-" && args.b == "-" {
-        return Err(Failure::Usage("standard input (-) can be only one of the files".to_owned()));
+        return Err(VerbFailure::Usage("standard input (-) can be only one of the files".to_owned()));
     }
-    let (mut a, mut b) = (Reader::new(&args.a)?, Reader::new(&args.b)?);
+    let (mut a, mut b) = (TraceReader::new(&args.a)?, TraceReader::new(&args.b)?);
     let mut before = VecDeque::new();
-    let mut fields = heads(args, &a, &b);
+    let mut fields = head_differences(args, &a, &b);
     let (mut x, mut y) = (None, None);
     while fields.is_empty() {
         (x, y) = (a.next()?, b.next()?);
         fields = match (&x, &y) {
-            (None, None) => return equal(args, a.lines()),
-            (Some(x), Some(y)) => differ(args, x, y),
+            (None, None) => return report_equal(args, a.lines()),
+            (Some(x), Some(y)) => entry_differences(args, x, y),
             (Some(_), None) => vec![("end", "goes on".to_owned(), "ends here".to_owned())],
             (None, Some(_)) => vec![("end", "ends here".to_owned(), "goes on".to_owned())],
         };
@@ -86,10 +86,10 @@ pub fn diff(args: &DiffArgs) -> Result<u8, Failure> {
         }
     }
     let place = (a.lines().max(1), b.lines().max(1));
-    let (raw_a, raw_b) = (after(args, &mut a, x)?, after(args, &mut b, y)?);
+    let (raw_a, raw_b) = (lines_after(args, &mut a, x)?, lines_after(args, &mut b, y)?);
     if args.json {
         let differ: Vec<Value> = fields.iter().map(|(field, a, b)| json!({ "field": field, "a": a, "b": b })).collect();
-        output::json(&json!({
+        output::print_json(&json!({
             "schema": 1, "equal": false, "differ": differ, "before": before,
             "a": { "file": args.a, "line": place.0, "lines": raw_a },
             "b": { "file": args.b, "line": place.1, "lines": raw_b },
@@ -108,15 +108,15 @@ pub fn diff(args: &DiffArgs) -> Result<u8, Failure> {
 }
 
 /// Number of lines of a trace.
-pub fn lines_of(bytes: &[u8]) -> Result<u64, Failure> {
-    let mut reader = Reader::over("trace", Box::new(std::io::Cursor::new(bytes.to_vec())))?;
+pub fn lines_of(bytes: &[u8]) -> Result<u64, VerbFailure> {
+    let mut reader = TraceReader::from_input("trace", Box::new(std::io::Cursor::new(bytes.to_vec())))?;
     while reader.next()?.is_some() {}
     Ok(reader.lines())
 }
 
-fn equal(args: &DiffArgs, lines: u64) -> Result<u8, Failure> {
+fn report_equal(args: &DiffArgs, lines: u64) -> Result<u8, VerbFailure> {
     if args.json {
-        output::json(&json!({ "schema": 1, "equal": true, "lines": lines }))?;
+        output::print_json(&json!({ "schema": 1, "equal": true, "lines": lines }))?;
     } else {
         output::print(format!("no difference in {lines} lines\n"))?;
     }
@@ -124,7 +124,7 @@ fn equal(args: &DiffArgs, lines: u64) -> Result<u8, Failure> {
 }
 
 /// A line that differs, and those behind it. What cannot be read there does not matter any more.
-fn after(args: &DiffArgs, reader: &mut Reader, first: Option<Entry>) -> Result<Vec<String>, Failure> {
+fn lines_after(args: &DiffArgs, reader: &mut TraceReader, first: Option<TraceEntry>) -> Result<Vec<String>, VerbFailure> {
     let mut lines: Vec<String> = first.map(|entry| entry.raw).into_iter().collect();
     while !lines.is_empty() && lines.len() <= args.context {
         match reader.next() {
@@ -136,16 +136,16 @@ fn after(args: &DiffArgs, reader: &mut Reader, first: Option<Entry>) -> Result<V
 }
 
 /// What differs, as it is in the one and in the other.
-type Difference = (&'static str, String, String);
+type FieldDifference = (&'static str, String, String);
 
-fn heads(args: &DiffArgs, a: &Reader, b: &Reader) -> Vec<Difference> {
+fn head_differences(args: &DiffArgs, a: &TraceReader, b: &TraceReader) -> Vec<FieldDifference> {
     let chip = [("mcu", &a.mcu, &b.mcu), ("hz", &a.hz, &b.hz)].into_iter();
-    let chip = chip.filter(|(_, a, b)| a != b && !args.ignore.contains(&Field::Chip));
+    let chip = chip.filter(|(_, a, b)| a != b && !args.ignore.contains(&IgnoredField::Chip));
     chip.map(|(field, a, b)| (field, a.clone(), b.clone())).collect()
 }
 
-fn differ(args: &DiffArgs, a: &Entry, b: &Entry) -> Vec<Difference> {
-    let looks = |field: Field| !args.ignore.contains(&field);
+fn entry_differences(args: &DiffArgs, a: &TraceEntry, b: &TraceEntry) -> Vec<FieldDifference> {
+    let looks = |field: IgnoredField| !args.ignore.contains(&field);
     let mut all = Vec::new();
     let shown = |text: &str| if text.is_empty() { "-".to_owned() } else { text.to_owned() };
     let mut field = |field, name, a: &str, b: &str| {
@@ -153,15 +153,15 @@ fn differ(args: &DiffArgs, a: &Entry, b: &Entry) -> Vec<Difference> {
             all.push((name, shown(a), shown(b)));
         }
     };
-    field(Field::Cycle, "cycle", &a.cycle.to_string(), &b.cycle.to_string());
-    field(Field::Address, "address", &a.address, &b.address);
+    field(IgnoredField::Cycle, "cycle", &a.cycle.to_string(), &b.cycle.to_string());
+    field(IgnoredField::Address, "address", &a.address, &b.address);
     // A symbol that only one of them knows is no difference of the programs.
     if !a.symbol.is_empty() && !b.symbol.is_empty() {
-        field(Field::Symbol, "symbol", &a.symbol, &b.symbol);
+        field(IgnoredField::Symbol, "symbol", &a.symbol, &b.symbol);
     }
-    field(Field::Text, "text", &a.text, &b.text);
+    field(IgnoredField::Text, "text", &a.text, &b.text);
     let list = |list: &[String]| list.join(" ");
-    field(Field::Registers, "registers", &list(&a.registers), &list(&b.registers));
-    field(Field::Memory, "memory", &list(&a.memory), &list(&b.memory));
+    field(IgnoredField::Registers, "registers", &list(&a.registers), &list(&b.registers));
+    field(IgnoredField::Memory, "memory", &list(&a.memory), &list(&b.memory));
     all
 }

@@ -11,17 +11,17 @@ use clap::Args;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::chip::Chip;
 use emu_core::image::Image;
-use emu_core::table::Line;
-use emu_debug::{Names, Source};
+use emu_core::table::DisassembledInstruction;
+use emu_debug::{AddressNames, ProgramSource};
 use serde_json::{Value, json};
 
-use crate::args::Mcu;
-use crate::fail::{Failure, exit};
-use crate::report::{Terminal, Texts, report};
+use crate::args::McuFlags;
+use crate::fail::{VerbFailure, exit};
+use crate::report::{MessageStyle, FileTexts, report_diagnostics};
 use crate::{input, output};
-use listing::Listing;
-use pieces::{Code, Piece};
-use text::{Text, labels};
+use listing::SourceLineListing;
+use pieces::{ProgramMemory, CodePiece};
+use text::{AssemblableText, labels_at};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -40,7 +40,7 @@ pub struct DisasmArgs {
     #[arg(value_name = "IMAGE")]
     image: String,
     #[command(flatten)]
-    mcu: Mcu,
+    mcu: McuFlags,
     /// Names for addresses: for the 8051 family a .map, .cdb or .rst file of SDCC or a .m51 of Keil, for the PIC16 family a
     /// .cod, .lst or .map file of gputils. Repeatable.
     #[arg(long, value_name = "FILE")]
@@ -63,15 +63,15 @@ pub struct DisasmArgs {
 }
 
 /// Prints the instructions of an image; those of an atmega328p where nothing names a chip.
-pub fn disasm(args: &DisasmArgs, terminal: &Terminal) -> Result<u8, Failure> {
-    let chip = args.mcu.choose_or(&args.image, Some(&ATMEGA328P))?.chip;
-    let image = input::image_with_symbols(&args.image, &args.symbols, chip, terminal)?;
-    let names = Names { chip, symbols: &image.symbols };
-    let source = Source { names, lines: &image.lines };
+pub fn disasm(args: &DisasmArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    let chip = args.mcu.choose_chip_or(&args.image, Some(&ATMEGA328P))?.chip;
+    let image = input::read_image_with_symbols(&args.image, &args.symbols, chip, terminal)?;
+    let names = AddressNames { chip, symbols: &image.symbols };
+    let source = ProgramSource { names, lines: &image.lines };
     let range = range(args, &source);
-    let pieces = range.map(|(from, to)| Code::new(chip, &image).pieces(from, to));
-    let mut listing = args.source.then(|| Listing::new(args, &image.lines, terminal));
-    report(terminal, image.lines.warnings(), Texts::NONE);
+    let pieces = range.map(|(from, to)| ProgramMemory::new(chip, &image).pieces(from, to));
+    let mut listing = args.source.then(|| SourceLineListing::new(args, &image.lines, terminal));
+    report_diagnostics(terminal, image.lines.warnings(), FileTexts::NONE);
     let pieces = pieces?;
     let whole = args.from.is_none() && args.to.is_none();
     if args.json {
@@ -80,9 +80,9 @@ pub fn disasm(args: &DisasmArgs, terminal: &Terminal) -> Result<u8, Failure> {
         if whole {
             document["memories"] = json!(memories(chip, &image));
         }
-        output::json(&document)?;
+        output::print_json(&document)?;
     } else {
-        let mut text = Text::new(&source);
+        let mut text = AssemblableText::new(&source);
         text.program(&pieces, listing);
         if whole {
             text.memories(&image);
@@ -93,29 +93,29 @@ pub fn disasm(args: &DisasmArgs, terminal: &Terminal) -> Result<u8, Failure> {
 }
 
 /// The program words that are asked for: from the first, to the one after the last.
-fn range(args: &DisasmArgs, source: &Source<'_>) -> Result<(u32, u32), Failure> {
+fn range(args: &DisasmArgs, source: &ProgramSource<'_>) -> Result<(u32, u32), VerbFailure> {
     let chip = source.names.chip;
-    let first = |text: &str| source.words(text).map(|words| words.into_iter().min().unwrap_or(0));
+    let first = |text: &str| source.parse_words(text).map(|words| words.into_iter().min().unwrap_or(0));
     let from = args
         .from
         .as_ref()
-        .map_or(Ok(0), |text| first(text).map_err(|why| Failure::value("--from <ADDRESS>", text, &why)))?;
-    let to = args.to.as_ref().map_or(Ok(chip.flash / chip.word_bytes), |text| {
-        let end = if text.contains(':') { first(text) } else { source.names.program_end(text) };
-        end.map_err(|why| Failure::value("--to <ADDRESS>", text, &why))
+        .map_or(Ok(0), |text| first(text).map_err(|why| VerbFailure::invalid_flag_value("--from <ADDRESS>", text, &why)))?;
+    let to = args.to.as_ref().map_or(Ok(chip.flash_bytes / chip.word_bytes), |text| {
+        let end = if text.contains(':') { first(text) } else { source.names.parse_program_end(text) };
+        end.map_err(|why| VerbFailure::invalid_flag_value("--to <ADDRESS>", text, &why))
     })?;
     if from >= to {
         let (from, to) = (chip.code_address(from), chip.code_address(to));
-        return Err(Failure::Usage(format!("--from 0x{from:x} is not before --to 0x{to:x}")));
+        return Err(VerbFailure::Usage(format!("--from 0x{from:x} is not before --to 0x{to:x}")));
     }
     Ok((from, to))
 }
 
 /// What the image fills besides program memory.
 fn memories(chip: &Chip, image: &Image) -> Vec<Value> {
-    let others = image.segments.iter().filter(|segment| segment.space != chip.code);
+    let others = image.segments.iter().filter(|segment| segment.space != chip.code_space);
     let others = others.map(|segment| {
-        let size = chip.hex.iter().find(|space| space.name == segment.space).map_or(1, |space| space.word.max(1));
+        let size = chip.hex_spaces.iter().find(|space| space.name == segment.space).map_or(1, |space| space.word.max(1));
         let words = segment.bytes.chunks(size as usize);
         let words = words.map(|word| word.iter().rev().fold(0, |high, &low| high << 8 | u32::from(low)));
         let words: Vec<u32> = words.collect();
@@ -124,20 +124,20 @@ fn memories(chip: &Chip, image: &Image) -> Vec<Value> {
     others.collect()
 }
 
-fn document(piece: &Piece, source: &Source<'_>, listing: Option<&mut Listing<'_>>) -> Option<Value> {
-    let Piece::Instruction(at, words, Line { text, operands, .. }) = piece else { return None };
+fn document(piece: &CodePiece, source: &ProgramSource<'_>, listing: Option<&mut SourceLineListing<'_>>) -> Option<Value> {
+    let CodePiece::Instruction(at, words, DisassembledInstruction { text, operands, .. }) = piece else { return None };
     let names = &source.names;
     let mut entry = json!({ "addr": names.chip.code_address(*at), "words": words, "text": text });
-    let labels: Vec<&str> = labels(names, *at, words.len()).map(|symbol| symbol.name.as_str()).collect();
+    let labels: Vec<&str> = labels_at(names, *at, words.len()).map(|symbol| symbol.name.as_str()).collect();
     if !labels.is_empty() {
         entry["labels"] = json!(labels);
     }
-    let meant = source.operands(operands);
+    let meant = source.describe_operands(operands);
     if !meant.is_empty() {
         entry["names"] = json!(meant);
     }
     if let Some((line, text)) =
-        listing.and_then(|listing| listing.at(*at, source).map(|(line, text)| (line, text.map(str::to_owned))))
+        listing.and_then(|listing| listing.line_at(*at, source).map(|(line, text)| (line, text.map(str::to_owned))))
     {
         entry["line"] = json!(line);
         if let Some(text) = text {

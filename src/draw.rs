@@ -2,9 +2,9 @@
 
 use clap::Args;
 
-use crate::args::Ladder;
-use crate::fail::{Failure, exit};
-use crate::report::Terminal;
+use crate::args::LadderFlags;
+use crate::fail::{VerbFailure, exit};
+use crate::report::MessageStyle;
 use crate::{input, output};
 
 const EXAMPLES: &str = "\
@@ -17,12 +17,12 @@ Examples:
 #[command(after_help = EXAMPLES)]
 pub struct DrawArgs {
     #[command(flatten)]
-    program: Ladder,
+    program: LadderFlags,
 }
 
 /// Draws a program. Programs that cannot run can still be drawn.
-pub fn draw(args: &DrawArgs, terminal: &Terminal) -> Result<u8, Failure> {
-    let read = input::program(&args.program.file, args.program.dialect, false, terminal)?;
+pub fn draw(args: &DrawArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    let read = input::read_program(&args.program.file, args.program.dialect, false, terminal)?;
     output::print(ladder::draw(&read.program))?;
     Ok(exit::OK)
 }

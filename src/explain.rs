@@ -1,9 +1,9 @@
 //! `emu explain`: more about the code of a message.
 
 use clap::Args;
-use diag::Code;
+use diag::DiagnosticCode;
 
-use crate::fail::{Failure, exit};
+use crate::fail::{VerbFailure, exit};
 use crate::{codes, lockstep, output, run};
 use diag::nearest;
 
@@ -26,18 +26,18 @@ pub struct ExplainArgs {
 }
 
 /// Every code that `emu` prints, in order.
-pub fn all() -> Vec<&'static Code> {
+pub fn all_codes() -> Vec<&'static DiagnosticCode> {
     let tables = [
         codes::CODES,
         run::COVER_CODES,
         lockstep::CODES,
-        emu_core::image::CODES,
+        emu_core::image::IMAGE_CODES,
         emu_core::image::OMF_CODES,
         emu_core::image::LINE_CODES,
         emu_core::image::SYMBOL_CODES,
         emu_asm::CODES,
-        emu_core::lint::CODES,
-        emu_ap101::config::CODES,
+        emu_core::lint::LINT_CODES,
+        emu_ap101::config::CONFIG_CODES,
         ladder::CODES,
         ladder_compile::CODES,
         ladder_view::CODES,
@@ -47,21 +47,21 @@ pub fn all() -> Vec<&'static Code> {
         emu_check::FOREIGN_CODES,
         scenario::CODES,
     ];
-    let mut all: Vec<&Code> = tables.into_iter().flatten().collect();
+    let mut all: Vec<&DiagnosticCode> = tables.into_iter().flatten().collect();
     all.sort_by_key(|c| c.code);
     all
 }
 
 /// The row of a code.
-pub fn find(code: &str) -> Option<&'static Code> {
-    all().into_iter().find(|c| c.code == code)
+pub fn find_code(code: &str) -> Option<&'static DiagnosticCode> {
+    all_codes().into_iter().find(|c| c.code == code)
 }
 
 /// Explains a code, or lists them.
-pub fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
+pub fn explain(args: &ExplainArgs) -> Result<u8, VerbFailure> {
     let wanted = args.code.as_deref().unwrap_or_default().trim().to_ascii_uppercase();
-    let all = all();
-    if let Some(code) = find(&wanted) {
+    let all = all_codes();
+    if let Some(code) = find_code(&wanted) {
         output::print(format!("{}: {}\n\n{}", code.code, code.title, wrapped(code.explain)))?;
         return Ok(exit::OK);
     }
@@ -70,7 +70,7 @@ pub fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
     if listed.is_empty() {
         let near = nearest(&wanted, all.iter().map(|c| c.code));
         let hint = near.map_or("`emu explain` lists all codes".to_owned(), |near| format!("did you mean {near}?"));
-        return Err(Failure::Usage(format!("there is no code `{wanted}`; {hint}")));
+        return Err(VerbFailure::Usage(format!("there is no code `{wanted}`; {hint}")));
     }
     output::print(listed)?;
     Ok(exit::OK)

@@ -3,9 +3,9 @@
 use diag::Diagnostic;
 use serde_json::json;
 
-use crate::codes::{UNWRITABLE, about_file, reason};
+use crate::codes::{UNWRITABLE, file_error, system_message};
 use crate::output;
-use crate::report::{Terminal, Texts, report};
+use crate::report::{MessageStyle, FileTexts, report_diagnostics};
 
 /// Exit codes.
 pub mod exit {
@@ -27,61 +27,61 @@ pub mod exit {
 
 /// Why a verb did not come to its end.
 #[derive(Debug)]
-pub enum Failure {
+pub enum VerbFailure {
     /// The command line makes no sense.
     Usage(String),
     /// Files were refused: why, and their texts for drawing.
-    Refused(Vec<Diagnostic>, Texts),
+    Refused(Vec<Diagnostic>, FileTexts),
     /// Nobody reads standard output any more.
     Pipe,
 }
 
-impl Failure {
+impl VerbFailure {
     /// A result could not be written to `file`.
-    pub fn writing(file: &str, error: &std::io::Error) -> Failure {
+    pub fn write_failed(file: &str, error: &std::io::Error) -> VerbFailure {
         if error.kind() == std::io::ErrorKind::BrokenPipe {
-            return Failure::Pipe;
+            return VerbFailure::Pipe;
         }
-        let cause = format!("cannot be written: {}", reason(error));
+        let cause = format!("cannot be written: {}", system_message(error));
         let hint = "check the path and the room on the disk";
-        Failure::Refused(vec![about_file(UNWRITABLE, file, cause, hint)], Texts::default())
+        VerbFailure::Refused(vec![file_error(UNWRITABLE, file, cause, hint)], FileTexts::default())
     }
 
     /// It in a sentence, for those who tell of it themselves.
     pub fn sentence(&self) -> String {
         match self {
-            Failure::Usage(text) => text.clone(),
-            Failure::Refused(all, _) => {
+            VerbFailure::Usage(text) => text.clone(),
+            VerbFailure::Refused(all, _) => {
                 let each: Vec<_> = all.iter().map(|d| format!("{} {} ({})", d.file, d.cause, d.code)).collect();
                 each.join("; ")
             }
-            Failure::Pipe => "nobody reads it".to_owned(),
+            VerbFailure::Pipe => "nobody reads it".to_owned(),
         }
     }
 
     /// The value of a flag makes no sense.
-    pub fn value(flag: &str, value: &str, why: &str) -> Failure {
-        Failure::Usage(format!("invalid value '{value}' for '{flag}': {why}"))
+    pub fn invalid_flag_value(flag: &str, value: &str, why: &str) -> VerbFailure {
+        VerbFailure::Usage(format!("invalid value '{value}' for '{flag}': {why}"))
     }
 }
 
 /// Tells about a failure and gives the exit code.
-pub fn finish(result: Result<u8, Failure>, verb: &str, json: bool, terminal: &Terminal) -> u8 {
+pub fn report_result(result: Result<u8, VerbFailure>, verb: &str, json: bool, terminal: &MessageStyle) -> u8 {
     match result {
         Ok(code) => code,
-        Err(Failure::Pipe) => exit::OK,
-        Err(Failure::Usage(text)) => {
-            output::tell(&format!("error: {text}\n\nFor more information, try 'emu {verb} --help'.\n"));
+        Err(VerbFailure::Pipe) => exit::OK,
+        Err(VerbFailure::Usage(text)) => {
+            output::print_to_stderr(&format!("error: {text}\n\nFor more information, try 'emu {verb} --help'.\n"));
             exit::USAGE
         }
-        Err(Failure::Refused(diagnostics, texts)) => {
+        Err(VerbFailure::Refused(diagnostics, texts)) => {
             let lost = diagnostics.iter().any(|d| d.code == UNWRITABLE && d.file == "-");
             if !json || lost {
-                report(terminal, &diagnostics, &texts);
-            } else if let Err(Failure::Refused(why, _)) = output::json(&json!({ "schema": 1, "errors": diagnostics })) {
+                report_diagnostics(terminal, &diagnostics, &texts);
+            } else if let Err(VerbFailure::Refused(why, _)) = output::print_json(&json!({ "schema": 1, "errors": diagnostics })) {
                 // Standard output takes nothing, so the document is told here, and why it is.
-                report(terminal, &diagnostics, &texts);
-                report(terminal, &why, Texts::NONE);
+                report_diagnostics(terminal, &diagnostics, &texts);
+                report_diagnostics(terminal, &why, FileTexts::NONE);
             }
             exit::REFUSED
         }

@@ -4,16 +4,16 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use emu_check::fuzz::{self, FAMILIES, Finding, Plan, Record, Shard, Trial};
+use emu_check::fuzz::{self, FAMILIES, CampaignFinding, CampaignPlan, CampaignRecord, CampaignShard, ProgramTrial};
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
-use crate::codes::{RECORD, about_file};
-use crate::fail::{Failure, exit};
+use crate::codes::{CAMPAIGN_RECORD, file_error};
+use crate::fail::{VerbFailure, exit};
 use crate::family::{ChipChoice, ChipChoiceParser};
 use crate::input;
 use crate::output;
-use crate::report::{Terminal, Texts};
+use crate::report::{MessageStyle, FileTexts};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -28,11 +28,11 @@ Exit codes: 0 no difference; 1 chip and reference differ somewhere, and the smal
 cannot be used; 5 the records that were added are not yet the whole campaign.";
 
 /// Time after which a bar shows how far the campaign is.
-const PATIENCE: Duration = Duration::from_secs(1);
+const PROGRESS_DELAY: Duration = Duration::from_secs(1);
 
 /// Time after which what is done is written. With the batch that is running it is at most about a second's work that gets lost,
 /// or one program of each job.
-const SAVING: Duration = Duration::from_millis(500);
+const SAVE_INTERVAL: Duration = Duration::from_millis(500);
 
 /// Most programs of a job before results are collected.
 const BATCH: usize = 16;
@@ -64,7 +64,7 @@ pub struct FuzzArgs {
     jobs: Option<u16>,
     /// Only every N-th program, beginning with the I-th.
     #[arg(long, value_name = "I/N", value_parser = shard, default_value = "1/1")]
-    shard: Shard,
+    shard: CampaignShard,
     /// Longest time for a program on a chip, in seconds; one that takes longer is saved and counted as a finding.
     #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "60")]
     timeout: Duration,
@@ -85,10 +85,10 @@ pub struct FuzzArgs {
     pub json: bool,
 }
 
-fn shard(text: &str) -> Result<Shard, String> {
+fn shard(text: &str) -> Result<CampaignShard, String> {
     let numbers = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
     match numbers {
-        Some((index, of)) if (1..=of).contains(&index) => Ok(Shard { index, of, done: 0 }),
+        Some((index, of)) if (1..=of).contains(&index) => Ok(CampaignShard { index, of, done: 0 }),
         _ => Err("write I/N with I from 1 to N, such as 3/16".to_owned()),
     }
 }
@@ -99,12 +99,12 @@ fn seconds(text: &str) -> Result<Duration, String> {
 }
 
 /// Runs a campaign or a shard of one, or adds records.
-pub fn fuzz(args: &FuzzArgs, terminal: &Terminal) -> Result<u8, Failure> {
+pub fn fuzz(args: &FuzzArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let printed = if args.json { "--json" } else { "the figures" };
     let outputs: Vec<_> =
         std::iter::once((printed, "-")).chain(args.out.as_deref().map(|out| ("--out", out))).collect();
-    output::owners(&outputs)?;
-    args.merge.iter().try_for_each(|file| output::spares(file, &outputs))?;
+    output::check_distinct_outputs(&outputs)?;
+    args.merge.iter().try_for_each(|file| output::check_input_not_overwritten(file, &outputs))?;
     if !args.merge.is_empty() {
         return merge(args);
     }
@@ -116,44 +116,44 @@ pub fn fuzz(args: &FuzzArgs, terminal: &Terminal) -> Result<u8, Failure> {
         };
         mcus.extend(named.into_iter().map(str::to_owned).filter(|name| !mcus.contains(name)).collect::<Vec<_>>());
     }
-    let plan = Plan { seed: args.seed, programs: args.programs.unwrap_or(1), scans: args.scans, mcus };
-    let mut record = Record::new(plan, args.shard);
+    let plan = CampaignPlan { seed: args.seed, programs: args.programs.unwrap_or(1), scans: args.scans, mcus };
+    let mut record = CampaignRecord::new(plan, args.shard);
     if let (true, Some(out)) = (args.resume, &args.out)
         && Path::new(out).exists()
     {
-        record = resumed(out, record)?;
+        record = resume_record(out, record)?;
     }
-    let Some(Shard { done, .. }) = record.shards.first().copied() else { return Ok(exit::OK) };
-    let mine = args.shard.programs(record.plan.programs);
+    let Some(CampaignShard { done, .. }) = record.shards.first().copied() else { return Ok(exit::OK) };
+    let mine = args.shard.program_count(record.plan.programs);
     let jobs = args.jobs.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.into()).build();
-    let pool = pool.map_err(|error| Failure::Usage(format!("no threads for --jobs {jobs}: {error}")))?;
+    let pool = pool.map_err(|error| VerbFailure::Usage(format!("no threads for --jobs {jobs}: {error}")))?;
     let threads = pool.current_num_threads();
-    folder(args)?;
+    make_save_folder(args)?;
     // What was found before and could not be saved is saved now.
-    keep(args, &record, &record.findings)?;
+    save_record(args, &record, &record.findings)?;
     if mine == 0 {
-        let Shard { index, of, .. } = args.shard;
-        output::tell(&format!("note: shard {index}/{of} has none of {} programs\n", record.plan.programs));
+        let CampaignShard { index, of, .. } = args.shard;
+        output::print_to_stderr(&format!("note: shard {index}/{of} has none of {} programs\n", record.plan.programs));
     }
     let (start, mut saved) = (Instant::now(), Instant::now());
     let (mut bar, mut next, mut batch, mut timed_out) = (None, done, threads, 0);
     while next < mine && timed_out < TIMED_OUT_MAX {
-        let numbers: Vec<u64> = (next..mine).take(batch).map(|k| args.shard.number(k)).collect();
+        let numbers: Vec<u64> = (next..mine).take(batch).map(|k| args.shard.program_number(k)).collect();
         next += numbers.len() as u64;
         let (plan, begun) = (&record.plan, Instant::now());
-        let trial = |&number| fuzz::trial(plan, number, args.timeout);
-        let trials: Vec<Trial> = pool.install(|| numbers.par_iter().map(trial).collect());
-        timed_out += trials.iter().map(Trial::timed_out).sum::<usize>();
+        let trial = |&number| fuzz::run_trial(plan, number, args.timeout);
+        let trials: Vec<ProgramTrial> = pool.install(|| numbers.par_iter().map(trial).collect());
+        timed_out += trials.iter().map(ProgramTrial::timed_out_chips).sum::<usize>();
         // Jobs wait for each other at the end of a batch, so it is made longer, but not for long.
-        batch = if begun.elapsed() > SAVING / 2 { threads } else { (batch * 2).min(threads * BATCH) };
-        trials.iter().for_each(|trial| record.add(trial));
-        let found: Vec<Finding> = trials.iter().flat_map(|trial| trial.findings().to_vec()).collect();
-        if saved.elapsed() >= SAVING || !found.is_empty() {
-            keep(args, &record, &found)?;
+        batch = if begun.elapsed() > SAVE_INTERVAL / 2 { threads } else { (batch * 2).min(threads * BATCH) };
+        trials.iter().for_each(|trial| record.add_trial(trial));
+        let found: Vec<CampaignFinding> = trials.iter().flat_map(|trial| trial.findings().to_vec()).collect();
+        if saved.elapsed() >= SAVE_INTERVAL || !found.is_empty() {
+            save_record(args, &record, &found)?;
             saved = Instant::now();
         }
-        if terminal.live && start.elapsed() >= PATIENCE {
+        if terminal.is_terminal && start.elapsed() >= PROGRESS_DELAY {
             let done = record.shards.first().map_or(0, |shard| shard.done);
             bar.get_or_insert_with(|| progress_bar(mine)).set_position(done);
         }
@@ -161,9 +161,9 @@ pub fn fuzz(args: &FuzzArgs, terminal: &Terminal) -> Result<u8, Failure> {
     if let Some(bar) = bar {
         bar.finish_and_clear();
     }
-    keep(args, &record, &[])?;
+    save_record(args, &record, &[])?;
     if timed_out >= TIMED_OUT_MAX && next < mine {
-        output::tell(&format!(
+        output::print_to_stderr(&format!(
             "note: the campaign ends early: {timed_out} programs took longer than {} s and may still run beside it; \
              --resume goes on behind them\n",
             args.timeout.as_secs_f64()
@@ -173,20 +173,20 @@ pub fn fuzz(args: &FuzzArgs, terminal: &Terminal) -> Result<u8, Failure> {
 }
 
 /// Adds records.
-fn merge(args: &FuzzArgs) -> Result<u8, Failure> {
-    let records = args.merge.iter().map(|file| read(file)).collect::<Result<Vec<Record>, Failure>>()?;
+fn merge(args: &FuzzArgs) -> Result<u8, VerbFailure> {
+    let records = args.merge.iter().map(|file| read_record(file)).collect::<Result<Vec<CampaignRecord>, VerbFailure>>()?;
     let first = args.merge.first().map_or("-", String::as_str);
-    let sum = Record::merge(records).map_err(|why| refused(first, why, "give each shard of one campaign once"))?;
-    folder(args)?;
-    keep(args, &sum, &sum.findings)?;
+    let sum = CampaignRecord::merge_shards(records).map_err(|why| refused(first, why, "give each shard of one campaign once"))?;
+    make_save_folder(args)?;
+    save_record(args, &sum, &sum.findings)?;
     let code = finish(args, &sum)?;
     Ok(if code == exit::OK && !sum.complete { exit::LIMIT } else { code })
 }
 
 /// The result out.
-fn finish(args: &FuzzArgs, record: &Record) -> Result<u8, Failure> {
+fn finish(args: &FuzzArgs, record: &CampaignRecord) -> Result<u8, VerbFailure> {
     if args.json {
-        output::json(record)?;
+        output::print_json(record)?;
     } else {
         output::print(record.text())?;
     }
@@ -194,38 +194,38 @@ fn finish(args: &FuzzArgs, record: &Record) -> Result<u8, Failure> {
 }
 
 /// Makes the folder of --save. A campaign of days must not find out at its first difference that it cannot.
-fn folder(args: &FuzzArgs) -> Result<(), Failure> {
-    args.save.as_deref().map_or(Ok(()), output::folder)
+fn make_save_folder(args: &FuzzArgs) -> Result<(), VerbFailure> {
+    args.save.as_deref().map_or(Ok(()), output::ensure_writable_folder)
 }
 
 /// Writes the record, whole or not at all, and then the programs that show something: where there is no room for them, the
 /// record has them.
-fn keep(args: &FuzzArgs, record: &Record, found: &[Finding]) -> Result<(), Failure> {
+fn save_record(args: &FuzzArgs, record: &CampaignRecord, found: &[CampaignFinding]) -> Result<(), VerbFailure> {
     if let Some(out) = &args.out {
-        let text = serde_json::to_string_pretty(record).map_err(|e| Failure::writing(out, &e.into()))?;
-        output::files(&[(out, (text + "\n").as_bytes())])?;
+        let text = serde_json::to_string_pretty(record).map_err(|e| VerbFailure::write_failed(out, &e.into()))?;
+        output::write_files(&[(out, (text + "\n").as_bytes())])?;
     }
     let Some(folder) = &args.save else { return Ok(()) };
     found.iter().try_for_each(|finding| {
         let file = Path::new(folder).join(&finding.file);
-        output::files(&[(&file.to_string_lossy(), finding.program.as_bytes())])
+        output::write_files(&[(&file.to_string_lossy(), finding.program.as_bytes())])
     })
 }
 
 /// A figure that is too large to be added up with others.
-fn beyond(value: &serde_json::Value) -> Option<u64> {
+fn oversized_figure(value: &serde_json::Value) -> Option<u64> {
     use serde_json::Value;
     match value {
         Value::Number(figure) => figure.as_u64().filter(|&figure| figure > FIGURE_MAX),
-        Value::Array(values) => values.iter().find_map(beyond),
-        Value::Object(values) => values.values().find_map(beyond),
+        Value::Array(values) => values.iter().find_map(oversized_figure),
+        Value::Object(values) => values.values().find_map(oversized_figure),
         Value::Null | Value::Bool(_) | Value::String(_) => None,
     }
 }
 
-fn read(file: &str) -> Result<Record, Failure> {
-    let bytes = input::bytes(file)?;
-    let record: Record = serde_json::from_slice(&bytes).map_err(|error| {
+fn read_record(file: &str) -> Result<CampaignRecord, VerbFailure> {
+    let bytes = input::read_bytes(file)?;
+    let record: CampaignRecord = serde_json::from_slice(&bytes).map_err(|error| {
         refused(file, format!("is no record of a campaign: {error}"), "give a file of emu fuzz --out")
     })?;
     if record.schema != fuzz::FUZZ_SCHEMA {
@@ -233,7 +233,7 @@ fn read(file: &str) -> Result<Record, Failure> {
         return Err(refused(file, cause, "take the emu that wrote it"));
     }
     let figures = serde_json::json!([record.tallies, record.shards.iter().map(|shard| shard.done).collect::<Vec<_>>()]);
-    if let Some(figure) = beyond(&figures) {
+    if let Some(figure) = oversized_figure(&figures) {
         let cause = format!("has the figure {figure}, which no campaign reaches");
         return Err(refused(file, cause, "give a file of emu fuzz --out"));
     }
@@ -247,19 +247,19 @@ fn read(file: &str) -> Result<Record, Failure> {
 }
 
 /// The record of a shard that was begun, where it is the one that `wanted` begins.
-fn resumed(file: &str, wanted: Record) -> Result<Record, Failure> {
-    let found = read(file)?;
-    let place = |record: &Record| record.shards.iter().map(|shard| (shard.index, shard.of)).collect::<Vec<_>>();
+fn resume_record(file: &str, wanted: CampaignRecord) -> Result<CampaignRecord, VerbFailure> {
+    let found = read_record(file)?;
+    let place = |record: &CampaignRecord| record.shards.iter().map(|shard| (shard.index, shard.of)).collect::<Vec<_>>();
     if found.plan != wanted.plan || place(&found) != place(&wanted) {
         let cause = "is the record of another campaign or shard".to_owned();
         return Err(refused(file, cause, "give the same flags as before, or another --out"));
     }
-    found.possible().map_err(|cause| refused(file, cause, "give the record as emu fuzz wrote it, or another --out"))?;
+    found.check_shards().map_err(|cause| refused(file, cause, "give the record as emu fuzz wrote it, or another --out"))?;
     Ok(found)
 }
 
-fn refused(file: &str, cause: String, hint: &str) -> Failure {
-    Failure::Refused(vec![about_file(RECORD, file, cause, hint)], Texts::default())
+fn refused(file: &str, cause: String, hint: &str) -> VerbFailure {
+    VerbFailure::Refused(vec![file_error(CAMPAIGN_RECORD, file, cause, hint)], FileTexts::default())
 }
 
 fn progress_bar(total: u64) -> ProgressBar {

@@ -7,55 +7,55 @@ use std::time::Duration;
 
 use clap::Parser;
 
-use crate::args::{Cli, Color};
+use crate::args::{CommandLine, ColorChoice};
 use crate::debug::commands;
-use crate::debug::open::{Subject, open};
-use crate::debug::shell::{Flow, Shell};
-use crate::report::Terminal;
+use crate::debug::open::{DebugSubject, open_session};
+use crate::debug::shell::{ShellFlow, DebugShell};
+use crate::report::MessageStyle;
 use crate::{diff, waveform};
 
 /// How long a command of the debugger runs before it is interrupted, as by Ctrl-C.
-const SLICE: Duration = Duration::from_millis(5);
+const COMMAND_TIME_LIMIT: Duration = Duration::from_millis(5);
 
 /// Commands that read or write the file that they name. Text that nobody has looked at must not choose files.
-const NAME_FILES: &[&str] = &["save", "load", "source", "record"];
+const FILE_COMMANDS: &[&str] = &["save", "load", "source", "record"];
 
 /// Reads a trace as `emu diff` does. Returns its number of lines, or `None` where it is refused.
 #[must_use]
-pub fn trace(bytes: &[u8]) -> Option<u64> {
+pub fn read_trace(bytes: &[u8]) -> Option<u64> {
     diff::lines_of(bytes).ok()
 }
 
 /// Reads a waveform as `emu wave` does and draws it, as text and as SVG. Returns the text, or `None` where it is refused.
 #[must_use]
-pub fn wave(bytes: &[u8]) -> Option<String> {
-    waveform::drawn(bytes).ok()
+pub fn draw_wave(bytes: &[u8]) -> Option<String> {
+    waveform::draw_as_text(bytes).ok()
 }
 
 /// Parses the arguments of `emu` and carries out nothing. Returns whether they are accepted.
 #[must_use]
-pub fn arguments(words: &[&str]) -> bool {
-    Cli::try_parse_from(std::iter::once("emu").chain(words.iter().copied())).is_ok()
+pub fn parse_arguments(words: &[&str]) -> bool {
+    CommandLine::try_parse_from(std::iter::once("emu").chain(words.iter().copied())).is_ok()
 }
 
 /// Carries out commands of `emu debug`, one a line, on the program that `subject` names by the flags of that verb. Commands that name
 /// files are left out; one that runs for long is interrupted. Returns what they print, or `None` where the program is refused.
 #[must_use]
-pub fn debugger(subject: &[&str], lines: &str) -> Option<String> {
+pub fn run_debugger(subject: &[&str], lines: &str) -> Option<String> {
     #[derive(Debug, Parser)]
     #[command(no_binary_name = true)]
-    struct Arguments {
+    struct DebuggerArguments {
         #[command(flatten)]
-        subject: Subject,
+        subject: DebugSubject,
     }
-    let arguments = Arguments::try_parse_from(subject).ok()?;
-    let opened = open(&arguments.subject, &Terminal::new(Color::Never, false)).ok()?;
+    let arguments = DebuggerArguments::try_parse_from(subject).ok()?;
+    let opened = open_session(&arguments.subject, &MessageStyle::new(ColorChoice::Never, false)).ok()?;
     let interrupt = Arc::new(AtomicBool::new(false));
-    let mut shell = Shell::new(opened, Arc::clone(&interrupt), false);
+    let mut shell = DebugShell::new(opened, Arc::clone(&interrupt), false);
     let (begin, begun) = channel::<()>();
     let clock = std::thread::spawn(move || {
         loop {
-            match begun.recv_timeout(SLICE) {
+            match begun.recv_timeout(COMMAND_TIME_LIMIT) {
                 Ok(()) => {}
                 Err(RecvTimeoutError::Timeout) => interrupt.store(true, Ordering::SeqCst),
                 Err(RecvTimeoutError::Disconnected) => return,
@@ -68,9 +68,9 @@ pub fn debugger(subject: &[&str], lines: &str) -> Option<String> {
         _ = begin.send(());
         shell.forget_interrupt();
         match shell.execute(line, &mut out) {
-            Flow::Quit(_) => break,
-            Flow::Failed(why) => out.push_str(&why),
-            Flow::Next | Flow::More => {}
+            ShellFlow::Quit(_) => break,
+            ShellFlow::Failed(why) => out.push_str(&why),
+            ShellFlow::Next | ShellFlow::PointCommands => {}
         }
     }
     drop(begin);
@@ -80,8 +80,8 @@ pub fn debugger(subject: &[&str], lines: &str) -> Option<String> {
 
 /// Also within the commands of a breakpoint, for those are lines too.
 fn names_a_file(line: &str) -> bool {
-    let found = commands::split(line).and_then(|(word, _)| commands::find(word).ok());
-    found.is_some_and(|command| NAME_FILES.contains(&command.name))
+    let found = commands::split_command(line).and_then(|(word, _)| commands::find_command(word).ok());
+    found.is_some_and(|command| FILE_COMMANDS.contains(&command.name))
 }
 
 #[cfg(test)]
@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn commands_that_name_files_are_left_out() {
         let files = commands::COMMANDS.iter().filter(|command| command.syntax.contains("FILE"));
-        assert_eq!(files.map(|command| command.name).collect::<Vec<_>>(), NAME_FILES);
+        assert_eq!(files.map(|command| command.name).collect::<Vec<_>>(), FILE_COMMANDS);
         for line in ["save x", " sav /tmp/x", "load x", "so x", "record x"] {
             assert!(names_a_file(line), "{line}");
         }

@@ -4,23 +4,23 @@ use diag::{Diagnostic, Pos, Severity};
 use ladder::SymbolKind;
 use ladder_eval::Evaluator;
 
-use crate::codes::INPUTS;
-use crate::fail::Failure;
+use crate::codes::INPUT_TABLE;
+use crate::fail::VerbFailure;
 use crate::input;
-use crate::report::Texts;
+use crate::report::FileTexts;
 use diag::nearest;
 
 /// Something is given a value before a scan, counted from 1.
-pub struct Change {
+pub struct ScanChange {
     /// The scan.
     pub scan: u64,
     /// What, and which value.
-    pub what: What,
+    pub input: SimInput,
 }
 
 /// What can be given.
 #[derive(Debug, Clone, Copy)]
-pub enum What {
+pub enum SimInput {
     /// A symbol, by its index.
     Symbol(usize, i32),
     /// The level at an analog input, by the index of its symbol.
@@ -29,26 +29,26 @@ pub enum What {
     Cell(usize, u8),
 }
 
-impl Change {
+impl ScanChange {
     /// Gives it.
-    pub fn make(&self, evaluator: &mut Evaluator) {
-        match self.what {
-            What::Symbol(symbol, value) => evaluator.set(symbol, value),
-            What::Level(symbol, level) => evaluator.set_adc(symbol, level),
-            What::Cell(cell, byte) => evaluator.set_eeprom(cell, byte),
+    pub fn apply(&self, evaluator: &mut Evaluator) {
+        match self.input {
+            SimInput::Symbol(symbol, value) => evaluator.set(symbol, value),
+            SimInput::Level(symbol, level) => evaluator.set_adc(symbol, level),
+            SimInput::Cell(cell, byte) => evaluator.set_eeprom(cell, byte),
         }
     }
 }
 
-impl What {
+impl SimInput {
     /// Reads `NAME=VALUE`.
-    pub fn new(evaluator: &Evaluator, text: &str) -> Result<What, String> {
+    pub fn new(evaluator: &Evaluator, text: &str) -> Result<SimInput, String> {
         let (name, value) = text.split_once('=').ok_or("give a value, as in Xstart=1")?;
-        What::of(evaluator, name.trim(), value.trim())
+        SimInput::of(evaluator, name.trim(), value.trim())
     }
 
     /// `value` for `name`; the cause where that cannot be.
-    fn of(evaluator: &Evaluator, name: &str, value: &str) -> Result<What, String> {
+    fn of(evaluator: &Evaluator, name: &str, value: &str) -> Result<SimInput, String> {
         let number = |low: i64, high: i64| {
             let number = value.strip_prefix("0x").map_or_else(|| value.parse(), |hex| i64::from_str_radix(hex, 16));
             let number = number.ok().filter(|number| (low..=high).contains(number));
@@ -61,7 +61,7 @@ impl What {
                 0 => "the program has no PERSIST, so no cell of the EEPROM".to_owned(),
                 _ => format!("there is no cell `{name}`; cells are eeprom:0 to eeprom:{}", count - 1),
             })?;
-            return Ok(What::Cell(cell, number(0, 255)? as u8));
+            return Ok(SimInput::Cell(cell, number(0, 255)? as u8));
         }
         let index = evaluator.index(name);
         let Some((index, symbol)) = index.and_then(|i| Some((i, evaluator.symbols().get(i)?))) else {
@@ -69,28 +69,28 @@ impl What {
             return Err(format!("the program has no symbol `{name}`; it has {}", names.join(", ")));
         };
         if evaluator.adc_symbols().any(|adc| adc == index) {
-            return Ok(What::Level(index, number(0, 1023)? as u16));
+            return Ok(SimInput::Level(index, number(0, 1023)? as u16));
         }
         let (low, high) = match symbol.bytes {
             0 => (0, 1),
             bytes => (-1_i64 << (8 * bytes - 1), (1_i64 << (8 * bytes - 1)) - 1),
         };
-        Ok(What::Symbol(index, number(low, high)? as i32))
+        Ok(SimInput::Symbol(index, number(low, high)? as i32))
     }
 }
 
 /// Reads a file of inputs by scan: columns of X and of analog inputs count. Gives the last scan, where there is one, and the
 /// changes in their order. Its faults are told with their places.
-pub fn table(file: &str, evaluator: &Evaluator) -> Result<(Option<u64>, Vec<Change>), Failure> {
-    let bytes = input::bytes(file)?;
+pub fn read_input_table(file: &str, evaluator: &Evaluator) -> Result<(Option<u64>, Vec<ScanChange>), VerbFailure> {
+    let bytes = input::read_bytes(file)?;
     let text = diag::text::readable(&bytes);
-    read(file, &text, evaluator).map_err(|fault| Failure::Refused(vec![*fault], Texts::one(file, bytes)))
+    read(file, &text, evaluator).map_err(|fault| VerbFailure::Refused(vec![*fault], FileTexts::one(file, bytes)))
 }
 
-fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<(Option<u64>, Vec<Change>), Box<Diagnostic>> {
+fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<(Option<u64>, Vec<ScanChange>), Box<Diagnostic>> {
     let mut lines = (1u32..).zip(text.lines()).map(|(number, line)| (number, cells(line)));
     let fault = |pos: Pos, cause: String, hint: &str| {
-        Box::new(Diagnostic::new(Severity::Error, INPUTS, file, pos, cause, hint))
+        Box::new(Diagnostic::new(Severity::Error, INPUT_TABLE, file, pos, cause, hint))
     };
     let (_, head) = lines.next().unwrap_or((1, Vec::new()));
     let Some((("scan", _), columns)) = head.split_first() else {
@@ -112,7 +112,7 @@ fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<(Option<u64>, V
         let symbol = evaluator.index(name).and_then(|i| Some((i, evaluator.symbols().get(i)?)));
         symbol.is_some_and(|(i, s)| s.kind == SymbolKind::Input || evaluator.adc_symbols().any(|adc| adc == i))
     };
-    let mut changes: Vec<Change> = Vec::new();
+    let mut changes: Vec<ScanChange> = Vec::new();
     let mut before = 0;
     for (number, row) in lines.filter(|(_, row)| row.iter().any(|(cell, _)| !cell.is_empty())) {
         let place = |at: usize| {
@@ -133,8 +133,8 @@ fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<(Option<u64>, V
             if value.is_empty() || !counts(name) {
                 continue;
             }
-            match What::of(evaluator, name, value) {
-                Ok(what) => changes.push(Change { scan, what }),
+            match SimInput::of(evaluator, name, value) {
+                Ok(what) => changes.push(ScanChange { scan, input: what }),
                 Err(cause) => return Err(fault(place(at), cause, "write a number in that range, or nothing")),
             }
         }

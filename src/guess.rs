@@ -7,22 +7,22 @@ use std::collections::BTreeMap;
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_ap101::config;
-use emu_core::chip::{Chip, Family};
-use emu_core::image::{self, Bits, Space};
-use emu_pic16::chips::{self, Part};
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::image::{self, WordBits, ImageSpace};
+use emu_pic16::chips::{self, Pic16Part};
 
-use crate::chosen::{NamedChip, in_comment};
+use crate::chosen::{NamedChip, chip_in_comment};
 use crate::codes::OTHER_CHIP;
 use crate::family;
-use crate::input::ELF;
-use crate::made_for::{by_signature, kind, other_avr};
+use crate::input::ELF_MAGIC;
+use crate::made_for::{by_signature, base_name, other_avr_diagnostic};
 use diag::distance;
 
 /// Most chips that are listed.
-const MOST: usize = 4;
+const MAX_CHIPS_LISTED: usize = 4;
 
 /// Words of 16 bits that tell a program for other families where nothing else does.
-const ENOUGH: usize = 4;
+const MIN_WIDE_WORDS: usize = 4;
 
 /// Where a HEX file for a PIC16 has what it is told by: byte addresses (DS39025, "Program memory map").
 const PIC_FLASH: std::ops::Range<u32> = 0..0x4000;
@@ -38,27 +38,27 @@ const PIC_WORD: u16 = 0x3FFF;
 const PIC_DEVICE: u16 = 0x3FE0;
 
 /// What is told of a file: as a note beside the faults for which it was refused, else as a warning.
-pub fn guess(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Option<Diagnostic> {
+pub fn guess_chip(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Option<Diagnostic> {
     let severity = if refused { Severity::Note } else { Severity::Warning };
-    if bytes.starts_with(ELF) {
-        return other_avr(file, bytes, chip, severity);
+    if bytes.starts_with(ELF_MAGIC) {
+        return other_avr_diagnostic(file, bytes, chip, severity);
     }
     let tell =
         |cause: String, hint: String| Some(Diagnostic::new(severity, OTHER_CHIP, file, Pos::default(), cause, hint));
-    if let Some((cause, hint)) = in_comment(bytes).and_then(|named| other_name(&named, chip)) {
+    if let Some((cause, hint)) = chip_in_comment(bytes).and_then(|named| other_name(&named, chip)) {
         return tell(cause, hint);
     }
-    let found = Found::of(file, bytes)?;
+    let found = HexContents::of(file, bytes)?;
     if let Some((cause, hint)) = found.signature().and_then(|signature| by_signature(signature, chip)) {
         return tell(cause, hint);
     }
     let family = match found.family(chip) {
-        Looks::Like(family) => family,
-        Looks::Wide => {
+        ChipGuess::Family(family) => family,
+        ChipGuess::WideWords => {
             let cause = format!("this looks like a program for an AVR or an 8051, not for {}", chip.name);
             return tell(cause, "--mcu CHIP; `emu chips` lists all".to_owned());
         }
-        Looks::Unknown => return None,
+        ChipGuess::Unknown => return None,
     };
     if family == chip.family && found.fits(chip) {
         return None;
@@ -68,9 +68,9 @@ pub fn guess(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Option<Dia
         fitting = nearest_first(fitting, chip);
     } else {
         // Of another family the largest go first, which can hold whatever the others can.
-        fitting.sort_by_key(|c| Reverse(c.flash));
+        fitting.sort_by_key(|c| Reverse(c.flash_bytes));
     }
-    let (names, first) = name_some(fitting)?;
+    let (names, first) = name_chips(fitting)?;
     tell(format!("this looks like a program for {names}, not for {}", chip.name), format!("--mcu {first}"))
 }
 
@@ -78,7 +78,7 @@ pub fn guess(file: &str, bytes: &[u8], chip: &Chip, refused: bool) -> Option<Dia
 fn other_name(named: &NamedChip, chip: &Chip) -> Option<(String, String)> {
     let (name, place) = (&named.name, &named.place);
     match named.chip {
-        Some(row) if kind(row.name) == kind(chip.name) => None,
+        Some(row) if base_name(row.name) == base_name(chip.name) => None,
         Some(row) => Some((
             format!("this is a program for {name} ({place}), not for {}", chip.name),
             format!("--mcu {}", row.name),
@@ -92,7 +92,7 @@ fn other_name(named: &NamedChip, chip: &Chip) -> Option<(String, String)> {
 
 /// The signature of an AVR in a HEX file where avr-objcopy leaves it, in the order of data sheets.
 pub fn hex_signature(bytes: &[u8]) -> Option<[u8; 3]> {
-    Found::of("", bytes)?.signature()
+    HexContents::of("", bytes)?.signature()
 }
 
 /// Those whose names are most like the name of `chip` first.
@@ -102,11 +102,11 @@ pub fn nearest_first<'a>(mut chips: Vec<&'a Chip>, chip: &Chip) -> Vec<&'a Chip>
 }
 
 /// Names of chips in words, and the first one.
-pub fn name_some(chips: Vec<&Chip>) -> Option<(String, &str)> {
+pub fn name_chips(chips: Vec<&Chip>) -> Option<(String, &str)> {
     let names: Vec<&str> = chips.into_iter().map(|c| c.name).collect();
     let first = *names.first()?;
     let words = match names.split_last() {
-        _ if names.len() > MOST => format!("{first} or one of {} others", names.len() - 1),
+        _ if names.len() > MAX_CHIPS_LISTED => format!("{first} or one of {} others", names.len() - 1),
         Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
         _ => first.to_owned(),
     };
@@ -114,26 +114,26 @@ pub fn name_some(chips: Vec<&Chip>) -> Option<(String, &str)> {
 }
 
 /// What a file looks like.
-enum Looks {
+enum ChipGuess {
     /// A program for this family.
-    Like(Family),
+    Family(ChipFamily),
     /// A program for a family whose words have 16 bits.
-    Wide,
+    WideWords,
     /// Nothing in particular.
     Unknown,
 }
 
 /// The bytes of a file at the addresses that it gives them.
-struct Found {
+struct HexContents {
     bytes: BTreeMap<u32, u8>,
 }
 
-impl Found {
+impl HexContents {
     /// What a HEX file has, if it is sound.
-    fn of(file: &str, bytes: &[u8]) -> Option<Found> {
-        const WHOLE: Space = Space { name: "file", start: 0, len: u32::MAX, word: 1, bits: Bits::All };
+    fn of(file: &str, bytes: &[u8]) -> Option<HexContents> {
+        const WHOLE: ImageSpace = ImageSpace { name: "file", start: 0, len: u32::MAX, word: 1, word_bits: WordBits::All };
         let loaded = image::load_hex(file, bytes, &[WHOLE]).ok()?;
-        Some(Found { bytes: loaded.image.bytes_in(WHOLE.name).collect() })
+        Some(HexContents { bytes: loaded.image.bytes_in(WHOLE.name).collect() })
     }
 
     /// The last byte of it comes first in the file.
@@ -155,25 +155,25 @@ impl Found {
     }
 
     /// The family that the file is for, as far as it shows.
-    fn family(&self, chip: &Chip) -> Looks {
+    fn family(&self, chip: &Chip) -> ChipGuess {
         match chip.family {
-            _ if self.has_block() => Looks::Like(Family::Ap101),
-            Family::Pic16 if self.words_of_14_bits() => Looks::Like(Family::Pic16),
-            Family::Pic16 if !self.many_are_wide() => Looks::Unknown,
-            Family::Pic16 if self.starts_as_avr() => Looks::Like(Family::Avr),
-            Family::Pic16 if self.starts_as_mcs51() => Looks::Like(Family::Mcs51),
-            Family::Pic16 if self.wide() >= ENOUGH => Looks::Wide,
-            Family::Pic16 => Looks::Unknown,
-            Family::Ap101 if self.starts_as_mcs51() => Looks::Like(Family::Mcs51),
-            Family::Ap101 if self.starts_as_avr() => Looks::Like(Family::Avr),
-            Family::Avr | Family::Mcs51 | Family::Ap101 if self.is_pic16() => Looks::Like(Family::Pic16),
-            Family::Avr | Family::Mcs51 | Family::Ap101 => Looks::Unknown,
+            _ if self.has_ap101_block() => ChipGuess::Family(ChipFamily::Ap101),
+            ChipFamily::Pic16 if self.words_of_14_bits() => ChipGuess::Family(ChipFamily::Pic16),
+            ChipFamily::Pic16 if !self.many_are_wide() => ChipGuess::Unknown,
+            ChipFamily::Pic16 if self.starts_like_avr() => ChipGuess::Family(ChipFamily::Avr),
+            ChipFamily::Pic16 if self.starts_like_mcs51() => ChipGuess::Family(ChipFamily::Mcs51),
+            ChipFamily::Pic16 if self.count_wide_words() >= MIN_WIDE_WORDS => ChipGuess::WideWords,
+            ChipFamily::Pic16 => ChipGuess::Unknown,
+            ChipFamily::Ap101 if self.starts_like_mcs51() => ChipGuess::Family(ChipFamily::Mcs51),
+            ChipFamily::Ap101 if self.starts_like_avr() => ChipGuess::Family(ChipFamily::Avr),
+            ChipFamily::Avr | ChipFamily::Mcs51 | ChipFamily::Ap101 if self.is_pic16() => ChipGuess::Family(ChipFamily::Pic16),
+            ChipFamily::Avr | ChipFamily::Mcs51 | ChipFamily::Ap101 => ChipGuess::Unknown,
         }
     }
 
     /// Where an AP101 has its configuration there is one, and nothing lies where it has no memory.
-    fn has_block(&self) -> bool {
-        let block = config::BLOCK..config::BLOCK + config::LENGTH;
+    fn has_ap101_block(&self) -> bool {
+        let block = config::CONFIG_ADDRESS..config::CONFIG_ADDRESS + config::CONFIG_BYTES;
         let magic = [b'A', b'P', 1];
         (block.start..).zip(magic).all(|(addr, byte)| self.byte(addr) == Some(byte))
             && self.bytes.keys().all(|addr| *addr < block.end)
@@ -192,11 +192,11 @@ impl Found {
 
     /// More than a quarter of the program's words have more bits than on a PIC16. FFFF is erased or fills.
     fn many_are_wide(&self) -> bool {
-        4 * self.wide() > self.words().filter(|&word| word != u16::MAX).count()
+        4 * self.count_wide_words() > self.words().filter(|&word| word != u16::MAX).count()
     }
 
     /// How many have.
-    fn wide(&self) -> usize {
+    fn count_wide_words(&self) -> usize {
         self.words().filter(|&word| word > PIC_WORD && word != u16::MAX).count()
     }
 
@@ -210,7 +210,7 @@ impl Found {
     }
 
     /// The first instruction is JMP or RJMP to a place that the file fills ("AVR Instruction Set Manual", DS40002198).
-    fn starts_as_avr(&self) -> bool {
+    fn starts_like_avr(&self) -> bool {
         let Some(word) = self.word(0) else { return false };
         let target = match word {
             0x940C => self.word(2).map(|target| 2 * u32::from(target)),
@@ -221,7 +221,7 @@ impl Found {
     }
 
     /// The first instruction is LJMP or AJMP to a place that the file fills (272383, chapter 2).
-    fn starts_as_mcs51(&self) -> bool {
+    fn starts_like_mcs51(&self) -> bool {
         let (Some(first), Some(second)) = (self.byte(0), self.byte(1)) else { return false };
         let target = match first {
             0x02 => self.byte(2).map(|low| u32::from(second) << 8 | u32::from(low)),
@@ -233,14 +233,14 @@ impl Found {
 
     /// The chip has a place for everything, and is not another one by its device ID or its configuration words.
     fn fits(&self, chip: &Chip) -> bool {
-        let spaces = image::hex_spaces(chip.hex, chip.elf);
-        let beyond = |addr: u32| chip.family == Family::Avr && addr >= image::AVR_AREAS.end;
+        let spaces = image::hex_spaces(chip.hex_spaces, chip.elf_spaces);
+        let beyond = |addr: u32| chip.family == ChipFamily::Avr && addr >= image::AVR_AREAS.end;
         let place = |addr: u32| beyond(addr) || spaces.iter().any(|s| (s.start..s.start + s.len).contains(&addr));
-        let part = chips::part(chip.name).filter(|_| chip.family == Family::Pic16);
+        let part = chips::part(chip.name).filter(|_| chip.family == ChipFamily::Pic16);
         self.bytes.keys().all(|&addr| place(addr)) && part.is_none_or(|part| self.fits_part(part))
     }
 
-    fn fits_part(&self, part: &Part) -> bool {
+    fn fits_part(&self, part: &Pic16Part) -> bool {
         let erased = |word: &u16| *word == PIC_WORD || *word == 0;
         let id = self.word(PIC_DEVICE_ID).filter(|id| !erased(id));
         // An erased one tells nothing in a file that gives all words from there on, as programmers read them out.

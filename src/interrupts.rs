@@ -7,7 +7,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 /// Set by the first signal that asks for the end, so that the run ends well; a second one does what it always does. Where the system
 /// refuses so does the first.
-pub fn interrupts() -> Arc<AtomicBool> {
+pub fn listen_for_interrupts() -> Arc<AtomicBool> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let hangs_up = Some(SIGHUP).filter(|_| !ignores_hangup());
     for signal in [SIGINT, SIGTERM].into_iter().chain(hangs_up) {

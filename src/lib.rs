@@ -80,9 +80,9 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use args::{Cli, Verb};
-use fail::{Failure, exit};
-use report::Terminal;
+use args::{CommandLine, CliVerb};
+use fail::{VerbFailure, exit};
+use report::MessageStyle;
 
 /// Runs the command line of this process; the exit codes are those of docs/cli.md.
 #[must_use]
@@ -92,54 +92,54 @@ pub fn main() -> ExitCode {
         let payload = what.payload();
         let text = payload.downcast_ref::<&str>().copied().or(payload.downcast_ref::<String>().map(String::as_str));
         let text = text.unwrap_or("no message");
-        output::tell(&format!(
+        output::print_to_stderr(&format!(
             "internal error{place}: {text}\nThis is a fault of emu, not of your files; please report it.\n"
         ));
     }));
-    ExitCode::from(panic::catch_unwind(start).unwrap_or(exit::INTERNAL))
+    ExitCode::from(panic::catch_unwind(run_command_line).unwrap_or(exit::INTERNAL))
 }
 
-fn start() -> u8 {
-    let cli = match Cli::try_parse() {
+fn run_command_line() -> u8 {
+    let cli = match CommandLine::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
             // Help and version come this way too.
             return match error.print() {
                 _ if error.use_stderr() => exit::USAGE,
                 Ok(()) => exit::OK,
-                Err(why) => fail::finish(
-                    Err(Failure::writing("-", &why)),
+                Err(why) => fail::report_result(
+                    Err(VerbFailure::write_failed("-", &why)),
                     "help",
                     false,
-                    &Terminal::new(args::Color::Auto, false),
+                    &MessageStyle::new(args::ColorChoice::Auto, false),
                 ),
             };
         }
     };
-    let terminal = Terminal::new(cli.color, cli.verbose);
+    let terminal = MessageStyle::new(cli.color, cli.verbose);
     let json = cli.verb.json();
     let name = cli.verb.name();
-    fail::finish(verb(cli.verb, &terminal), name, json, &terminal)
+    fail::report_result(run_verb(cli.verb, &terminal), name, json, &terminal)
 }
 
-fn verb(verb: Verb, terminal: &Terminal) -> Result<u8, Failure> {
+fn run_verb(verb: CliVerb, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     match verb {
-        Verb::Run(args) => run::run(&args, terminal),
-        Verb::Check(args) => check::check(&args, terminal),
-        Verb::Fuzz(args) => fuzz::fuzz(&args, terminal),
-        Verb::Debug(args) => debug::debug(&args, terminal),
-        Verb::Dap(args) => dap::dap(&args, terminal),
-        Verb::Compile(args) => compile::compile(&args, terminal),
-        Verb::Asm(args) => asm::asm(&args, terminal),
-        Verb::Sim(args) => sim::sim(&args, terminal),
-        Verb::Diff(args) => diff::diff(&args),
-        Verb::Wave(args) => waveform::wave(&args),
-        Verb::Disasm(args) => disasm::disasm(&args, terminal),
-        Verb::Lockstep(args) => lockstep::lockstep(&args, terminal),
-        Verb::Draw(args) => draw::draw(&args, terminal),
-        Verb::Chips(args) => chips::chips(&args),
-        Verb::Explain(args) => explain::explain(&args),
-        Verb::Completions(args) => shell::completions(&args),
-        Verb::Man(args) => shell::man(&args),
+        CliVerb::Run(args) => run::run(&args, terminal),
+        CliVerb::Check(args) => check::check(&args, terminal),
+        CliVerb::Fuzz(args) => fuzz::fuzz(&args, terminal),
+        CliVerb::Debug(args) => debug::debug(&args, terminal),
+        CliVerb::Dap(args) => dap::dap(&args, terminal),
+        CliVerb::Compile(args) => compile::compile(&args, terminal),
+        CliVerb::Asm(args) => asm::asm(&args, terminal),
+        CliVerb::Sim(args) => sim::sim(&args, terminal),
+        CliVerb::Diff(args) => diff::diff(&args),
+        CliVerb::Wave(args) => waveform::wave(&args),
+        CliVerb::Disasm(args) => disasm::disasm(&args, terminal),
+        CliVerb::Lockstep(args) => lockstep::lockstep(&args, terminal),
+        CliVerb::Draw(args) => draw::draw(&args, terminal),
+        CliVerb::Chips(args) => chips::chips(&args),
+        CliVerb::Explain(args) => explain::explain(&args),
+        CliVerb::Completions(args) => shell::completions(&args),
+        CliVerb::Man(args) => shell::man(&args),
     }
 }

@@ -8,24 +8,24 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use clap::{Args, ValueEnum};
-use diag::Code;
+use diag::DiagnosticCode;
 use diag::text::readable;
-use emu_core::chip::{Chip, Family};
-use emu_core::cpu::{Cpu, RamInit, Stop};
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::cpu::{Cpu, RamInit, StopReason};
 use emu_core::image::{Image, write_hex};
-use emu_debug::lockstep::gpsim::{self, Gpsim};
-use emu_debug::lockstep::s51::{self, S51};
-use emu_debug::lockstep::simavr::{self, Simavr};
-use emu_debug::lockstep::{CYCLES, Done, End, Outcome, Peer, Report, Start, Terms, View, compare};
-use emu_debug::{Clock, Names, Source, time};
+use emu_debug::lockstep::gpsim::{self, GpsimPeer};
+use emu_debug::lockstep::s51::{self, S51Peer};
+use emu_debug::lockstep::simavr::{self, SimavrPeer};
+use emu_debug::lockstep::{CYCLES_NAME, ExecutedInstruction, LockstepEnd, LockstepOutcome, PeerSimulator, LockstepReport, PeerStart, CompareOptions, RegisterView, compare};
+use emu_debug::{CycleClock, AddressNames, ProgramSource, time};
 use serde_json::{Value, json};
 
-use crate::args::Mcu;
-use crate::codes::about_file;
-use crate::fail::{Failure, exit};
-use crate::family::{Job, Setup, on_machine};
-use crate::interrupts::interrupts;
-use crate::report::{Terminal, Texts};
+use crate::args::McuFlags;
+use crate::codes::file_error;
+use crate::fail::{VerbFailure, exit};
+use crate::family::{MachineVisitor, MachineSetup, visit_machine};
+use crate::interrupts::listen_for_interrupts;
+use crate::report::{MessageStyle, FileTexts};
 use crate::{input, output, readings};
 
 const EXAMPLES: &str = "\
@@ -38,37 +38,37 @@ Exit codes: 0 no difference; 1 a difference; 2 the peer is not installed; 3 a fi
 not have the chip, or did not answer in time; 5 a signal (Ctrl-C) ended it.";
 
 /// The peer does not do what it is asked.
-pub const PEER: &str = "LCK001";
+pub const PEER_FAILED: &str = "LCK001";
 /// The peer does not have the chip.
 pub const NO_CHIP: &str = "LCK002";
 /// The peer does not answer in time.
-pub const LATE: &str = "LCK003";
+pub const PEER_TIMED_OUT: &str = "LCK003";
 
 /// All codes.
 #[rustfmt::skip]
-pub const CODES: &[Code] = &[
-    Code { code: PEER, title: "a simulator beside which a program was to run does not do what it is asked",
+pub const CODES: &[DiagnosticCode] = &[
+    DiagnosticCode { code: PEER_FAILED, title: "a simulator beside which a program was to run does not do what it is asked",
         explain: "s51, gpsim or simavr was started by `emu lockstep` and has ended, or answers otherwise than the versions in Debian \
                   do. simavr listens at port 1234, which has to be free. Fix: start the simulator by hand with the same image, and \
                   see what it says." },
-    Code { code: NO_CHIP, title: "a simulator beside which a program was to run does not have the chip",
+    DiagnosticCode { code: NO_CHIP, title: "a simulator beside which a program was to run does not have the chip",
         explain: "gpsim and simavr know a list of chips, and the chip of --mcu is not on it, nor is one that is the same machine under \
                   another name. docs/lockstep.md lists what each peer has. Fix: take another chip of the family, if the program uses \
                   nothing that the two do not share, or a version of the simulator that has the chip (--peer FILE)." },
-    Code { code: LATE, title: "a simulator beside which a program was to run does not answer in time",
+    DiagnosticCode { code: PEER_TIMED_OUT, title: "a simulator beside which a program was to run does not answer in time",
         explain: "An answer of s51, gpsim or simavr did not come within the time of --timeout, 10 s unless given; the simulator was \
                   ended. It hangs, says something else than the versions in Debian do, or passes a sleep from which it never \
                   wakes. Fix: give more time, or start the simulator by hand with the same image, and see what it says." },
 ];
 
 /// Instructions after which a run without a limit ends.
-const STEPS: u64 = 100_000;
+const DEFAULT_STEPS: u64 = 100_000;
 
 /// Seconds that an answer of the peer may take.
-const PATIENCE: u64 = 10;
+const DEFAULT_TIMEOUT_S: u64 = 10;
 
 /// Words of the longest instruction of any family.
-const LONGEST: u32 = 3;
+const MAX_INSTRUCTION_WORDS: u32 = 3;
 
 /// Flags of `emu lockstep`.
 #[derive(Debug, Args)]
@@ -78,10 +78,10 @@ pub struct LockstepArgs {
     #[arg(value_name = "IMAGE")]
     image: String,
     #[command(flatten)]
-    mcu: Mcu,
+    mcu: McuFlags,
     /// The simulator: s51 for the 8051 family, gpsim for PIC16, simavr for AVR.
     #[arg(long, value_name = "PEER", value_enum)]
-    against: Against,
+    against: PeerChoice,
     /// End after this much of the chip's time: 10ms, 1000c (machine cycles).
     #[arg(long = "for", value_name = "TIME", conflicts_with = "cycles")]
     time: Option<String>,
@@ -92,10 +92,10 @@ pub struct LockstepArgs {
     #[arg(long, value_name = "N")]
     steps: Option<u64>,
     /// Oscillator of both: 16MHz, 8000000. Default: what the chip's row says.
-    #[arg(long, value_name = "HZ", value_parser = time::hertz)]
+    #[arg(long, value_name = "HZ", value_parser = time::parse_hertz)]
     clock: Option<u64>,
     #[command(flatten)]
-    readings: readings::Args,
+    readings: readings::ReadingFlags,
     /// Let a register differ, as `emu run` names it. Repeatable.
     #[arg(long, value_name = "REG")]
     ignore: Vec<String>,
@@ -106,7 +106,7 @@ pub struct LockstepArgs {
     #[arg(long, value_name = "N", default_value_t = 8)]
     last: usize,
     /// End the peer where an answer takes longer than this, in seconds.
-    #[arg(long, value_name = "SECONDS", default_value_t = PATIENCE, value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    #[arg(long, value_name = "SECONDS", default_value_t = DEFAULT_TIMEOUT_S, value_parser = clap::value_parser!(u64).range(1..=86_400))]
     timeout: u64,
     /// The peer's program, where it is not the one of its name on the PATH.
     #[arg(long, value_name = "FILE")]
@@ -121,7 +121,7 @@ pub struct LockstepArgs {
 
 /// A simulator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Against {
+enum PeerChoice {
     /// Of uCsim.
     S51,
     /// Of GNU PIC.
@@ -130,153 +130,153 @@ enum Against {
     Simavr,
 }
 
-impl Against {
+impl PeerChoice {
     /// The program, the package, and the family.
-    fn facts(self) -> ((&'static str, &'static str), Family) {
+    fn package_and_family(self) -> ((&'static str, &'static str), ChipFamily) {
         match self {
-            Against::S51 => (s51::PROGRAM, Family::Mcs51),
-            Against::Gpsim => (gpsim::PROGRAM, Family::Pic16),
-            Against::Simavr => (simavr::PROGRAM, Family::Avr),
+            PeerChoice::S51 => (s51::PROGRAM, ChipFamily::Mcs51),
+            PeerChoice::Gpsim => (gpsim::PROGRAM, ChipFamily::Pic16),
+            PeerChoice::Simavr => (simavr::PROGRAM, ChipFamily::Avr),
         }
     }
 
     fn name(self) -> &'static str {
-        self.facts().0.0
+        self.package_and_family().0.0
     }
 
     /// The chip that it takes for ours, where that has another name.
-    fn stand_in(self, chip: &str) -> Option<&'static str> {
+    fn equivalent_chip(self, chip: &str) -> Option<&'static str> {
         match self {
-            Against::S51 => None,
-            Against::Gpsim => gpsim::stands_for(chip),
-            Against::Simavr => simavr::stands_for(chip),
+            PeerChoice::S51 => None,
+            PeerChoice::Gpsim => gpsim::equivalent_chip(chip),
+            PeerChoice::Simavr => simavr::equivalent_chip(chip),
         }
     }
 }
 
 /// Runs an image on both.
-pub fn lockstep(args: &LockstepArgs, terminal: &Terminal) -> Result<u8, Failure> {
-    let chosen = args.mcu.choose(&args.image)?;
+pub fn lockstep(args: &LockstepArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    let chosen = args.mcu.choose_chip(&args.image)?;
     let chip = chosen.chip;
-    if args.against.facts().1 != chip.family {
+    if args.against.package_and_family().1 != chip.family {
         let fits =
-            [Against::S51, Against::Gpsim, Against::Simavr].into_iter().find(|peer| peer.facts().1 == chip.family);
+            [PeerChoice::S51, PeerChoice::Gpsim, PeerChoice::Simavr].into_iter().find(|peer| peer.package_and_family().1 == chip.family);
         let hint = fits.map_or("no peer is known for it".to_owned(), |peer| format!("give --against {}", peer.name()));
-        return Err(Failure::Usage(format!("{} has no {}; {hint}", args.against.name(), chip.name)));
+        return Err(VerbFailure::Usage(format!("{} has no {}; {hint}", args.against.name(), chip.name)));
     }
     let known = |name: &String| {
-        name.eq_ignore_ascii_case(CYCLES) || chip.cpu_regs.iter().any(|reg| reg.eq_ignore_ascii_case(name))
+        name.eq_ignore_ascii_case(CYCLES_NAME) || chip.cpu_regs.iter().any(|reg| reg.eq_ignore_ascii_case(name))
     };
     if let Some(odd) = args.ignore.iter().find(|name| !known(name)) {
         let why = format!("{} has {}", chip.name, chip.cpu_regs.join(", "));
-        return Err(Failure::value("--ignore <REG>", odd, &why));
+        return Err(VerbFailure::invalid_flag_value("--ignore <REG>", odd, &why));
     }
     let readings = args.readings.of(chip)?;
-    let image = input::image_with_symbols(&args.image, &args.symbols, chip, terminal)?;
+    let image = input::read_image_with_symbols(&args.image, &args.symbols, chip, terminal)?;
     let hz = chosen.clock(args.clock).unwrap_or(chip.default_hz);
-    let setup = Setup {
+    let setup = MachineSetup {
         ram: RamInit::Zero,
         bus: false,
-        avr: emu_avr::Options { readings: readings.avr, ..emu_avr::Options::at(hz) },
+        avr: emu_avr::Options { readings: readings.avr, ..emu_avr::Options::at_hz(hz) },
         mcs51: emu_8051::Options { readings: readings.mcs51, ..emu_8051::Options::default() },
         pic16: emu_pic16::Options { hz, start_up: false, readings: readings.pic16, ..emu_pic16::Options::default() },
         ap101: emu_ap101::Options::default(),
     };
-    on_machine(chip, &image, &setup, Side { args, image: &image, hz })
+    visit_machine(chip, &image, &setup, OwnMachine { args, image: &image, hz })
 }
 
 /// Our side.
-struct Side<'a> {
+struct OwnMachine<'a> {
     args: &'a LockstepArgs,
     image: &'a Image,
     hz: u64,
 }
 
-impl Job for Side<'_> {
-    type Out = Result<u8, Failure>;
+impl MachineVisitor for OwnMachine<'_> {
+    type Output = Result<u8, VerbFailure>;
 
-    fn on<C: Cpu>(self, mut cpu: C) -> Self::Out {
+    fn visit<C: Cpu>(self, mut cpu: C) -> Self::Output {
         let (args, chip) = (self.args, cpu.chip());
-        let clock = Clock { hz: self.hz, clocks_per_cycle: cpu.clocks_per_cycle() };
+        let clock = CycleClock { hz: self.hz, clocks_per_cycle: cpu.clocks_per_cycle() };
         let until = match (&args.time, args.cycles) {
-            (Some(text), _) => clock.cycles(text).map_err(|why| Failure::value("--for <TIME>", text, &why))?,
+            (Some(text), _) => clock.parse_cycles(text).map_err(|why| VerbFailure::invalid_flag_value("--for <TIME>", text, &why))?,
             (None, Some(n)) => n,
             (None, None) => u64::MAX,
         };
         let limited = args.time.is_some() || args.cycles.is_some();
-        let terms = Terms {
+        let terms = CompareOptions {
             ignore: args.ignore.clone(),
-            cycles_free: args.cycles_free,
+            ignore_cycles: args.cycles_free,
             until,
-            steps: args.steps.unwrap_or(if limited { u64::MAX } else { STEPS }),
-            last: args.last,
+            max_steps: args.steps.unwrap_or(if limited { u64::MAX } else { DEFAULT_STEPS }),
+            kept_instructions: args.last,
         };
         // Before there is a folder that a signal would leave behind.
-        let interrupt = interrupts();
-        let folder = Folder::new().map_err(|error| Failure::writing("the folder for the peer's files", &error))?;
-        let hex = self.hex(chip, &folder.0)?;
-        let peer = self.peer(&folder.0, &hex, &cpu, &interrupt);
+        let interrupt = listen_for_interrupts();
+        let folder = TemporaryFolder::new().map_err(|error| VerbFailure::write_failed("the folder for the peer's files", &error))?;
+        let hex = self.write_hex(chip, &folder.0)?;
+        let peer = self.start_peer(&folder.0, &hex, &cpu, &interrupt);
         let ran = peer.and_then(|mut peer| compare(&mut cpu, &mut *peer, &terms));
         let report = match ran {
             // The peer has not begun.
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => Report::interrupted(cpu.cycle()),
-            ran => ran.map_err(|error| self.failed(&error))?,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => LockstepReport::interrupted(cpu.cycle()),
+            ran => ran.map_err(|error| self.peer_failure(&error))?,
         };
-        let source = Source { names: Names { chip, symbols: &self.image.symbols }, lines: &self.image.lines };
+        let source = ProgramSource { names: AddressNames { chip, symbols: &self.image.symbols }, lines: &self.image.lines };
         let peer = args.against;
-        let told = Told { source, cpu: &cpu, peer: peer.name(), stand_in: peer.stand_in(chip.name), report: &report };
+        let told = LockstepText { source, cpu: &cpu, peer: peer.name(), stand_in: peer.equivalent_chip(chip.name), report: &report };
         if args.json {
-            output::json(&told.document())?;
+            output::print_json(&told.document())?;
         } else {
             output::print(told.text())?;
         }
         Ok(match report.outcome {
-            Outcome::Same { end: End::Interrupted } => exit::LIMIT,
-            Outcome::Same { .. } => exit::OK,
-            Outcome::Differs { .. } => exit::FAILED,
+            LockstepOutcome::Same { end: LockstepEnd::Interrupted } => exit::LIMIT,
+            LockstepOutcome::Same { .. } => exit::OK,
+            LockstepOutcome::Differs { .. } => exit::FAILED,
         })
     }
 }
 
-impl Side<'_> {
+impl OwnMachine<'_> {
     /// The program as a HEX file for the peer, in its folder.
-    fn hex(&self, chip: &Chip, folder: &Path) -> Result<String, Failure> {
+    fn write_hex(&self, chip: &Chip, folder: &Path) -> Result<String, VerbFailure> {
         const NAME: &str = "program.hex";
         let place = folder.join(NAME);
-        let made = if chip.family == Family::Pic16 {
+        let made = if chip.family == ChipFamily::Pic16 {
             // The configuration words are at addresses of the file, which only the file has.
-            let text = readable(&input::bytes(&self.args.image)?);
+            let text = readable(&input::read_bytes(&self.args.image)?);
             // It takes nothing but records.
             let records: Vec<&str> = text.lines().map(str::trim).filter(|line| line.starts_with(':')).collect();
             if records.is_empty() {
                 let why = "gpsim reads Intel HEX; give it the HEX file (`emu asm` writes one)";
-                return Err(Failure::Usage(why.to_owned()));
+                return Err(VerbFailure::Usage(why.to_owned()));
             }
             fs::write(&place, records.join("\n") + "\n")
-        } else if chip.family == Family::Avr {
+        } else if chip.family == ChipFamily::Avr {
             // simavr begins at the last stretch of a file with gaps.
-            let mut code = vec![0xFF; self.image.end(chip.code) as usize];
-            self.image.fill(chip.code, &mut code);
+            let mut code = vec![0xFF; self.image.end(chip.code_space) as usize];
+            self.image.fill(chip.code_space, &mut code);
             fs::write(&place, write_hex(&[(0, &code)]))
         } else {
-            let code = self.image.segments.iter().filter(|segment| segment.space == chip.code);
+            let code = self.image.segments.iter().filter(|segment| segment.space == chip.code_space);
             fs::write(&place, write_hex(&code.map(|one| (one.addr, one.bytes.as_slice())).collect::<Vec<_>>()))
         };
-        made.map_err(|error| Failure::writing(&place.display().to_string(), &error))?;
+        made.map_err(|error| VerbFailure::write_failed(&place.display().to_string(), &error))?;
         Ok(NAME.to_owned())
     }
 
-    fn peer<C: Cpu>(
+    fn start_peer<C: Cpu>(
         &self,
         folder: &Path,
         hex: &str,
         cpu: &C,
         interrupt: &Arc<AtomicBool>,
-    ) -> io::Result<Box<dyn Peer>> {
+    ) -> io::Result<Box<dyn PeerSimulator>> {
         // A path is meant from here, and the peer runs in a folder of its own.
         let own = self.args.peer.as_deref();
         let program = own.map_or(Ok(PathBuf::from(self.args.against.name())), std::path::absolute)?;
-        let start = Start {
+        let start = PeerStart {
             program: &program,
             folder,
             hex,
@@ -284,25 +284,25 @@ impl Side<'_> {
             sp: cpu.reg("SP").unwrap_or(0),
             hz: self.hz,
             clocks_per_cycle: cpu.clocks_per_cycle(),
-            patience: Duration::from_secs(self.args.timeout),
+            timeout: Duration::from_secs(self.args.timeout),
             interrupt,
         };
         Ok(match self.args.against {
-            Against::S51 => Box::new(S51::new(&start)?),
-            Against::Gpsim => Box::new(Gpsim::new(&start)?),
-            Against::Simavr => Box::new(Simavr::new(&start)?),
+            PeerChoice::S51 => Box::new(S51Peer::new(&start)?),
+            PeerChoice::Gpsim => Box::new(GpsimPeer::new(&start)?),
+            PeerChoice::Simavr => Box::new(SimavrPeer::new(&start)?),
         })
     }
 
     /// Why nothing was compared.
-    fn failed(&self, error: &io::Error) -> Failure {
-        let ((program, package), _) = self.args.against.facts();
+    fn peer_failure(&self, error: &io::Error) -> VerbFailure {
+        let ((program, package), _) = self.args.against.package_and_family();
         let (code, cause, hint) = match (error.kind(), &self.args.peer) {
             (io::ErrorKind::NotFound, None) => {
-                return Failure::Usage(format!("{program} is not installed; Debian has it in the package {package}"));
+                return VerbFailure::Usage(format!("{program} is not installed; Debian has it in the package {package}"));
             }
             (io::ErrorKind::NotFound | io::ErrorKind::PermissionDenied, Some(file)) => {
-                return Failure::value("--peer <FILE>", &file.display().to_string(), &crate::codes::reason(error));
+                return VerbFailure::invalid_flag_value("--peer <FILE>", &file.display().to_string(), &crate::codes::system_message(error));
             }
             (io::ErrorKind::Unsupported, _) => (
                 NO_CHIP,
@@ -310,61 +310,61 @@ impl Side<'_> {
                 "docs/lockstep.md lists what it has; take another chip, or another peer",
             ),
             (io::ErrorKind::TimedOut, _) => (
-                LATE,
+                PEER_TIMED_OUT,
                 format!("was ended: {error}"),
                 "give more time with --timeout, or start it by hand and see what it says",
             ),
             _ => {
                 let hint = "start it by hand with the same image, and see what it says";
-                (PEER, format!("does not do what it is asked: {error}"), hint)
+                (PEER_FAILED, format!("does not do what it is asked: {error}"), hint)
             }
         };
-        Failure::Refused(vec![about_file(code, program, cause, hint)], Texts::default())
+        VerbFailure::Refused(vec![file_error(code, program, cause, hint)], FileTexts::default())
     }
 }
 
 /// A folder of its own, which goes when this is dropped.
-struct Folder(PathBuf);
+struct TemporaryFolder(PathBuf);
 
-impl Folder {
-    fn new() -> io::Result<Folder> {
+impl TemporaryFolder {
+    fn new() -> io::Result<TemporaryFolder> {
         let base = std::env::temp_dir();
         for n in 0..u32::MAX {
             let folder = base.join(format!("emu-lockstep-{}-{n}", std::process::id()));
             match fs::create_dir(&folder) {
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-                made => return made.map(|()| Folder(folder)),
+                made => return made.map(|()| TemporaryFolder(folder)),
             }
         }
         Err(io::ErrorKind::AlreadyExists.into())
     }
 }
 
-impl Drop for Folder {
+impl Drop for TemporaryFolder {
     fn drop(&mut self) {
         _ = fs::remove_dir_all(&self.0);
     }
 }
 
 /// How it is told.
-struct Told<'a, C> {
-    source: Source<'a>,
+struct LockstepText<'a, C> {
+    source: ProgramSource<'a>,
     cpu: &'a C,
     peer: &'static str,
     stand_in: Option<&'static str>,
-    report: &'a Report,
+    report: &'a LockstepReport,
 }
 
-impl<C: Cpu> Told<'_, C> {
+impl<C: Cpu> LockstepText<'_, C> {
     /// An instruction with its place.
-    fn line(&self, done: &Done) -> String {
+    fn instruction_line(&self, done: &ExecutedInstruction) -> String {
         let chip = self.source.names.chip;
-        let byte = |addr: u32| u16::from(self.cpu.peek(chip.code, addr % chip.flash).unwrap_or(0xFF));
+        let byte = |addr: u32| u16::from(self.cpu.peek(chip.code_space, addr % chip.flash_bytes).unwrap_or(0xFF));
         let size = chip.word_bytes;
         let word = |start: u32| (0..size).rev().fold(0, |high, i| high << 8 | byte(start + i));
-        let words: Vec<u16> = (0..LONGEST).map(|i| word((done.pc + i) * size)).collect();
+        let words: Vec<u16> = (0..MAX_INSTRUCTION_WORDS).map(|i| word((done.pc + i) * size)).collect();
         let text = (chip.isa.disassemble)(&words, done.pc).text;
-        format!("{}  {text}", self.source.place(done.pc))
+        format!("{}  {text}", self.source.describe_word(done.pc))
     }
 
     fn vector(&self, number: u8) -> String {
@@ -373,15 +373,15 @@ impl<C: Cpu> Told<'_, C> {
     }
 
     fn text(&self) -> String {
-        let Report { outcome, steps, cycle, last, other_sleeps } = self.report;
+        let LockstepReport { outcome, steps, cycle, last_instructions: last, sleeps_of_other_length: other_sleeps } = self.report;
         let peer = self.stand_in.map_or(self.peer.to_owned(), |other| format!("{} as {other}", self.peer));
         let (before, ours, theirs, what, moment) = match outcome {
-            Outcome::Same { end } => {
+            LockstepOutcome::Same { end } => {
                 let end = match end {
-                    End::Limit => String::new(),
-                    End::Interrupted => "; interrupted".to_owned(),
-                    End::Stopped(Stop::Halted) => "; the program has ended".to_owned(),
-                    End::Stopped(_) => format!("; no instruction at {}", self.source.place(self.cpu.pc())),
+                    LockstepEnd::Limit => String::new(),
+                    LockstepEnd::Interrupted => "; interrupted".to_owned(),
+                    LockstepEnd::Stopped(StopReason::Halted) => "; the program has ended".to_owned(),
+                    LockstepEnd::Stopped(_) => format!("; no instruction at {}", self.source.describe_word(self.cpu.pc())),
                 };
                 let slept = match other_sleeps {
                     0 => String::new(),
@@ -389,12 +389,12 @@ impl<C: Cpu> Told<'_, C> {
                 };
                 return format!("agreed     with {peer} in {steps} instructions, {cycle} cycles{slept}{end}\n");
             }
-            Outcome::Differs { before, ours, theirs, what, moment } => (before, ours, theirs, what, moment),
+            LockstepOutcome::Differs { before, ours, theirs, differing_names: what, shared_interrupt: moment } => (before, ours, theirs, what, moment),
         };
         let mut out = format!("differs    from {peer} after {steps} instructions: {}\n", what.join(", "));
         for (i, done) in last.iter().enumerate() {
             let mark = if i + 1 == last.len() { '>' } else { ' ' };
-            out.push_str(&format!("{mark} cycle {:>8}  {}\n", done.cycle, self.line(done)));
+            out.push_str(&format!("{mark} cycle {:>8}  {}\n", done.cycle, self.instruction_line(done)));
             if let Some(vector) = done.interrupt {
                 out.push_str(&format!("  then the interrupt {}\n", self.vector(vector)));
             }
@@ -413,25 +413,25 @@ impl<C: Cpu> Told<'_, C> {
             out.push_str(&format!("{:<10} {before:>8}  {one:>8}  {other:>8}{mark}\n", ours.0));
         }
         if let (Some(before), Some(ours), Some(theirs)) = (before.cycle, ours.cycle, theirs.cycle) {
-            let mark = if what.contains(&CYCLES) { "  <" } else { "" };
-            out.push_str(&format!("{CYCLES:<10} {before:>8}  {ours:>8}  {theirs:>8}{mark}\n"));
+            let mark = if what.contains(&CYCLES_NAME) { "  <" } else { "" };
+            out.push_str(&format!("{CYCLES_NAME:<10} {before:>8}  {ours:>8}  {theirs:>8}{mark}\n"));
         }
         out
     }
 
     fn document(&self) -> Value {
-        let Report { outcome, steps, cycle, last, other_sleeps } = self.report;
-        let view = |view: &View| {
+        let LockstepReport { outcome, steps, cycle, last_instructions: last, sleeps_of_other_length: other_sleeps } = self.report;
+        let view = |view: &RegisterView| {
             let regs = view.regs.iter().map(|(name, value)| ((*name).to_owned(), json!(value)));
             json!({ "cycle": view.cycle, "registers": Value::Object(regs.collect()) })
         };
-        let done = |done: &Done| {
-            json!({ "cycle": done.cycle, "addr": self.source.names.chip.code_address(done.pc), "text": self.line(done),
+        let done = |done: &ExecutedInstruction| {
+            json!({ "cycle": done.cycle, "addr": self.source.names.chip.code_address(done.pc), "text": self.instruction_line(done),
                     "interrupt": done.interrupt.map(|vector| self.vector(vector)) })
         };
         let difference = match outcome {
-            Outcome::Same { .. } => Value::Null,
-            Outcome::Differs { before, ours, theirs, what, moment } => json!({
+            LockstepOutcome::Same { .. } => Value::Null,
+            LockstepOutcome::Differs { before, ours, theirs, differing_names: what, shared_interrupt: moment } => json!({
                 "what": what, "interrupt": moment.map(|vector| self.vector(vector)), "before": view(before), "emu": view(ours), "peer": view(theirs),
                 "last": last.iter().map(done).collect::<Vec<_>>(),
             }),
@@ -439,7 +439,7 @@ impl<C: Cpu> Told<'_, C> {
         json!({
             "schema": 1, "mcu": self.source.names.chip.name, "against": self.peer, "as": self.stand_in, "instructions": steps, "cycles": cycle,
             "other_sleeps": other_sleeps,
-            "agreed": matches!(outcome, Outcome::Same { .. }), "interrupted": matches!(outcome, Outcome::Same { end: End::Interrupted }),
+            "agreed": matches!(outcome, LockstepOutcome::Same { .. }), "interrupted": matches!(outcome, LockstepOutcome::Same { end: LockstepEnd::Interrupted }),
             "difference": difference,
         })
     }

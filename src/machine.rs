@@ -1,29 +1,29 @@
 //! The machine of a command: its chip, how it is wired, and what is done at its pins from outside. `run` and `debug` share it.
 
 use clap::Args;
-use emu_core::chip::{Chip, Family};
+use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
-use emu_core::pins::{PinId, Time};
-use emu_debug::stimulus::{Put, drive, lacking, put};
-use emu_debug::text::unescape;
-use emu_debug::{Clock, Drive, Sender, Source, time};
+use emu_core::pins::{PinId, CycleTime};
+use emu_debug::stimulus::{ExternalDrive, parse_timed_drive, missing_pin_reason, parse_drive};
+use emu_debug::text_escapes::unescape;
+use emu_debug::{CycleClock, TimedDrive, SerialLineSender, ProgramSource, time};
 
-use crate::args::Mcu;
-use crate::attach::{self, Attached, Bench};
-use crate::fail::Failure;
-use crate::family::{self, Setup};
+use crate::args::McuFlags;
+use crate::attach::{self, AttachedDevice, AttachedStores};
+use crate::fail::VerbFailure;
+use crate::family::{self, MachineSetup};
 use crate::readings;
-use crate::store::{self, Store};
+use crate::store::{self, MemoryFile};
 use crate::{ap101, avr, mcs51, pic16};
 
 /// Flags of the machine.
 #[derive(Debug, Args)]
 pub struct MachineArgs {
     #[command(flatten)]
-    pub mcu: Mcu,
+    pub mcu: McuFlags,
     /// Oscillator: 16MHz, 32.768kHz, 8000000. Default: what the chip's row says (`emu chips --json`).
-    #[arg(long, value_name = "HZ", value_parser = time::hertz)]
+    #[arg(long, value_name = "HZ", value_parser = time::parse_hertz)]
     pub clock: Option<u64>,
     /// Leave out the start-up times of the oscillator and the power-up timer, on AVR and PIC16: the first instruction runs in cycle
     /// 0.
@@ -42,7 +42,7 @@ pub struct MachineArgs {
     #[arg(long, value_name = "TIME:TEXT")]
     pub uart_in: Vec<String>,
     /// Bits per second of --uart-in; 8 bits, no parity, a stop bit. It is not the chip's: a wrong one is received wrong.
-    #[arg(long, value_name = "RATE", default_value = "9600", requires = "uart_in", value_parser = baud)]
+    #[arg(long, value_name = "RATE", default_value = "9600", requires = "uart_in", value_parser = parse_baud)]
     pub baud: u64,
     /// Names for addresses: for the 8051 family a .map, .cdb or .rst file of SDCC or a .m51 of Keil, for the PIC16 family a
     /// .cod, .lst or .map file of gputils. Repeatable.
@@ -55,26 +55,26 @@ pub struct MachineArgs {
     /// Put a device at the pins of the chip: i2c:24c64@0x50 (24c01 to 24c1024, with resistors at SDA and SCL) or spi:25q32,cs=PB2
     /// (25q80 to 25q128). With ,file=NAME it holds what the file holds, which is written back as with --eeprom. Pins are those
     /// of the chip's interface, or ,sda=PIN,scl=PIN,wp=PIN and ,sck=PIN,mosi=PIN,miso=PIN. Repeatable.
-    #[arg(long, value_name = "DEVICE", value_parser = attach::attached)]
-    pub attach: Vec<Attached>,
+    #[arg(long, value_name = "DEVICE", value_parser = attach::parse_attach)]
+    pub attach: Vec<AttachedDevice>,
     #[command(flatten)]
-    readings: readings::Args,
+    readings: readings::ReadingFlags,
     #[command(flatten)]
-    avr: avr::Flags,
+    avr: avr::AvrFlags,
     #[command(flatten)]
-    mcs51: mcs51::Flags,
+    mcs51: mcs51::Mcs51Flags,
     #[command(flatten)]
-    pic16: pic16::Flags,
+    pic16: pic16::Pic16Flags,
     #[command(flatten)]
-    ap101: ap101::Flags,
+    ap101: ap101::Ap101Flags,
 }
 
-fn baud(text: &str) -> Result<u64, String> {
+fn parse_baud(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| "write a whole number of bits per second, as 9600".to_owned())
 }
 
 /// What a command decides about its machine beside the flags.
-pub struct How {
+pub struct MachineOptions {
     /// What RAM holds after power-up.
     pub ram: RamInit,
     /// The pins of an external bus are looked at.
@@ -86,33 +86,33 @@ pub struct How {
 }
 
 /// How the machine is built, what its image holds, and what stands around it.
-pub struct Wired {
+pub struct WiredMachine {
     /// The program.
     pub image: Image,
     /// How the machine is built.
-    pub setup: Setup,
+    pub setup: MachineSetup,
     /// Oscillator, in Hz.
     pub hz: u64,
     /// How an AVR is wired.
-    pub avr: avr::Wiring,
+    pub avr: avr::AvrWiring,
     /// The file of the EEPROM, and what it holds.
-    pub eeprom: Option<(Store, Option<Vec<u8>>)>,
+    pub eeprom: Option<(MemoryFile, Option<Vec<u8>>)>,
     /// Devices at the pins.
-    pub bench: Bench,
+    pub devices: AttachedStores,
 }
 
 impl MachineArgs {
     /// What the flags come to; they are looked at before the image is read, which `read` does. Notes are told.
-    pub fn wired(
+    pub fn wire_machine(
         &self,
         chip: &'static Chip,
-        how: &How,
-        read: impl FnOnce() -> Result<Image, Failure>,
-    ) -> Result<Wired, Failure> {
+        how: &MachineOptions,
+        read: impl FnOnce() -> Result<Image, VerbFailure>,
+    ) -> Result<WiredMachine, VerbFailure> {
         let asked = how.clock;
-        if self.no_start_up && matches!(chip.family, Family::Mcs51 | Family::Ap101) {
+        if self.no_start_up && matches!(chip.family, ChipFamily::Mcs51 | ChipFamily::Ap101) {
             let why = format!("--no-start-up is for chips of the AVR and PIC16 families; {} is none", chip.name);
-            return Err(Failure::Usage(why));
+            return Err(VerbFailure::Usage(why));
         }
         let readings = self.readings.of(chip)?;
         let mcs51 = self.mcs51.options(chip, readings.mcs51)?;
@@ -124,80 +124,80 @@ impl MachineArgs {
         let image = read()?;
         let mut avr = self.avr.wiring(chip, &image, asked, how.start_up)?;
         avr.options.readings = readings.avr;
-        let hz = ap101::hz(chip, &image, &ap101).unwrap_or(avr.options.hz);
+        let hz = ap101::clock_hz(chip, &image, &ap101).unwrap_or(avr.options.hz);
         if hz > chip.max_hz {
             let why = format!("{} runs at up to {} Hz", chip.name, chip.max_hz);
-            return Err(Failure::value("--clock <HZ>", &hz.to_string(), &why));
+            return Err(VerbFailure::invalid_flag_value("--clock <HZ>", &hz.to_string(), &why));
         }
-        let eeprom = self.eeprom.as_deref().map(|file| store::eeprom(file, chip, &image)).transpose()?;
-        let bench = Bench::new(&self.attach, chip, avr::reset_pin(chip, &avr))?;
-        mcs51::warn(chip, &image, &mcs51);
-        avr::tell(chip, &avr, asked);
-        let setup = Setup { ram: how.ram, bus: how.bus, avr: avr.options, mcs51, pic16, ap101 };
-        Ok(Wired { image, setup, hz, avr, eeprom, bench })
+        let eeprom = self.eeprom.as_deref().map(|file| store::open_eeprom_file(file, chip, &image)).transpose()?;
+        let bench = AttachedStores::new(&self.attach, chip, avr::reset_pin(chip, &avr))?;
+        mcs51::warn_external_memory(chip, &image, &mcs51);
+        avr::report_fuse_clock(chip, &avr, asked);
+        let setup = MachineSetup { ram: how.ram, bus: how.bus, avr: avr.options, mcs51, pic16, ap101 };
+        Ok(WiredMachine { image, setup, hz, avr, eeprom, devices: bench })
     }
 
     /// What is done at the pins from outside; `alias` gives `PIN=LEVEL` for `NAME=LEVEL`, where a program has names for pins.
     pub fn drives(
         &self,
-        source: &Source<'_>,
-        clock: Clock,
+        source: &ProgramSource<'_>,
+        clock: CycleClock,
         alias: &dyn Fn(&str) -> String,
-    ) -> Result<Vec<Drive>, Failure> {
+    ) -> Result<Vec<TimedDrive>, VerbFailure> {
         let (names, chip) = (&source.names, source.names.chip);
         let mut drives = Vec::new();
         for text in &self.set {
-            let put = put(chip, &avr::own_name(chip, &names.with_channel(&alias(text))))
-                .map_err(|why| Failure::value("--set <PIN=LEVEL>", text, &why))?;
-            drives.push(Drive { at: Time::default(), put });
+            let put = parse_drive(chip, &avr::chip_pin_text(chip, &names.replace_channel_name(&alias(text))))
+                .map_err(|why| VerbFailure::invalid_flag_value("--set <PIN=LEVEL>", text, &why))?;
+            drives.push(TimedDrive { at: CycleTime::default(), drive: put });
         }
         for text in &self.at {
             let own = text
                 .split_once(':')
-                .map(|(time, put)| format!("{time}:{}", avr::own_name(chip, &names.with_channel(&alias(put)))));
+                .map(|(time, put)| format!("{time}:{}", avr::chip_pin_text(chip, &names.replace_channel_name(&alias(put)))));
             let own = own.as_deref().unwrap_or(text);
-            drives.push(drive(chip, clock, own).map_err(|why| Failure::value("--at <TIME:PIN=LEVEL>", text, &why))?);
+            drives.push(parse_timed_drive(chip, clock, own).map_err(|why| VerbFailure::invalid_flag_value("--at <TIME:PIN=LEVEL>", text, &why))?);
         }
-        let incoming = self.incoming(chip, clock, &drives)?;
+        let incoming = self.serial_drives(chip, clock, &drives)?;
         drives.extend(incoming);
         Ok(drives)
     }
 
     /// What `--uart-in` does at the receive pin, which none of the `others` drives.
-    fn incoming(&self, chip: &Chip, clock: Clock, others: &[Drive]) -> Result<Vec<Drive>, Failure> {
+    fn serial_drives(&self, chip: &Chip, clock: CycleClock, others: &[TimedDrive]) -> Result<Vec<TimedDrive>, VerbFailure> {
         if self.uart_in.is_empty() {
             return Ok(Vec::new());
         }
-        let text = |typed: &String| -> Result<(Time, Vec<u8>), String> {
+        let text = |typed: &String| -> Result<(CycleTime, Vec<u8>), String> {
             let (time, text) =
                 typed.split_once(':').ok_or_else(|| format!("`{typed}` gives no time; write 10ms:{typed}"))?;
-            Ok((clock.moment(time)?, unescape(text)?))
+            Ok((clock.parse_moment(time)?, unescape(text)?))
         };
-        let text = |typed: &String| text(typed).map_err(|why| Failure::value("--uart-in <TIME:TEXT>", typed, &why));
+        let text = |typed: &String| text(typed).map_err(|why| VerbFailure::invalid_flag_value("--uart-in <TIME:TEXT>", typed, &why));
         let texts = self.uart_in.iter().map(text).collect::<Result<Vec<_>, _>>()?;
         let pin = family::receive_pin(chip).ok_or_else(|| {
-            Failure::Usage(format!("--uart-in is for chips with a serial port; {} has none", chip.name))
+            VerbFailure::Usage(format!("--uart-in is for chips with a serial port; {} has none", chip.name))
         })?;
         let drives =
-            |drive: &Drive| matches!(drive.put, Put::Level(driven, _) | Put::Volts(driven, _) if driven == pin);
+            |drive: &TimedDrive| matches!(drive.drive, ExternalDrive::Level(driven, _) | ExternalDrive::Volts(driven, _) if driven == pin);
         if others.iter().any(drives) {
             let name = chip.pins.get(usize::from(pin)).map_or("?", |pin| pin.name);
-            return Err(Failure::Usage(format!("{name} is driven by --uart-in, so --set and --at cannot drive it")));
+            return Err(VerbFailure::Usage(format!("{name} is driven by --uart-in, so --set and --at cannot drive it")));
         }
-        let baud = |why: String| Failure::value("--baud <RATE>", &self.baud.to_string(), &why);
-        let sender = Sender::new(pin, self.baud).map_err(baud)?;
-        sender.edges(clock, &texts).map_err(Failure::Usage)
+        let baud = |why: String| VerbFailure::invalid_flag_value("--baud <RATE>", &self.baud.to_string(), &why);
+        let sender = SerialLineSender::new(pin, self.baud).map_err(baud)?;
+        sender.edges_of_texts(clock, &texts).map_err(VerbFailure::Usage)
     }
 }
 
 /// Refuses pins that the machine does not have because its image or `--package` says so: those that are driven, and the `others`.
-pub fn there<C: Cpu>(cpu: &C, drives: &[Drive], others: impl Iterator<Item = PinId>) -> Result<(), Failure> {
-    let driven = drives.iter().filter_map(|drive| match drive.put {
-        Put::Level(pin, _) | Put::Volts(pin, _) | Put::Counts(pin, _) => Some(pin),
-        Put::Supply(_) => None,
+pub fn check_pins_exist<C: Cpu>(cpu: &C, drives: &[TimedDrive], others: impl Iterator<Item = PinId>) -> Result<(), VerbFailure> {
+    let driven = drives.iter().filter_map(|drive| match drive.drive {
+        ExternalDrive::Level(pin, _) | ExternalDrive::Volts(pin, _) | ExternalDrive::Counts(pin, _) => Some(pin),
+        ExternalDrive::Supply(_) => None,
     });
     match driven.chain(others).find(|pin| !cpu.has_pin(*pin)) {
         None => Ok(()),
-        Some(pin) => Err(Failure::Usage(lacking(cpu.chip(), pin))),
+        Some(pin) => Err(VerbFailure::Usage(missing_pin_reason(cpu.chip(), pin))),
     }
 }

@@ -17,11 +17,11 @@ const MAX_NUMBER: u32 = 50_000;
 
 /// How messages look on standard error.
 #[derive(Debug, Clone, Copy)]
-pub struct Terminal {
+pub struct MessageStyle {
     /// With colours.
     pub color: bool,
     /// Standard error is a terminal.
-    pub live: bool,
+    pub is_terminal: bool,
     /// Warnings and notes are drawn as errors are.
     pub verbose: bool,
     /// With colours on a full-screen view, which is on standard output.
@@ -29,20 +29,20 @@ pub struct Terminal {
     pub screen: bool,
 }
 
-impl Terminal {
+impl MessageStyle {
     /// As the user and the environment want it (<https://no-color.org>, <https://bixense.com/clicolors>).
-    pub fn new(color: args::Color, verbose: bool) -> Terminal {
+    pub fn new(color: args::ColorChoice, verbose: bool) -> MessageStyle {
         let live = std::io::stderr().is_terminal();
         let set = |name| std::env::var_os(name).is_some_and(|v| !v.is_empty());
         let forced = set("CLICOLOR_FORCE") && std::env::var_os("CLICOLOR_FORCE").is_some_and(|v| v != "0");
         let wanted = |auto| match color {
-            args::Color::Always => true,
-            args::Color::Never => false,
-            args::Color::Auto => !set("NO_COLOR") && auto,
+            args::ColorChoice::Always => true,
+            args::ColorChoice::Never => false,
+            args::ColorChoice::Auto => !set("NO_COLOR") && auto,
         };
-        Terminal {
+        MessageStyle {
             color: wanted(forced || live),
-            live,
+            is_terminal: live,
             verbose,
             #[cfg(feature = "tui")]
             screen: wanted(std::io::stdout().is_terminal()),
@@ -52,15 +52,15 @@ impl Terminal {
 
 /// The texts of files that complaints are about, by name, for drawing.
 #[derive(Debug, Default)]
-pub struct Texts(pub Vec<(String, Vec<u8>)>);
+pub struct FileTexts(pub Vec<(String, Vec<u8>)>);
 
-impl Texts {
+impl FileTexts {
     /// No text: complaints are told without lines.
-    pub const NONE: &Texts = &Texts(Vec::new());
+    pub const NONE: &FileTexts = &FileTexts(Vec::new());
 
     /// The text of one file.
-    pub fn one(file: &str, text: Vec<u8>) -> Texts {
-        Texts(vec![(file.to_owned(), text)])
+    pub fn one(file: &str, text: Vec<u8>) -> FileTexts {
+        FileTexts(vec![(file.to_owned(), text)])
     }
 
     /// The text of a file; empty where it is not there.
@@ -71,7 +71,7 @@ impl Texts {
 
 /// Prints diagnostics on standard error: an error drawn with its source line where that is there, a warning or note as one line,
 /// and how many of these there were at the end.
-pub fn report(terminal: &Terminal, diagnostics: &[Diagnostic], texts: &Texts) {
+pub fn report_diagnostics(terminal: &MessageStyle, diagnostics: &[Diagnostic], texts: &FileTexts) {
     let mut drawn = Vec::new();
     let mut hints = BTreeSet::new();
     // Those of one file side by side share its lines.
@@ -86,20 +86,20 @@ pub fn report(terminal: &Terminal, diagnostics: &[Diagnostic], texts: &Texts) {
             }
             let line = (diagnostic.pos.line as usize).checked_sub(1).and_then(|n| lines.get(n));
             match line.filter(|line| line.len() <= MAX_LENGTH) {
-                Some(line) => draw(terminal, diagnostic, line, &mut drawn),
-                None => plain(terminal, diagnostic, &mut drawn),
+                Some(line) => write_drawing(terminal, diagnostic, line, &mut drawn),
+                None => write_plain(terminal, diagnostic, &mut drawn),
             }
         }
     }
     if !terminal.verbose {
-        summary(diagnostics, &mut drawn);
+        write_counts(diagnostics, &mut drawn);
     }
     _ = std::io::stderr().write_all(&drawn);
 }
 
 /// `file:line:column: warning[CODE]: cause (hint: ..)`; a hint is printed once, however many complaints have it.
-fn one_line(terminal: &Terminal, diagnostic: &Diagnostic, with_hint: bool, out: &mut Vec<u8>) {
-    let (name, _) = kind(diagnostic.severity);
+fn one_line(terminal: &MessageStyle, diagnostic: &Diagnostic, with_hint: bool, out: &mut Vec<u8>) {
+    let (name, _) = report_kind(diagnostic.severity);
     let (on, off) = ansi(terminal, diagnostic.severity);
     let hint = match diagnostic.hint.as_str() {
         hint if with_hint && !hint.is_empty() => format!(" (hint: {hint})"),
@@ -109,13 +109,13 @@ fn one_line(terminal: &Terminal, diagnostic: &Diagnostic, with_hint: bool, out: 
 }
 
 /// `2 warnings and 1 note`, and where to read more; one alone needs no summary.
-fn summary(diagnostics: &[Diagnostic], out: &mut Vec<u8>) {
+fn write_counts(diagnostics: &[Diagnostic], out: &mut Vec<u8>) {
     if diagnostics.iter().filter(|diagnostic| !diagnostic.is_error()).count() < 2 {
         return;
     }
     let counted = |severity| {
         let n = diagnostics.iter().filter(|diagnostic| diagnostic.severity == severity).count();
-        (n > 0).then(|| format!("{n} {}{}", kind(severity).0, if n == 1 { "" } else { "s" }))
+        (n > 0).then(|| format!("{n} {}{}", report_kind(severity).0, if n == 1 { "" } else { "s" }))
     };
     let counts: Vec<String> = [Severity::Warning, Severity::Note].into_iter().filter_map(counted).collect();
     let code = diagnostics.iter().find(|diagnostic| !diagnostic.is_error()).map(|diagnostic| diagnostic.code);
@@ -134,7 +134,7 @@ fn place(diagnostic: &Diagnostic) -> String {
 }
 
 /// What begins and ends the colour of a severity.
-fn ansi(terminal: &Terminal, severity: Severity) -> (&'static str, &'static str) {
+fn ansi(terminal: &MessageStyle, severity: Severity) -> (&'static str, &'static str) {
     match (terminal.color, severity) {
         (false, _) => ("", ""),
         (true, Severity::Error) => ("\x1b[31m", "\x1b[0m"),
@@ -143,7 +143,7 @@ fn ansi(terminal: &Terminal, severity: Severity) -> (&'static str, &'static str)
     }
 }
 
-fn kind(severity: Severity) -> (&'static str, Color) {
+fn report_kind(severity: Severity) -> (&'static str, Color) {
     match severity {
         Severity::Error => ("error", Color::Red),
         Severity::Warning => ("warning", Color::Yellow),
@@ -152,8 +152,8 @@ fn kind(severity: Severity) -> (&'static str, Color) {
 }
 
 /// Without a source line.
-fn plain(terminal: &Terminal, diagnostic: &Diagnostic, out: &mut Vec<u8>) {
-    let (name, _) = kind(diagnostic.severity);
+fn write_plain(terminal: &MessageStyle, diagnostic: &Diagnostic, out: &mut Vec<u8>) {
+    let (name, _) = report_kind(diagnostic.severity);
     let (on, off) = ansi(terminal, diagnostic.severity);
     let place = place(diagnostic);
     _ = writeln!(out, "{on}[{}] {name}:{off} {place}: {}", diagnostic.code, diagnostic.cause);
@@ -164,10 +164,10 @@ fn plain(terminal: &Terminal, diagnostic: &Diagnostic, out: &mut Vec<u8>) {
 
 /// With its source line: the cause, the line, the title of the code at the caret. The drawing sees that line alone, below
 /// as many empty ones as give it its number, so nothing in the rest of the file can disturb it.
-fn draw(terminal: &Terminal, diagnostic: &Diagnostic, line: &str, out: &mut Vec<u8>) {
+fn write_drawing(terminal: &MessageStyle, diagnostic: &Diagnostic, line: &str, out: &mut Vec<u8>) {
     let clean: String = line.trim_end().chars().map(|c| if c.is_control() || is_break(c) { ' ' } else { c }).collect();
     let length = clean.chars().count();
-    let (name, color) = kind(diagnostic.severity);
+    let (name, color) = report_kind(diagnostic.severity);
     let (start, width) = match (diagnostic.pos.column as usize).checked_sub(1) {
         Some(start) => (start.min(length), (diagnostic.pos.width as usize).max(1)),
         None => (length - clean.trim_start().chars().count(), length),
@@ -181,8 +181,8 @@ fn draw(terminal: &Terminal, diagnostic: &Diagnostic, line: &str, out: &mut Vec<
     let config = Config::default()
         .with_color(terminal.color)
         .with_label_attach(LabelAttach::Start)
-        .with_char_set(if terminal.live { CharSet::Unicode } else { CharSet::Ascii });
-    let title = explain::find(diagnostic.code).map_or("", |code| code.title);
+        .with_char_set(if terminal.is_terminal { CharSet::Unicode } else { CharSet::Ascii });
+    let title = explain::find_code(diagnostic.code).map_or("", |code| code.title);
     let mut report = Report::build(ReportKind::Custom(name, color), span.clone())
         .with_config(config)
         .with_code(diagnostic.code)
@@ -193,13 +193,13 @@ fn draw(terminal: &Terminal, diagnostic: &Diagnostic, line: &str, out: &mut Vec<
     }
     let mut piece = Vec::new();
     match report.finish().write((&*file, source), &mut piece) {
-        Ok(()) => tidy(terminal, &String::from_utf8_lossy(&piece), out),
-        Err(_) => plain(terminal, diagnostic, out),
+        Ok(()) => write_tidied(terminal, &String::from_utf8_lossy(&piece), out),
+        Err(_) => write_plain(terminal, diagnostic, out),
     }
 }
 
 /// The drawing leaves spaces at the ends of lines, and colours the kind of a message even where it is told not to.
-fn tidy(terminal: &Terminal, piece: &str, out: &mut Vec<u8>) {
+fn write_tidied(terminal: &MessageStyle, piece: &str, out: &mut Vec<u8>) {
     for line in piece.lines() {
         let mut rest = line;
         let mut clean = String::new();

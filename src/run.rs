@@ -15,19 +15,19 @@ use std::time::Duration;
 use clap::Args;
 use emu_core::chip::Chip;
 use emu_core::cpu::RamInit;
-use emu_debug::text::unescape;
+use emu_debug::text_escapes::unescape;
 use emu_debug::time;
 
-use crate::fail::Failure;
-use crate::family::{self, on_machine};
-use crate::lint::Lint;
-use crate::machine::{How, MachineArgs, Wired};
-use crate::report::Terminal;
-use crate::snapshots::{self, Shelf};
+use crate::fail::VerbFailure;
+use crate::family::{self, visit_machine};
+use crate::lint::LintMode;
+use crate::machine::{MachineOptions, MachineArgs, WiredMachine};
+use crate::report::MessageStyle;
+use crate::snapshots::{self, SnapshotWriter};
 use crate::{cod, input, output};
-use headless::Headless;
+use headless::HeadlessRun;
 pub use rungs::CODES as COVER_CODES;
-use snapshot::Snapshots;
+use snapshot::RunSnapshots;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -65,8 +65,8 @@ pub struct RunArgs {
     cycles: Option<u64>,
     /// What RAM and registers hold after power-up: random:SEED, zero, or trap: zero, and reading RAM that the program has
     /// not written ends the run with exit code 4.
-    #[arg(long, value_name = "FILL", default_value = "zero", value_parser = ram)]
-    ram: Ram,
+    #[arg(long, value_name = "FILL", default_value = "zero", value_parser = parse_ram)]
+    ram: RamChoice,
     /// End when this comes true: pc=0x1a2 (byte address, on PIC16 a word address), pc=main or pc=main+0x4 (symbol), pc=main.c:12
     /// (source line), fetch=2 (AP101: fetched and not yet executed), 'pin PB5=1' (or 0, or z), 'write data:0x100', 'read xdata:0x7654', 'write buf' (all bytes of a variable),
     /// 'uart "text"'. Repeatable; any of them ends the run.
@@ -85,13 +85,13 @@ pub struct RunArgs {
     uart: Option<String>,
     /// End well when this was sent; \n \r \t \0 \\ \" \xNN are known. Exit code 1 or 5 when it never comes. With --scenario the run goes
     /// on to the end of that.
-    #[arg(long, value_name = "TEXT", value_parser = |t: &str| unescape(t).map(Text))]
-    expect_uart: Option<Text>,
+    #[arg(long, value_name = "TEXT", value_parser = |t: &str| unescape(t).map(EscapedBytes))]
+    expect_uart: Option<EscapedBytes>,
     /// End with exit code 1 when this was sent; escapes as in --expect-uart.
-    #[arg(long, value_name = "TEXT", value_parser = |t: &str| unescape(t).map(Text))]
-    fail_uart: Option<Text>,
+    #[arg(long, value_name = "TEXT", value_parser = |t: &str| unescape(t).map(EscapedBytes))]
+    fail_uart: Option<EscapedBytes>,
     /// End with exit code 5 after this much of the host's time: 30s, 500ms.
-    #[arg(long, value_name = "TIME", value_parser = time::duration)]
+    #[arg(long, value_name = "TIME", value_parser = time::parse_duration)]
     timeout: Option<Duration>,
     /// Tell what the program does that is allowed, but seldom meant, each with its code, place and count. HOW is warn, as it is
     /// without it, or error: a run that would end with exit code 0 then ends with 1. On every chip: RAM that is read before it
@@ -100,18 +100,18 @@ pub struct RunArgs {
     /// routines that do not save W, STATUS or PCLATH, SLEEP that does nothing.
     #[arg(long, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "warn")]
     #[arg(hide_possible_values = true)]
-    lint: Option<Lint>,
+    lint: Option<LintMode>,
     #[command(flatten)]
-    scenes: scenario::Asked,
+    scenes: scenario::ScenarioFlags,
     /// One JSON document on standard output.
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
     cover: cover::CoverArgs,
     #[command(flatten)]
-    trace: trace::Flags,
+    trace: trace::TraceFlags,
     #[command(flatten)]
-    snapshot: snapshot::Flags,
+    snapshot: snapshot::SnapshotFlags,
     /// Carry out the messages in this .cod file, as gpsim does: parts outside the chip, commands, assertions. The program passes
     /// (exit code 0, else 1, and 4 when it does what is no instruction) when the first message that halts it says PASSED. Runs
     /// without start-up times, at the frequency of --clock, else at the one that the messages give, else at 20 MHz or the chip's
@@ -122,11 +122,11 @@ pub struct RunArgs {
 
 /// Bytes (a type of its own, since clap takes a list of bytes for a repeated flag).
 #[derive(Debug, Clone)]
-struct Text(Vec<u8>);
+struct EscapedBytes(Vec<u8>);
 
 /// What RAM holds after power-up, as `--ram` gives it.
 #[derive(Debug, Clone, Copy)]
-pub enum Ram {
+pub enum RamChoice {
     /// Bytes that may be read.
     Fill(RamInit),
     /// Bytes that must be written first.
@@ -134,20 +134,20 @@ pub enum Ram {
 }
 
 /// Reads the value of `--ram`.
-pub fn ram(text: &str) -> Result<Ram, String> {
+pub fn parse_ram(text: &str) -> Result<RamChoice, String> {
     match text.split_once(':') {
-        None if text == "zero" => Ok(Ram::Fill(RamInit::Zero)),
-        None if text == "trap" => Ok(Ram::Trap),
+        None if text == "zero" => Ok(RamChoice::Fill(RamInit::Zero)),
+        None if text == "trap" => Ok(RamChoice::Trap),
         Some(("random", seed)) => {
             let seed = seed.parse().map_err(|_| format!("`{seed}` is no seed; write a number, as in random:1"))?;
-            Ok(Ram::Fill(RamInit::Random(seed)))
+            Ok(RamChoice::Fill(RamInit::Random(seed)))
         }
         _ => Err("write random:SEED, zero or trap".to_owned()),
     }
 }
 
 /// Runs an image.
-pub fn run<'a>(args: &'a RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
+pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let machine = &args.machine;
     let stdout = ("--json", if args.json { "-" } else { "" });
     let file = |file: &'a Option<String>| file.as_deref().unwrap_or("");
@@ -163,52 +163,52 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &Terminal) -> Result<u8, Failure> {
     let recorded = ("--record", file(&args.scenes.record));
     let outputs = outputs.into_iter().chain([recorded]).chain(args.cover.outputs()).chain(held);
     let used: Vec<_> = outputs.filter(|(_, file)| !file.is_empty()).collect();
-    output::owners(&used)?;
+    output::check_distinct_outputs(&used)?;
     let scenes = args.scenes.scenario.iter().chain(&args.scenes.stimulus);
     let inputs = std::iter::once(&args.image).chain(&machine.symbols).chain(&args.snapshot.snapshot_in);
     let also = args.trace.inputs().chain(args.cover.inputs());
     let mut taken: Vec<String> = inputs.chain(scenes).chain(also).cloned().collect();
     for file in &taken {
-        output::spares(file, &used)?;
+        output::check_input_not_overwritten(file, &used)?;
     }
     taken.extend(used.iter().map(|(_, file)| (*file).to_owned()));
-    if matches!(args.ram, Ram::Trap) && args.snapshot.snapshot_in.is_some() {
+    if matches!(args.ram, RamChoice::Trap) && args.snapshot.snapshot_in.is_some() {
         let why = "--ram trap and --snapshot-in do not go together: a snapshot does not say what of RAM was written";
-        return Err(Failure::Usage(why.to_owned()));
+        return Err(VerbFailure::Usage(why.to_owned()));
     }
-    let chosen = machine.mcu.choose(&args.image)?;
+    let chosen = machine.mcu.choose_chip(&args.image)?;
     let chip = chosen.chip;
     let to_stdout = used.iter().any(|(_, file)| output::is_stdout(file));
-    serial_port(args, chip)?;
+    check_serial_flags(args, chip)?;
     let cod = &args.cod;
-    let mut script = cod.as_deref().map(|file| cod::script(file, chip)).transpose()?;
+    let mut script = cod.as_deref().map(|file| cod::read_script(file, chip)).transpose()?;
     let clock = match (&mut script, cod) {
-        (Some(script), Some(file)) => Some(cod::clock(script, file, machine.clock, chip)?),
+        (Some(script), Some(file)) => Some(cod::script_clock(script, file, machine.clock, chip)?),
         _ => chosen.clock(machine.clock),
     };
     let ram = match args.ram {
-        Ram::Fill(init) => init,
-        Ram::Trap => RamInit::Zero,
+        RamChoice::Fill(init) => init,
+        RamChoice::Trap => RamInit::Zero,
     };
     let start_up = !machine.no_start_up && script.is_none();
     let symbols: Vec<String> = machine.symbols.iter().chain(cod).cloned().collect();
-    let wired = machine.wired(chip, &How { ram, bus: args.vcd.is_some(), clock, start_up }, || {
-        input::image_with_symbols(&args.image, &symbols, chip, terminal)
+    let wired = machine.wire_machine(chip, &MachineOptions { ram, bus: args.vcd.is_some(), clock, start_up }, || {
+        input::read_image_with_symbols(&args.image, &symbols, chip, terminal)
     })?;
-    chosen.tell_wishes(&wired.image, args.vcd.is_some());
-    let Wired { image, mut setup, hz, avr, eeprom, bench } = wired;
+    chosen.report_simavr_requests(&wired.image, args.vcd.is_some());
+    let WiredMachine { image, mut setup, hz, avr, eeprom, devices: bench } = wired;
     // gpsim's own programs convert without a wait.
     setup.pic16.ideal_acquisition = script.is_some();
-    let shelf = Shelf { head: snapshots::head(chip, &image, &setup), taken };
-    let snapshots = Snapshots::open(&args.snapshot, shelf.head.clone())?;
+    let shelf = SnapshotWriter { head: snapshots::snapshot_header(chip, &image, &setup), protected_files: taken };
+    let snapshots = RunSnapshots::open(&args.snapshot, shelf.head.clone())?;
     let pic16 = setup.pic16;
     let headless =
-        Headless { args, image: &image, script, hz, avr, pic16, eeprom, snapshots, shelf, bench, to_stdout, terminal };
-    on_machine(chip, &image, &setup, headless)
+        HeadlessRun { args, image: &image, script, hz, avr, pic16, eeprom, snapshots, snapshot_writer: shelf, devices: bench, to_stdout, terminal };
+    visit_machine(chip, &image, &setup, headless)
 }
 
 /// Refuses flags that wait for bytes of a serial port on a chip that has none.
-fn serial_port(args: &RunArgs, chip: &Chip) -> Result<(), Failure> {
+fn check_serial_flags(args: &RunArgs, chip: &Chip) -> Result<(), VerbFailure> {
     let given = [
         ("--uart", args.uart.is_some()),
         ("--uart-in", !args.machine.uart_in.is_empty()),
@@ -218,7 +218,7 @@ fn serial_port(args: &RunArgs, chip: &Chip) -> Result<(), Failure> {
     ];
     match given.into_iter().find(|(_, given)| *given) {
         Some((flag, _)) if !family::has_uart(chip) => {
-            Err(Failure::Usage(format!("{flag} is for chips with a serial port; {} has none", chip.name)))
+            Err(VerbFailure::Usage(format!("{flag} is for chips with a serial port; {} has none", chip.name)))
         }
         _ => Ok(()),
     }

@@ -1,94 +1,94 @@
 //! Files of scenarios and of waveforms, and what is told of the end of a scenario.
 
 use diag::Diagnostic;
-use scenario::{Outcome, Scenario, Step, Verb, Verdict, Waveform};
+use scenario::{ScenarioOutcome, Scenario, ScenarioStep, StepAction, ScenarioVerdict, Waveform};
 
-use crate::fail::{Failure, exit};
-use crate::report::{Terminal, Texts, report};
+use crate::fail::{VerbFailure, exit};
+use crate::report::{MessageStyle, FileTexts, report_diagnostics};
 use crate::{input, output};
 
 /// A scenario that was read, and its text.
-pub struct File {
+pub struct ScenarioFile {
     /// The scenario.
     pub scenario: Scenario,
     text: Vec<u8>,
 }
 
 /// How one ended.
-pub struct Played<'a> {
+pub struct PlayedScenario<'a> {
     /// Steps of the file.
     pub steps: usize,
     /// The verdict.
-    pub verdict: &'a Verdict,
+    pub verdict: &'a ScenarioVerdict,
 }
 
 /// Reads a scenario.
-pub fn read(file: &str) -> Result<File, Failure> {
-    let bytes = input::bytes(file)?;
+pub fn read_scenario(file: &str) -> Result<ScenarioFile, VerbFailure> {
+    let bytes = input::read_bytes(file)?;
     match scenario::parse_bytes(file, &bytes) {
-        Ok(scenario) => Ok(File { scenario, text: bytes }),
-        Err(faults) => Err(Failure::Refused(faults, Texts::one(file, bytes))),
+        Ok(scenario) => Ok(ScenarioFile { scenario, text: bytes }),
+        Err(faults) => Err(VerbFailure::Refused(faults, FileTexts::one(file, bytes))),
     }
 }
 
 /// A waveform that was read, and its text.
-pub struct Wave {
+pub struct WaveStimulus {
     waveform: Waveform,
     file: String,
     text: Vec<u8>,
 }
 
 /// Reads a waveform.
-pub fn waveform(file: &str) -> Result<Wave, Failure> {
-    let text = input::bytes(file)?;
+pub fn read_waveform(file: &str) -> Result<WaveStimulus, VerbFailure> {
+    let text = input::read_bytes(file)?;
     match scenario::read_vcd(file, &text) {
-        Ok(waveform) => Ok(Wave { waveform, file: file.to_owned(), text }),
-        Err(fault) => Err(Failure::Refused(vec![fault], Texts::one(file, text))),
+        Ok(waveform) => Ok(WaveStimulus { waveform, file: file.to_owned(), text }),
+        Err(fault) => Err(VerbFailure::Refused(vec![fault], FileTexts::one(file, text))),
     }
 }
 
-impl Wave {
+impl WaveStimulus {
     /// It has a wire of this name.
-    pub fn has(&self, wire: &str) -> bool {
+    pub fn has_wire(&self, wire: &str) -> bool {
         self.waveform.wires.iter().any(|name| name == wire)
     }
 
     /// The stimuli of the wires that are `wanted`, and warnings.
-    pub fn scenario(&self, wanted: &mut dyn FnMut(&str) -> bool) -> Result<(Scenario, Vec<Diagnostic>), Failure> {
-        self.waveform.scenario(wanted).map_err(|faults| self.refused(faults))
+    pub fn scenario(&self, wanted: &mut dyn FnMut(&str) -> bool) -> Result<(Scenario, Vec<Diagnostic>), VerbFailure> {
+        self.waveform.to_scenario(wanted).map_err(|faults| self.binding_failure(faults))
     }
 
     /// The failure that the waveform does not fit the machine.
-    pub fn refused(&self, faults: Vec<Diagnostic>) -> Failure {
-        Failure::Refused(faults, Texts::one(&self.file, self.text.clone()))
+    pub fn binding_failure(&self, faults: Vec<Diagnostic>) -> VerbFailure {
+        VerbFailure::Refused(faults, FileTexts::one(&self.file, self.text.clone()))
     }
 }
 
 /// The exit code of a verdict.
-pub fn code(outcome: Outcome) -> u8 {
+pub fn verdict_exit_code(outcome: ScenarioOutcome) -> u8 {
     match outcome {
-        Outcome::Passed => exit::OK,
-        Outcome::Failed => exit::FAILED,
-        Outcome::NoResult => exit::LIMIT,
+        ScenarioOutcome::Passed => exit::OK,
+        ScenarioOutcome::Failed => exit::FAILED,
+        ScenarioOutcome::NoResult => exit::LIMIT,
     }
 }
 
-impl File {
+impl ScenarioFile {
     /// The failure that the scenario does not fit the machine.
-    pub fn refused(&self, faults: Vec<Diagnostic>) -> Failure {
-        Failure::Refused(faults, self.texts())
+    pub fn binding_failure(&self, faults: Vec<Diagnostic>) -> VerbFailure {
+        VerbFailure::Refused(faults, self.texts())
     }
 
     /// Its text, for drawing.
-    pub fn texts(&self) -> Texts {
-        Texts::one(&self.scenario.file, self.text.clone())
+    pub fn texts(&self) -> FileTexts {
+        FileTexts::one(&self.scenario.file, self.text.clone())
     }
 
     /// Its steps, those of repetitions once.
     pub fn steps(&self) -> usize {
-        fn count(steps: &[Step]) -> usize {
-            let inner = |step: &Step| match &step.verb {
-                Verb::Repeat(_, steps) => count(steps),
+        fn count(steps: &[ScenarioStep]) -> usize {
+            let inner = |step: &ScenarioStep| match &step.action {
+                StepAction::Repeat(_, steps) => count(steps),
                 _ => 0,
             };
             steps.iter().map(|step| 1 + inner(step)).sum()
@@ -97,24 +97,24 @@ impl File {
     }
 
     /// The verdict in a line.
-    pub fn line(&self, played: &Played<'_>) -> String {
-        let Played { steps, verdict } = played;
+    pub fn verdict_line(&self, played: &PlayedScenario<'_>) -> String {
+        let PlayedScenario { steps, verdict } = played;
         let file = &self.scenario.file;
         match (verdict.outcome, verdict.step) {
-            (Outcome::Passed, _) => format!("{file}: passed, {steps} step(s), up to {}\n", verdict.moment),
+            (ScenarioOutcome::Passed, _) => format!("{file}: passed, {steps} step(s), up to {}\n", verdict.tick_text),
             (outcome, step) => {
                 let step =
                     step.map_or_else(String::new, |step| format!(" in step {step} of {steps}, `{}`", verdict.text));
-                format!("{file}: {}{step}, at {}\n", emu_check::word(outcome), verdict.moment)
+                format!("{file}: {}{step}, at {}\n", emu_check::outcome_name(outcome), verdict.tick_text)
             }
         }
     }
 
     /// The verdict in a document.
-    pub fn document(&self, verdict: &Verdict) -> serde_json::Value {
+    pub fn verdict_json(&self, verdict: &ScenarioVerdict) -> serde_json::Value {
         serde_json::json!({
             "file": self.scenario.file,
-            "verdict": emu_check::word(verdict.outcome),
+            "verdict": emu_check::outcome_name(verdict.outcome),
             "steps": self.steps(),
             "step": verdict.step,
             "why": (!verdict.why.is_empty()).then_some(&verdict.why),
@@ -123,23 +123,23 @@ impl File {
 
     /// Tells the verdict beside that of a run, `of_run`, which counts where it is a fault of the program, where the
     /// scenario has passed, and where the run has failed before the scenario was over.
-    pub fn judged(&self, verdict: &Verdict, (of_run, printed): (u8, bool), terminal: &Terminal) -> Result<u8, Failure> {
-        let code = self.tell(&Played { steps: self.steps(), verdict }, printed, terminal)?;
+    pub fn report_beside_run(&self, verdict: &ScenarioVerdict, (of_run, printed): (u8, bool), terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+        let code = self.report_verdict(&PlayedScenario { steps: self.steps(), verdict }, printed, terminal)?;
         let failed = of_run == exit::FAULT || of_run == exit::FAILED && code == exit::LIMIT;
         Ok(if failed || code == exit::OK { of_run } else { code })
     }
 
     /// Tells the verdict: as the result, or where something else is the result, to the user. Gives the exit code.
-    pub fn tell(&self, played: &Played<'_>, printed: bool, terminal: &Terminal) -> Result<u8, Failure> {
-        if let Some(complaint) = played.verdict.complaint(&self.scenario.file) {
-            report(terminal, &[complaint], &self.texts());
+    pub fn report_verdict(&self, played: &PlayedScenario<'_>, printed: bool, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+        if let Some(complaint) = played.verdict.to_diagnostic(&self.scenario.file) {
+            report_diagnostics(terminal, &[complaint], &self.texts());
         }
-        let line = self.line(played);
+        let line = self.verdict_line(played);
         if printed {
-            output::tell(&line);
+            output::print_to_stderr(&line);
         } else {
             output::print(line)?;
         }
-        Ok(code(played.verdict.outcome))
+        Ok(verdict_exit_code(played.verdict.outcome))
     }
 }

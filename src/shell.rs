@@ -6,8 +6,8 @@ use std::path::Path;
 use clap::{Args, Command, CommandFactory};
 use clap_complete::Shell;
 
-use crate::args::Cli;
-use crate::fail::{Failure, exit};
+use crate::args::CommandLine;
+use crate::fail::{VerbFailure, exit};
 use crate::output;
 use diag::nearest;
 
@@ -20,9 +20,9 @@ pub struct CompletionsArgs {
 }
 
 /// Prints completions.
-pub fn completions(args: &CompletionsArgs) -> Result<u8, Failure> {
+pub fn completions(args: &CompletionsArgs) -> Result<u8, VerbFailure> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "emu", &mut script);
+    clap_complete::generate(args.shell, &mut CommandLine::command(), "emu", &mut script);
     output::print(script)?;
     Ok(exit::OK)
 }
@@ -42,31 +42,31 @@ pub struct ManArgs {
 }
 
 /// Prints a manual page, or writes all that refer to each other.
-pub fn man(args: &ManArgs) -> Result<u8, Failure> {
-    let root = root();
+pub fn man(args: &ManArgs) -> Result<u8, VerbFailure> {
+    let root = root_command();
     let Some(folder) = &args.output else {
         let wanted = args.verb.as_deref().unwrap_or("emu");
         let verbs = || commands(&root).map(Command::get_name);
         let Some(command) = commands(&root).find(|command| command.get_name() == wanted) else {
             let near = nearest(wanted, verbs()).map_or(String::new(), |near| format!("; did you mean {near}?"));
-            return Err(Failure::Usage(format!("there is no verb `{wanted}`{near}")));
+            return Err(VerbFailure::Usage(format!("there is no verb `{wanted}`{near}")));
         };
         output::print(page(command)?)?;
         return Ok(exit::OK);
     };
-    output::folder(folder)?;
+    output::ensure_writable_folder(folder)?;
     let mut pages = Vec::new();
     for command in commands(&root) {
         let file = Path::new(folder).join(file_name(command));
         pages.push((file.to_string_lossy().into_owned(), page(command)?));
     }
-    output::files(&pages.iter().map(|(file, page)| (file.as_str(), page.as_slice())).collect::<Vec<_>>())?;
+    output::write_files(&pages.iter().map(|(file, page)| (file.as_str(), page.as_slice())).collect::<Vec<_>>())?;
     Ok(exit::OK)
 }
 
 /// The command line, with the names that its pages have.
-fn root() -> Command {
-    let mut root = Cli::command().disable_help_subcommand(true);
+fn root_command() -> Command {
+    let mut root = CommandLine::command().disable_help_subcommand(true);
     root.build();
     root
 }
@@ -82,9 +82,9 @@ fn file_name(command: &Command) -> String {
 }
 
 /// The page of a command.
-fn page(command: &Command) -> Result<Vec<u8>, Failure> {
+fn page(command: &Command) -> Result<Vec<u8>, VerbFailure> {
     let mut page = Vec::new();
-    clap_mangen::Man::new(command.clone()).render(&mut page).map_err(|e| Failure::writing("-", &e))?;
+    clap_mangen::Man::new(command.clone()).render(&mut page).map_err(|e| VerbFailure::write_failed("-", &e))?;
     Ok(page)
 }
 
@@ -95,7 +95,7 @@ mod tests {
     #[test]
     fn completions_offer_chips() {
         let mut script = Vec::new();
-        clap_complete::generate(Shell::Bash, &mut Cli::command(), "emu", &mut script);
+        clap_complete::generate(Shell::Bash, &mut CommandLine::command(), "emu", &mut script);
         let script = String::from_utf8_lossy(&script).into_owned();
         assert!(script.contains("compgen -W \"atmega328p "), "verbs of one chip");
         assert!(script.contains("compgen -W \"all atmega328p "), "verbs of several");
@@ -104,7 +104,7 @@ mod tests {
     /// The page of emu refers to `emu-run(1)` and the like; each of them is written.
     #[test]
     fn every_page_referred_to_is_written() {
-        let root = root();
+        let root = root_command();
         let names: Vec<String> = commands(&root).map(file_name).collect();
         let page = String::from_utf8_lossy(&page(&root).unwrap_or_default()).replace("\\-", "-");
         let referred: Vec<&str> = page.lines().filter_map(|line| line.strip_suffix("(1)")).collect();

@@ -5,17 +5,17 @@ mod scenario;
 use std::io::{self, BufWriter, Write};
 
 use clap::Args;
-use emu_debug::text::unescape;
-use ladder::{Element, Program};
-use ladder_eval::{Evaluator, Unsupported};
+use emu_debug::text_escapes::unescape;
+use ladder::{Element, LadderProgram};
+use ladder_eval::{Evaluator, UnsupportedElement};
 
-use crate::args::Ladder;
-use crate::codes::NO_MEANING;
-use crate::fail::{Failure, exit};
-use crate::given::{self, Change, What};
-use crate::output::Pending;
-use crate::report::Terminal;
-use crate::trace::Trace;
+use crate::args::LadderFlags;
+use crate::codes::UNSUPPORTED_ELEMENT;
+use crate::fail::{VerbFailure, exit};
+use crate::given::{self, ScanChange, SimInput};
+use crate::output::PendingFile;
+use crate::report::MessageStyle;
+use crate::trace::ScanTraceTable;
 use crate::{input, output, wave};
 
 const EXAMPLES: &str = "\
@@ -34,7 +34,7 @@ limit.";
 const MAX_SCANS: u64 = 1_000_000;
 
 /// Scans where nothing says how many.
-const USUAL_SCANS: u64 = 20;
+const DEFAULT_SCANS: u64 = 20;
 
 /// How long a byte is on the serial line, for ten bits and in microseconds.
 const BYTE_US: u128 = 10_000_000;
@@ -44,7 +44,7 @@ const BYTE_US: u128 = 10_000_000;
 #[command(after_help = EXAMPLES)]
 pub struct SimArgs {
     #[command(flatten)]
-    program: Ladder,
+    program: LadderFlags,
     /// Number of scans, 1 to 1000000. Default 20, or as many as --inputs goes to.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_SCANS))]
     scans: Option<u64>,
@@ -92,48 +92,48 @@ pub struct SimArgs {
 const MAX_VALUES: u64 = 20_000_000;
 
 /// Runs a program on the reference evaluator and prints every symbol after every scan.
-pub fn sim(args: &SimArgs, terminal: &Terminal) -> Result<u8, Failure> {
+pub fn sim(args: &SimArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     if args.inputs.as_deref() == Some("-") && args.program.file == "-" {
-        return Err(Failure::Usage("the program and --inputs cannot both be standard input".to_owned()));
+        return Err(VerbFailure::Usage("the program and --inputs cannot both be standard input".to_owned()));
     }
-    let used = outputs(args)?;
-    let read = input::program(&args.program.file, args.program.dialect, true, terminal)?;
+    let used = check_outputs(args)?;
+    let read = input::read_program(&args.program.file, args.program.dialect, true, terminal)?;
     if args.scenario.is_some() || args.stimulus.is_some() {
         return scenario::play(args, &read, &used, terminal);
     }
     let mut evaluator = match Evaluator::new(&read.program) {
         Ok(evaluator) => evaluator,
-        Err(refusal) => return Err(Failure::Refused(vec![unsupported(&read.program, &refusal)], read.texts)),
+        Err(refusal) => return Err(VerbFailure::Refused(vec![unsupported(&read.program, &refusal)], read.texts)),
     };
-    let (scans, changes) = changes(args, &evaluator)?;
+    let (scans, changes) = planned_changes(args, &evaluator)?;
     #[cfg(feature = "tui")]
-    if args.watch.wanted() {
-        return crate::watch::watch(&args.watch, &read.program, evaluator, &changes, terminal);
+    if args.watch.is_requested() {
+        return crate::watch::show_panel(&args.watch, &read.program, evaluator, &changes, terminal);
     }
-    let bytes = arrivals(args, scans, &read.program)?;
+    let bytes = byte_arrivals(args, scans, &read.program)?;
     let symbols = evaluator.symbols().to_vec();
-    let mut trace = Trace::new(&symbols, &evaluator, sends(&read.program));
+    let mut trace = ScanTraceTable::new(&symbols, &evaluator, can_send(&read.program));
     let most = MAX_VALUES / (trace.width() as u64).max(1);
     if scans > most {
         let why = format!("with {} values a scan at most {most} scans are traced at once", trace.width());
-        return Err(Failure::value("--scans <N>", &scans.to_string(), &why));
+        return Err(VerbFailure::invalid_flag_value("--scans <N>", &scans.to_string(), &why));
     }
     let (mut changes, mut bytes) = (changes.iter().peekable(), bytes.iter().peekable());
     for scan in 1..=scans {
         while let Some(change) = changes.next_if(|change| change.scan <= scan) {
-            change.make(&mut evaluator);
+            change.apply(&mut evaluator);
         }
         while let Some((_, byte)) = bytes.next_if(|(at, _)| *at <= scan) {
             if !evaluator.receive(*byte) {
-                output::tell(&format!(
+                output::print_to_stderr(&format!(
                     "warning: byte 0x{byte:02X} arrived before scan {scan} while another waited: here it is lost, on a chip that is open\n"
                 ));
             }
         }
         evaluator.scan();
-        trace.note(&evaluator);
+        trace.note_scan(&evaluator);
     }
-    results(args, &read.program, &trace, None)?;
+    write_results(args, &read.program, &trace, None)?;
     if used.is_empty() {
         output::print(trace.table())?;
     }
@@ -141,79 +141,79 @@ pub fn sim(args: &SimArgs, terminal: &Terminal) -> Result<u8, Failure> {
 }
 
 /// The program has elements that send bytes.
-fn sends(program: &Program) -> bool {
+fn can_send(program: &LadderProgram) -> bool {
     let sends = |element: &Element| matches!(element, Element::UartSend { .. } | Element::FormattedString { .. });
     program.elements().any(|(_, element, _)| sends(element))
 }
 
 /// Writes what was asked for; `played`: the verdict of a scenario.
-fn results(
+fn write_results(
     args: &SimArgs,
-    program: &Program,
-    trace: &Trace<'_>,
+    program: &LadderProgram,
+    trace: &ScanTraceTable<'_>,
     played: Option<serde_json::Value>,
-) -> Result<(), Failure> {
+) -> Result<(), VerbFailure> {
     let (file, cycle_us) = (&args.program.file, program.settings.cycle_us);
     write(args.csv.as_deref(), |mut out| out.write_all(trace.csv().as_bytes()).and_then(|()| out.flush()))?;
     write(args.vcd.as_deref(), |out| trace.vcd(file, cycle_us, out))?;
     if args.json {
         let mut document = trace.json(file, cycle_us);
         played.into_iter().for_each(|played| document["scenario"] = played);
-        output::json(&document)?;
+        output::print_json(&document)?;
     } else if args.wave {
         let bits = trace.symbols.iter().enumerate().filter(|(_, s)| s.kind.is_bit());
-        output::print(wave::draw(&bits.map(|(i, s)| (s.name.as_str(), i)).collect::<Vec<_>>(), &trace.rows))?;
+        output::print(wave::draw_scan_bits(&bits.map(|(i, s)| (s.name.as_str(), i)).collect::<Vec<_>>(), &trace.rows))?;
     }
     Ok(())
 }
 
 /// The results other than the table, which must not meet.
-fn outputs(args: &SimArgs) -> Result<Vec<(&'static str, &str)>, Failure> {
+fn check_outputs(args: &SimArgs) -> Result<Vec<(&'static str, &str)>, VerbFailure> {
     let printed = |flag| if flag { "-" } else { "" };
     let (csv, vcd) = (args.csv.as_deref().unwrap_or(""), args.vcd.as_deref().unwrap_or(""));
     let all = [("--json", printed(args.json)), ("--wave", printed(args.wave)), ("--csv", csv), ("--vcd", vcd)];
     let used: Vec<_> = all.into_iter().filter(|(_, file)| !file.is_empty()).collect();
-    output::owners(&used)?;
+    output::check_distinct_outputs(&used)?;
     for input in std::iter::once(&args.program.file).chain(&args.inputs).chain(&args.scenario).chain(&args.stimulus) {
-        output::spares(input, &used)?;
+        output::check_input_not_overwritten(input, &used)?;
     }
     Ok(used)
 }
 
 /// Writes a result to a file that was asked for, whole or not at all.
-fn write(file: Option<&str>, body: impl FnOnce(Box<dyn Write>) -> io::Result<()>) -> Result<(), Failure> {
+fn write(file: Option<&str>, body: impl FnOnce(Box<dyn Write>) -> io::Result<()>) -> Result<(), VerbFailure> {
     let Some(name) = file else { return Ok(()) };
-    let failed = |error: io::Error| Failure::writing(name, &error);
+    let failed = |error: io::Error| VerbFailure::write_failed(name, &error);
     if output::is_stdout(name) {
         return body(Box::new(BufWriter::new(io::stdout()))).map_err(failed);
     }
-    let pending = Pending::new(name)?;
+    let pending = PendingFile::new(name)?;
     body(pending.writer()?).map_err(failed)?;
     pending.complete()
 }
 
 /// The refusal of an element with its place.
-fn unsupported(program: &Program, refusal: &Unsupported) -> diag::Diagnostic {
+fn unsupported(program: &LadderProgram, refusal: &UnsupportedElement) -> diag::Diagnostic {
     let pos = program.elements().find(|(id, ..)| *id == refusal.element).map_or(diag::Pos::default(), |(.., pos)| pos);
     let hint = "docs/semantics.md lists the elements that have a meaning";
-    diag::Diagnostic::new(diag::Severity::Error, NO_MEANING, &program.file, pos, refusal.to_string(), hint)
+    diag::Diagnostic::new(diag::Severity::Error, UNSUPPORTED_ELEMENT, &program.file, pos, refusal.to_string(), hint)
 }
 
 /// The number of scans, and all changes in the order in which they are made.
-fn changes(args: &SimArgs, evaluator: &Evaluator) -> Result<(u64, Vec<Change>), Failure> {
+fn planned_changes(args: &SimArgs, evaluator: &Evaluator) -> Result<(u64, Vec<ScanChange>), VerbFailure> {
     let (last, mut changes) = match &args.inputs {
-        Some(file) => given::table(file, evaluator)?,
+        Some(file) => given::read_input_table(file, evaluator)?,
         None => (None, Vec::new()),
     };
-    let scans = args.scans.or(last).unwrap_or(USUAL_SCANS).min(MAX_SCANS);
+    let scans = args.scans.or(last).unwrap_or(DEFAULT_SCANS).min(MAX_SCANS);
     for text in &args.set {
-        let what = What::new(evaluator, text).map_err(|why| Failure::value("--set <NAME=VALUE>", text, &why))?;
-        changes.push(Change { scan: 1, what });
+        let what = SimInput::new(evaluator, text).map_err(|why| VerbFailure::invalid_flag_value("--set <NAME=VALUE>", text, &why))?;
+        changes.push(ScanChange { scan: 1, input: what });
     }
     for text in &args.at {
-        let refuse = |why: String| Failure::value("--at <SCAN:NAME=VALUE>", text, &why);
-        let (scan, rest) = timed(scans, text, "5:Xstart=0").map_err(refuse)?;
-        changes.push(Change { scan, what: What::new(evaluator, rest).map_err(refuse)? });
+        let refuse = |why: String| VerbFailure::invalid_flag_value("--at <SCAN:NAME=VALUE>", text, &why);
+        let (scan, rest) = split_scan(scans, text, "5:Xstart=0").map_err(refuse)?;
+        changes.push(ScanChange { scan, input: SimInput::new(evaluator, rest).map_err(refuse)? });
     }
     // What comes later on the command line, or in it rather than in the file, is made last in its scan.
     changes.sort_by_key(|change| change.scan);
@@ -221,17 +221,17 @@ fn changes(args: &SimArgs, evaluator: &Evaluator) -> Result<(u64, Vec<Change>), 
 }
 
 /// The bytes that arrive, and before which scan each is complete.
-fn arrivals(args: &SimArgs, scans: u64, program: &Program) -> Result<Vec<(u64, u8)>, Failure> {
+fn byte_arrivals(args: &SimArgs, scans: u64, program: &LadderProgram) -> Result<Vec<(u64, u8)>, VerbFailure> {
     let (mut bytes, mut free) = (Vec::new(), 1);
     let receives = program.elements().any(|(_, element, _)| matches!(element, Element::UartRecv { .. }));
     if !args.uart_in.is_empty() && !receives {
-        return Err(Failure::Usage("--uart-in is for programs with UART_RECV; this one has none".to_owned()));
+        return Err(VerbFailure::Usage("--uart-in is for programs with UART_RECV; this one has none".to_owned()));
     }
     let (baud, cycle) = (program.settings.baud.unwrap_or(0).max(1), program.settings.cycle_us.max(1));
     let apart = BYTE_US.div_ceil(u128::from(baud) * u128::from(cycle)).try_into().unwrap_or(u64::MAX);
     for text in &args.uart_in {
-        let refuse = |why: String| Failure::value("--uart-in <SCAN:TEXT>", text, &why);
-        let (scan, rest) = timed(scans, text, "5:hello").map_err(refuse)?;
+        let refuse = |why: String| VerbFailure::invalid_flag_value("--uart-in <SCAN:TEXT>", text, &why);
+        let (scan, rest) = split_scan(scans, text, "5:hello").map_err(refuse)?;
         let mut at = scan.max(free);
         for byte in unescape(rest).map_err(refuse)? {
             bytes.push((at, byte));
@@ -243,7 +243,7 @@ fn arrivals(args: &SimArgs, scans: u64, program: &Program) -> Result<Vec<(u64, u
 }
 
 /// Takes a scan off the front of a text.
-fn timed<'a>(scans: u64, text: &'a str, example: &str) -> Result<(u64, &'a str), String> {
+fn split_scan<'a>(scans: u64, text: &'a str, example: &str) -> Result<(u64, &'a str), String> {
     let (scan, rest) = text.split_once(':').ok_or_else(|| format!("give a scan, as in {example}"))?;
     match scan.trim().parse() {
         Ok(scan) if (1..=scans).contains(&scan) => Ok((scan, rest)),

@@ -8,30 +8,30 @@ const MOST_LINKS: usize = 40;
 
 /// Where a result goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sink {
+pub enum OutputTarget {
     /// Standard output, by whatever name.
     Stdout,
     /// Standard error, by whatever name.
     Stderr,
     /// A device, a pipe or another open file: written in place.
-    Open,
+    InPlace,
     /// A regular file, there or not.
     File,
 }
 
 /// What `name` stands for.
-pub fn sink(name: &str) -> Sink {
+pub fn output_target(name: &str) -> OutputTarget {
     if name == "-" {
-        return Sink::Stdout;
+        return OutputTarget::Stdout;
     }
     match descriptor(name) {
-        Some(1) => Sink::Stdout,
-        Some(2) => Sink::Stderr,
-        Some(_) => Sink::Open,
-        None if same_file(name, "/dev/stdout") => Sink::Stdout,
-        None if same_file(name, "/dev/stderr") => Sink::Stderr,
-        None if fs::metadata(name).is_ok_and(|m| !m.is_file() && !m.is_dir()) => Sink::Open,
-        None => Sink::File,
+        Some(1) => OutputTarget::Stdout,
+        Some(2) => OutputTarget::Stderr,
+        Some(_) => OutputTarget::InPlace,
+        None if same_file(name, "/dev/stdout") => OutputTarget::Stdout,
+        None if same_file(name, "/dev/stderr") => OutputTarget::Stderr,
+        None if fs::metadata(name).is_ok_and(|m| !m.is_file() && !m.is_dir()) => OutputTarget::InPlace,
+        None => OutputTarget::File,
     }
 }
 

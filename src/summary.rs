@@ -1,64 +1,64 @@
 //! How a run went, for people and as JSON.
 
 use emu_core::chip::PinDef;
-use emu_core::cpu::{Cpu, Fault};
-use emu_core::pins::{Level, PinId};
-use emu_debug::text::escape;
-use emu_debug::{Clock, Ended, Plan, Range, Reason, Source};
+use emu_core::cpu::{Cpu, ProgramFault};
+use emu_core::pins::{PinLevel, PinId};
+use emu_debug::text_escapes::escape;
+use emu_debug::{CycleClock, RunResult, RunPlan, AddressRange, RunEnd, ProgramSource};
 use serde_json::{Map, Value, json};
 
 use crate::{family, output};
 
 /// Pins of a chip of which all are shown.
-const FEW: usize = 100;
+const MAX_PINS_LISTED: usize = 100;
 
 /// Words of the longest instruction of any family.
-const LONGEST: u32 = 3;
+const MAX_INSTRUCTION_WORDS: u32 = 3;
 
 /// Everything that is told about a run.
-pub struct Story<'a, C> {
+pub struct RunSummary<'a, C> {
     /// The chip at the end.
     pub cpu: &'a C,
     /// Names and source lines of addresses.
-    pub source: Source<'a>,
+    pub source: ProgramSource<'a>,
     /// Seconds.
-    pub clock: Clock,
+    pub clock: CycleClock,
     /// What was waited for.
-    pub plan: &'a Plan,
+    pub plan: &'a RunPlan,
     /// How it ended.
-    pub ended: &'a Ended,
+    pub ended: &'a RunResult,
     /// Memory to show, as typed.
-    pub peek: &'a [(String, Range)],
+    pub peek: &'a [(String, AddressRange)],
     /// Why it can never go on, where it is held in reset.
-    pub held: Option<String>,
+    pub reset_hold: Option<String>,
 }
 
 /// Why a run ended, in a word.
-pub fn reason(reason: Reason) -> &'static str {
+pub fn reason_word(reason: RunEnd) -> &'static str {
     match reason {
-        Reason::Limit => "limit",
-        Reason::Halted => "halted",
-        Reason::Until(..) => "until",
-        Reason::Expected => "expect-uart",
-        Reason::Failed => "fail-uart",
-        Reason::Illegal { .. } => "illegal",
-        Reason::Fault { .. } => "fault",
-        Reason::Host => "timeout",
-        Reason::Interrupted => "interrupted",
-        Reason::Over => "scenario",
+        RunEnd::Limit => "limit",
+        RunEnd::Halted => "halted",
+        RunEnd::Until(..) => "until",
+        RunEnd::Expected => "expect-uart",
+        RunEnd::Failed => "fail-uart",
+        RunEnd::Illegal { .. } => "illegal",
+        RunEnd::Fault { .. } => "fault",
+        RunEnd::Declined => "timeout",
+        RunEnd::Interrupted => "interrupted",
+        RunEnd::Finished => "scenario",
     }
 }
 
-impl<C: Cpu> Story<'_, C> {
+impl<C: Cpu> RunSummary<'_, C> {
     /// One word for the end.
     fn reason(&self) -> &'static str {
-        reason(self.ended.reason)
+        reason_word(self.ended.reason)
     }
 
     /// Program word at which the run ended: of the instruction that did it, else of the next one.
     fn word(&self) -> u32 {
         match self.ended.reason {
-            Reason::Illegal { pc, .. } | Reason::Fault { pc, .. } => pc,
+            RunEnd::Illegal { pc, .. } | RunEnd::Fault { pc, .. } => pc,
             _ => self.cpu.pc(),
         }
     }
@@ -76,27 +76,27 @@ impl<C: Cpu> Story<'_, C> {
     /// More about the end, where there is more.
     fn detail(&self) -> Option<String> {
         match self.ended.reason {
-            Reason::Until(i, access) => {
+            RunEnd::Until(i, access) => {
                 let condition = self.plan.until.get(i)?.describe(&self.source.names);
                 Some(match access {
                     Some(a) => {
                         let object = self.object(a.space, a.addr.into());
-                        let (at, pc) = (format!("{}:0x{:x}{object}", a.space, a.addr), self.source.place(a.pc));
+                        let (at, pc) = (format!("{}:0x{:x}{object}", a.space, a.addr), self.source.describe_word(a.pc));
                         format!("{condition}: 0x{:02x} at {at}, pc {pc}", a.value)
                     }
                     None => condition,
                 })
             }
-            Reason::Expected => self.plan.expect.as_deref().map(escape),
-            Reason::Failed => self.plan.fail.as_deref().map(escape),
-            Reason::Illegal { .. } => Some(self.instruction()),
-            Reason::Fault { fault: Fault::UninitialisedRead { space, addr }, .. } => {
+            RunEnd::Expected => self.plan.expect.as_deref().map(escape),
+            RunEnd::Failed => self.plan.fail.as_deref().map(escape),
+            RunEnd::Illegal { .. } => Some(self.instruction()),
+            RunEnd::Fault { fault: ProgramFault::UninitialisedRead { space, addr }, .. } => {
                 let (instruction, object) = (self.instruction(), self.object(space, addr.into()));
                 Some(format!("{instruction}: {space}:0x{addr:04x}{object} was read before it was written"))
             }
-            Reason::Fault { fault, .. } => Some(format!("{}: {fault}", self.instruction())),
-            Reason::Halted => self.held.clone(),
-            Reason::Limit | Reason::Host | Reason::Interrupted | Reason::Over => None,
+            RunEnd::Fault { fault, .. } => Some(format!("{}: {fault}", self.instruction())),
+            RunEnd::Halted => self.reset_hold.clone(),
+            RunEnd::Limit | RunEnd::Declined | RunEnd::Interrupted | RunEnd::Finished => None,
         }
     }
 
@@ -105,22 +105,22 @@ impl<C: Cpu> Story<'_, C> {
     fn object(&self, space: &str, addr: u32) -> String {
         let chip = self.source.names.chip;
         let register = || chip.regs.iter().find(|reg| space == chip.reg_space && u32::from(reg.addr) == addr);
-        let object = self.source.names.object(space, addr).or_else(|| Some(register()?.name.to_owned()));
+        let object = self.source.names.containing_symbol(space, addr).or_else(|| Some(register()?.name.to_owned()));
         object.map_or(String::new(), |object| format!(" ({object})"))
     }
 
     /// The instruction at the end, as text.
     fn instruction(&self) -> String {
         let (chip, size) = (self.source.names.chip, self.source.names.chip.word_bytes);
-        let byte = |addr: u32| u16::from(self.cpu.peek(chip.code, addr % chip.flash).unwrap_or(0xFF));
+        let byte = |addr: u32| u16::from(self.cpu.peek(chip.code_space, addr % chip.flash_bytes).unwrap_or(0xFF));
         let word = |start: u32| (0..size).rev().fold(0, |high, i| high << 8 | byte(start + i));
-        let words: Vec<u16> = (0..LONGEST).map(|i| word(self.byte(self.word()) + i * size)).collect();
+        let words: Vec<u16> = (0..MAX_INSTRUCTION_WORDS).map(|i| word(self.byte(self.word()) + i * size)).collect();
         (chip.isa.disassemble)(&words, self.word()).text
     }
 
     /// What stands at the addresses of a range, in hex: bytes, or words where its addresses count words (low byte first).
-    fn cells(&self, range: &Range) -> Vec<String> {
-        let width = self.source.names.chip.width(range.space);
+    fn cells(&self, range: &AddressRange) -> Vec<String> {
+        let width = self.source.names.chip.bytes_per_address(range.space);
         let byte = |addr: u32| self.cpu.peek(range.space, addr).map(|byte| format!("{byte:02x}"));
         let cell = |addr: u32| (0..width).rev().map(|i| byte(addr * width + i)).collect();
         (range.start..range.end).filter_map(cell).collect()
@@ -130,16 +130,16 @@ impl<C: Cpu> Story<'_, C> {
     /// drives.
     fn pins(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
         let pins = self.source.names.chip.pins.iter().zip(0..);
-        let all = self.cpu.shown_pins();
-        let is_high = |id: PinId| self.cpu.has_pin(id) && self.cpu.level(id) == Level::High;
+        let all = self.cpu.pins_to_show();
+        let is_high = |id: PinId| self.cpu.has_pin(id) && self.cpu.pin_level(id) == PinLevel::High;
         let shown = move |(def, id): &(&PinDef, PinId)| {
-            (all.binary_search(id).is_ok() || is_high(*id)) && def.tells_by(self.cpu.level(*id))
+            (all.binary_search(id).is_ok() || is_high(*id)) && def.is_level_meaningful(self.cpu.pin_level(*id))
         };
         pins.filter(shown).map(|(def, id)| {
-            let level = match self.cpu.level(id) {
-                Level::Low => "0",
-                Level::High => "1",
-                Level::Float | Level::PullUp | Level::PullDown => "z",
+            let level = match self.cpu.pin_level(id) {
+                PinLevel::Low => "0",
+                PinLevel::High => "1",
+                PinLevel::Float | PinLevel::PullUp | PinLevel::PullDown => "z",
             };
             (def.name, level)
         })
@@ -161,43 +161,43 @@ impl<C: Cpu> Story<'_, C> {
 
 /// Says on standard error what pins were driven against each other, and what the program did wrong, if it did; `out_of_code` is what
 /// else there is to say where it met erased memory.
-pub fn complain<C: Cpu>(story: &Story<'_, C>, out_of_code: &str) {
+pub fn report_faults<C: Cpu>(story: &RunSummary<'_, C>, out_of_code: &str) {
     for (pin, cycle) in story.contention() {
-        output::tell(&format!(
+        output::print_to_stderr(&format!(
             "warning: chip and outside drive {pin} against each other from cycle {cycle} on; the chip wins\n  \
              hint: let the pin go with --set {pin}=z or --at TIME:{pin}=z while the chip drives it\n"
         ));
     }
-    let erased = story.source.names.chip.isa.erased;
+    let erased = story.source.names.chip.isa.erased_word;
     let met_erased = format!("0x{erased:x} is erased memory: the program ran or jumped out of its code{out_of_code}");
     let (what, hint) = match story.ended.reason {
-        Reason::Illegal { word, .. } if word == erased => ("no instruction", met_erased.as_str()),
-        Reason::Illegal { .. } => ("no instruction", "is the image built for this chip?"),
-        Reason::Fault { fault: Fault::UninitialisedRead { .. }, .. } => {
+        RunEnd::Illegal { word, .. } if word == erased => ("no instruction", met_erased.as_str()),
+        RunEnd::Illegal { .. } => ("no instruction", "is the image built for this chip?"),
+        RunEnd::Fault { fault: ProgramFault::UninitialisedRead { .. }, .. } => {
             ("a fault of the program", "write the cell first; after power-up RAM holds anything")
         }
-        Reason::Fault { fault: Fault::LeavesProgram { .. }, .. } => {
+        RunEnd::Fault { fault: ProgramFault::JumpOutOfProgram { .. }, .. } => {
             ("a fault of the program", "jump only within the program, as the program table has it")
         }
-        Reason::Fault { fault: Fault::NoEnd, .. } => {
+        RunEnd::Fault { fault: ProgramFault::CycleTooLong, .. } => {
             ("a fault of the program", "let NA pass the last word of the program, or jump to its first one")
         }
         _ => return,
     };
     let detail = story.detail().unwrap_or_default();
-    let (place, cycle) = (story.source.place(story.word()), story.cpu.cycle());
-    output::tell(&format!("error: {what} at {place}, cycle {cycle}: {detail}\n  hint: {hint}\n"));
+    let (place, cycle) = (story.source.describe_word(story.word()), story.cpu.cycle());
+    output::print_to_stderr(&format!("error: {what} at {place}, cycle {cycle}: {detail}\n  hint: {hint}\n"));
 }
 
 /// The JSON document.
-pub fn document<C: Cpu>(story: &Story<'_, C>) -> Value {
+pub fn json_document<C: Cpu>(story: &RunSummary<'_, C>) -> Value {
     let cpu = story.cpu;
     let mut stop = json!({ "reason": story.reason(), "pc": story.pc() });
     if let Some(detail) = story.detail() {
         stop["detail"] = json!(detail);
     }
-    let symbol = story.source.names.near(story.byte(story.word()));
-    for (key, value) in [("symbol", symbol), ("line", story.source.line(story.word()))] {
+    let symbol = story.source.names.nearest_symbol(story.byte(story.word()));
+    for (key, value) in [("symbol", symbol), ("line", story.source.line_text(story.word()))] {
         if let Some(value) = value {
             stop[key] = json!(value);
         }
@@ -223,7 +223,7 @@ pub fn document<C: Cpu>(story: &Story<'_, C>) -> Value {
     }
     document["peek"] = Value::Object(peek.collect::<Map<_, _>>());
     if !story.peek.is_empty() {
-        let width = |(text, range): &(String, Range)| (text.clone(), json!(story.source.names.chip.width(range.space)));
+        let width = |(text, range): &(String, AddressRange)| (text.clone(), json!(story.source.names.chip.bytes_per_address(range.space)));
         document["peek_width"] = Value::Object(story.peek.iter().map(width).collect());
     }
     if !contention.is_empty() {
@@ -233,13 +233,13 @@ pub fn document<C: Cpu>(story: &Story<'_, C>) -> Value {
 }
 
 /// The summary for people.
-pub fn text<C: Cpu>(story: &Story<'_, C>) -> String {
+pub fn summary_text<C: Cpu>(story: &RunSummary<'_, C>) -> String {
     let cpu = story.cpu;
     let mut out = format!("stop       {}", story.reason());
     if let Some(detail) = story.detail() {
         out.push_str(&format!(": {detail}"));
     }
-    out.push_str(&format!("\npc         {}\n", story.source.place(story.word())));
+    out.push_str(&format!("\npc         {}\n", story.source.describe_word(story.word())));
     out.push_str(&format!(
         "time       {} s, {} cycles at {} Hz, {} instructions\n",
         story.clock.seconds(cpu.cycle()),
@@ -262,7 +262,7 @@ pub fn text<C: Cpu>(story: &Story<'_, C>) -> String {
     }
     let special: Vec<String> = special.iter().map(|name| format!("{name}=0x{:02x}", story.register(name))).collect();
     out.push_str(&format!("registers  {}\n", special.join(" ")));
-    let (head, pins) = if story.cpu.chip().pins.len() > FEW {
+    let (head, pins) = if story.cpu.chip().pins.len() > MAX_PINS_LISTED {
         ("pins at 1", high(story.pins()))
     } else {
         ("pins 7..0", pins(story.pins()))
@@ -272,7 +272,7 @@ pub fn text<C: Cpu>(story: &Story<'_, C>) -> String {
         out.push_str(&format!("uart       {}\n", escape(&story.ended.uart)));
     }
     for (text, range) in story.peek {
-        let columns = 16 / story.source.names.chip.width(range.space).clamp(1, 16) as usize;
+        let columns = 16 / story.source.names.chip.bytes_per_address(range.space).clamp(1, 16) as usize;
         for (row, chunk) in story.cells(range).chunks(columns).enumerate() {
             let head =
                 if row == 0 { text.clone() } else { format!("  0x{:04x}", range.start as usize + row * columns) };

@@ -2,16 +2,16 @@
 
 use std::io::{self, Write};
 
-use ladder_eval::{Evaluator, Symbol};
+use ladder_eval::{Evaluator, LadderSymbol};
 use serde_json::{Value as Json, json};
 use vcd::{IdCode, TimescaleUnit, Value, VarType, Writer};
 
 /// A program's columns: its symbols, and behind them what it sends, sets and writes.
-pub struct Trace<'a> {
+pub struct ScanTraceTable<'a> {
     /// The symbols.
-    pub symbols: &'a [Symbol],
+    pub symbols: &'a [LadderSymbol],
     /// Names of the columns behind them, which no symbol can have.
-    others: Vec<String>,
+    extra_columns: Vec<String>,
     /// Frequency of the pulse width output.
     hertz: Option<u32>,
     /// Whether the program can send.
@@ -20,33 +20,33 @@ pub struct Trace<'a> {
     pub rows: Vec<Vec<Option<i32>>>,
 }
 
-impl<'a> Trace<'a> {
+impl<'a> ScanTraceTable<'a> {
     /// An empty trace. `sends`: the program has elements that send.
-    pub fn new(symbols: &'a [Symbol], evaluator: &Evaluator, sends: bool) -> Trace<'a> {
+    pub fn new(symbols: &'a [LadderSymbol], evaluator: &Evaluator, sends: bool) -> ScanTraceTable<'a> {
         let hertz = evaluator.pwm_hz();
         let mut others: Vec<String> = Vec::new();
         others.extend(sends.then(|| "uart:sent".to_owned()));
         others.extend(hertz.map(|_| "pwm:duty".to_owned()));
         others.extend((0..evaluator.eeprom().len()).map(|cell| format!("eeprom:{cell}")));
-        Trace { symbols, others, hertz, sends, rows: Vec::new() }
+        ScanTraceTable { symbols, extra_columns: others, hertz, sends, rows: Vec::new() }
     }
 
     /// Number of columns.
     pub fn width(&self) -> usize {
-        self.symbols.len() + self.others.len()
+        self.symbols.len() + self.extra_columns.len()
     }
 
     /// Notes the state after a scan.
-    pub fn note(&mut self, evaluator: &Evaluator) {
+    pub fn note_scan(&mut self, evaluator: &Evaluator) {
         let mut row: Vec<Option<i32>> = (0..self.symbols.len()).map(|symbol| Some(evaluator.get(symbol))).collect();
         row.extend(self.sends.then(|| evaluator.sent().map(i32::from)));
-        row.extend(self.hertz.map(|_| evaluator.pwm().map(i32::from)));
+        row.extend(self.hertz.map(|_| evaluator.pwm_percent().map(i32::from)));
         row.extend(evaluator.eeprom().iter().map(|byte| Some(i32::from(*byte))));
         self.rows.push(row);
     }
 
     fn names(&self) -> impl Iterator<Item = &str> {
-        self.symbols.iter().map(|s| s.name.as_str()).chain(self.others.iter().map(String::as_str))
+        self.symbols.iter().map(|s| s.name.as_str()).chain(self.extra_columns.iter().map(String::as_str))
     }
 
     /// The document: `scans` holds the symbols; what else there is has a list of its own, a value a scan.
@@ -123,7 +123,7 @@ impl<'a> Trace<'a> {
                 _ => (out.add_var(VarType::Integer, bits, &symbol.name, None)?, bits),
             });
         }
-        for name in &self.others {
+        for name in &self.extra_columns {
             variables.push((out.add_var(VarType::Reg, 8, &name.replace(':', "_"), None)?, 8));
         }
         let event = self.sends.then(|| out.add_var(VarType::Event, 1, "uart_event", None)).transpose()?;

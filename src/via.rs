@@ -1,36 +1,36 @@
 //! `emu check --via`: programs by way of an emitted source.
 
 use diag::Diagnostic;
-use emu_check::Options;
-use emu_check::via::{Report, Via};
+use emu_check::CheckOptions;
+use emu_check::via::{SourceCheckReport, SourceRoute};
 use serde::Serialize;
 
-use crate::fail::{Failure, exit};
-use crate::input::Read;
+use crate::fail::{VerbFailure, exit};
+use crate::input::ReadProgram;
 use crate::output;
 
 /// Reads a way.
-pub fn way(text: &str) -> Result<Via, String> {
+pub fn parse_via(text: &str) -> Result<SourceRoute, String> {
     match text {
-        "native" => Ok(Via::Native),
-        "c" => Ok(Via::C),
-        "arduino" => Ok(Via::Arduino),
-        "bytecode" => Ok(Via::Bytecode),
+        "native" => Ok(SourceRoute::Native),
+        "c" => Ok(SourceRoute::C),
+        "arduino" => Ok(SourceRoute::Arduino),
+        "bytecode" => Ok(SourceRoute::Bytecode),
         _ => Err("the ways are native, c, arduino and bytecode".to_owned()),
     }
 }
 
 /// All checks as one document.
 #[derive(Serialize)]
-struct Document {
+struct ViaDocument {
     schema: u32,
-    checks: Vec<Report>,
-    refused: Vec<Refused>,
+    checks: Vec<SourceCheckReport>,
+    refused: Vec<ViaRefusal>,
 }
 
 /// A program that there was nothing to check of.
 #[derive(Serialize)]
-struct Refused {
+struct ViaRefusal {
     program: String,
     mcu: String,
     errors: Vec<Diagnostic>,
@@ -38,9 +38,9 @@ struct Refused {
 
 /// Checks every program with every one of `options`, that is on every chip (`native`: once). With `all` a chip that cannot is
 /// listed, and no failure unless no chip can.
-pub fn check(via: Via, options: &[Options], programs: Vec<Read>, all: bool, json: bool) -> Result<u8, Failure> {
-    let options = if via == Via::Native { options.get(..1).unwrap_or(options) } else { options };
-    let mut document = Document { schema: 1, checks: Vec::new(), refused: Vec::new() };
+pub fn check(via: SourceRoute, options: &[CheckOptions], programs: Vec<ReadProgram>, all: bool, json: bool) -> Result<u8, VerbFailure> {
+    let options = if via == SourceRoute::Native { options.get(..1).unwrap_or(options) } else { options };
+    let mut document = ViaDocument { schema: 1, checks: Vec::new(), refused: Vec::new() };
     let mut lost = false;
     let single = programs.len() == 1 && options.len() == 1;
     for read in programs {
@@ -48,10 +48,10 @@ pub fn check(via: Via, options: &[Options], programs: Vec<Read>, all: bool, json
         for options in options {
             match emu_check::via::check(&read.program, via, options) {
                 Ok(report) => document.checks.push(report),
-                Err(errors) if single => return Err(Failure::Refused(errors, read.texts)),
+                Err(errors) if single => return Err(VerbFailure::Refused(errors, read.texts)),
                 Err(errors) => {
                     let (program, mcu) = (read.program.file.clone(), options.mcu.clone());
-                    document.refused.push(Refused { program, mcu, errors });
+                    document.refused.push(ViaRefusal { program, mcu, errors });
                     lost |= !all;
                 }
             }
@@ -60,9 +60,9 @@ pub fn check(via: Via, options: &[Options], programs: Vec<Read>, all: bool, json
     }
     let differs = document.checks.iter().any(|report| !report.agreed);
     if json {
-        output::json(&document)?;
+        output::print_json(&document)?;
     } else {
-        let mut text: String = document.checks.iter().map(Report::text).collect();
+        let mut text: String = document.checks.iter().map(SourceCheckReport::text).collect();
         for refused in &document.refused {
             let why = refused.errors.first().map_or_else(String::new, |error| error.cause.clone());
             text += &format!("{} on {} refused: {why}\n", refused.program, refused.mcu);

@@ -5,7 +5,7 @@ const COLUMNS: usize = 80;
 
 /// A line for each bit: high, low, or hatched where it changes back and forth within a column. Columns stand for as many
 /// scans each as makes them fit; `bits` names the bits and their position in a row.
-pub fn draw(bits: &[(&str, usize)], rows: &[Vec<Option<i32>>]) -> String {
+pub fn draw_scan_bits(bits: &[(&str, usize)], rows: &[Vec<Option<i32>>]) -> String {
     let per_column = rows.len().div_ceil(COLUMNS).max(1);
     let width = bits.iter().map(|(name, _)| name.chars().count()).max().unwrap_or(0).max(4);
     let mut out = format!("{:>width$}  ", "scan");
@@ -37,7 +37,7 @@ pub fn glyph(all: bool, any: bool) -> char {
 
 #[cfg(test)]
 mod tests {
-    use super::draw;
+    use super::draw_scan_bits;
 
     #[test]
     fn lines_and_columns() {
@@ -48,10 +48,10 @@ scan  1         11
   Xa  ▁▁▁▔▔▔▔▔▔▔▔▔
   Yb  ▁▁▁▁▁▁▁▁▁▁▁▔
 ";
-        assert_eq!(draw(&[("Xa", 0), ("Yb", 2)], &rows), wanted);
+        assert_eq!(draw_scan_bits(&[("Xa", 0), ("Yb", 2)], &rows), wanted);
         // 160 scans take two a column; what changes within one is hatched.
         let rows: Vec<Vec<Option<i32>>> = (0..160).map(|i| vec![Some(i % 2)]).collect();
-        assert_eq!(draw(&[("Ra", 0)], &rows).lines().nth(1), Some(format!("  Ra  {}", "▒".repeat(80)).as_str()));
-        assert_eq!(draw(&[], &[]), "scan\n");
+        assert_eq!(draw_scan_bits(&[("Ra", 0)], &rows).lines().nth(1), Some(format!("  Ra  {}", "▒".repeat(80)).as_str()));
+        assert_eq!(draw_scan_bits(&[], &[]), "scan\n");
     }
 }

@@ -7,10 +7,10 @@ mod text;
 
 use clap::Args;
 
-use crate::fail::{Failure, exit};
+use crate::fail::{VerbFailure, exit};
 use crate::output;
 use diag::nearest;
-use read::{Signal, Waves};
+use read::{WaveSignal, WaveFile};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -19,7 +19,7 @@ Examples:
   emu wave blink.vcd --only 'PB*' --only TCNT0 --from 10ms --to 12ms --svg blink.svg";
 
 /// Most signals that are drawn at once.
-const MOST: usize = 1000;
+const MAX_SIGNALS: usize = 1000;
 
 /// Columns of text, and pixels of a picture, unless --width says otherwise.
 const COLUMNS: u32 = 80;
@@ -51,27 +51,27 @@ pub struct WaveArgs {
 }
 
 /// What is drawn: signals from one moment to another, in steps of the file's time scale.
-struct Drawing<'a> {
-    waves: &'a Waves,
-    signals: Vec<&'a Signal>,
+struct WaveDrawing<'a> {
+    waves: &'a WaveFile,
+    signals: Vec<&'a WaveSignal>,
     from: u64,
     /// Above `from`.
     to: u64,
 }
 
 /// Draws a waveform.
-pub fn wave(args: &WaveArgs) -> Result<u8, Failure> {
+pub fn wave(args: &WaveArgs) -> Result<u8, VerbFailure> {
     if let Some(file) = &args.svg {
-        output::spares(&args.file, &[("--svg", file)])?;
+        output::check_input_not_overwritten(&args.file, &[("--svg", file)])?;
     }
     let waves = read::read(&args.file, &args.only)?;
     let time = |flag: &str, text: &Option<String>| {
-        let time = text.as_ref().map(|text| waves.scale.ticks(text).map_err(|why| Failure::value(flag, text, &why)));
+        let time = text.as_ref().map(|text| waves.scale.ticks(text).map_err(|why| VerbFailure::invalid_flag_value(flag, text, &why)));
         time.transpose()
     };
     let from = time("--from <TIME>", &args.from)?.unwrap_or(waves.start);
     if let Some(text) = args.from.as_ref().filter(|_| from > waves.end) {
-        return Err(Failure::value(
+        return Err(VerbFailure::invalid_flag_value(
             "--from <TIME>",
             text,
             &format!("the file ends at {}", waves.scale.text(waves.end)),
@@ -79,14 +79,14 @@ pub fn wave(args: &WaveArgs) -> Result<u8, Failure> {
     }
     let to = time("--to <TIME>", &args.to)?.unwrap_or(waves.end.max(from.saturating_add(1)));
     if from >= to {
-        return Err(Failure::Usage("--from is not before --to".to_owned()));
+        return Err(VerbFailure::Usage("--from is not before --to".to_owned()));
     }
-    let signals = chosen(args, &waves)?;
-    let drawing = Drawing { waves: &waves, signals, from, to };
+    let signals = chosen_signals(args, &waves)?;
+    let drawing = WaveDrawing { waves: &waves, signals, from, to };
     match &args.svg {
         Some(file) => {
             let picture = svg::draw(&drawing, args.width.unwrap_or(PIXELS));
-            output::files(&[(file, picture.as_bytes())])?;
+            output::write_files(&[(file, picture.as_bytes())])?;
         }
         None => output::print(text::draw(&drawing, args.width.unwrap_or(COLUMNS)))?,
     }
@@ -94,33 +94,33 @@ pub fn wave(args: &WaveArgs) -> Result<u8, Failure> {
 }
 
 /// A whole waveform as text; the picture is drawn too.
-pub fn drawn(bytes: &[u8]) -> Result<String, Failure> {
+pub fn draw_as_text(bytes: &[u8]) -> Result<String, VerbFailure> {
     let waves = read::read_bytes("wave", bytes)?;
     let (from, to) = (waves.start, waves.end.max(waves.start.saturating_add(1)));
-    let drawing = Drawing { waves: &waves, signals: waves.signals.iter().take(MOST).collect(), from, to };
+    let drawing = WaveDrawing { waves: &waves, signals: waves.signals.iter().take(MAX_SIGNALS).collect(), from, to };
     _ = svg::draw(&drawing, PIXELS);
     Ok(text::draw(&drawing, COLUMNS))
 }
 
 /// The signals that are drawn, in their order.
-fn chosen<'a>(args: &WaveArgs, waves: &'a Waves) -> Result<Vec<&'a Signal>, Failure> {
-    let mut chosen: Vec<&Signal> = Vec::new();
+fn chosen_signals<'a>(args: &WaveArgs, waves: &'a WaveFile) -> Result<Vec<&'a WaveSignal>, VerbFailure> {
+    let mut chosen: Vec<&WaveSignal> = Vec::new();
     for pattern in &args.only {
-        let found: Vec<&Signal> = waves.signals.iter().filter(|signal| signal.is_named(pattern)).collect();
+        let found: Vec<&WaveSignal> = waves.signals.iter().filter(|signal| signal.is_named(pattern)).collect();
         if found.is_empty() {
             let names = waves.signals.iter().map(|signal| signal.name.as_str());
             let hint = nearest(pattern, names).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-            return Err(Failure::value("--only <NAME>", pattern, &format!("there is no such signal{hint}")));
+            return Err(VerbFailure::invalid_flag_value("--only <NAME>", pattern, &format!("there is no such signal{hint}")));
         }
         chosen.extend(found);
     }
     if args.only.is_empty() {
         chosen.extend(&waves.signals);
     }
-    if chosen.len() > MOST {
+    if chosen.len() > MAX_SIGNALS {
         let why =
-            format!("{} signals are more than the {MOST} that are drawn at once; name some with --only", chosen.len());
-        return Err(Failure::Usage(why));
+            format!("{} signals are more than the {MAX_SIGNALS} that are drawn at once; name some with --only", chosen.len());
+        return Err(VerbFailure::Usage(why));
     }
     Ok(chosen)
 }
@@ -131,8 +131,8 @@ mod tests {
     use crate::codes::TOO_LARGE_WAVE;
 
     fn code(text: &str) -> &'static str {
-        match drawn(text.as_bytes()) {
-            Err(Failure::Refused(faults, _)) => faults.first().map_or("", |fault| fault.code),
+        match draw_as_text(text.as_bytes()) {
+            Err(VerbFailure::Refused(faults, _)) => faults.first().map_or("", |fault| fault.code),
             _ => "",
         }
     }

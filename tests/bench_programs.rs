@@ -5,13 +5,13 @@ mod programs;
 
 use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
-use emu_core::{Cpu, RamInit, Stop};
+use emu_core::{Cpu, RamInit, StopReason};
 
 fn after(name: &str, cycles: u64) -> Avr {
     let (_, source) = programs::PROGRAMS.iter().find(|(n, _)| *n == name).unwrap_or_else(|| panic!("{name}"));
     let image = programs::image(source).unwrap_or_else(|e| panic!("{name}.s: {e}"));
     let mut avr = Avr::new(&ATMEGA328P, &image, RamInit::Random(1));
-    assert_eq!(avr.run(cycles, &mut ()), Stop::Limit, "{name}");
+    assert_eq!(avr.run(cycles, &mut ()), StopReason::Limit, "{name}");
     avr
 }
 

@@ -6,14 +6,14 @@ mod assemble;
 mod programs;
 
 use emu_8051::{Mcs51, chips};
-use emu_core::{Cpu, RamInit, Stop};
+use emu_core::{Cpu, RamInit, StopReason};
 
 fn after(name: &str, cycles: u64) -> Mcs51 {
     let list = programs::programs();
     let (_, source) = list.iter().find(|(n, _)| *n == name).unwrap_or_else(|| panic!("{name}"));
     let image = assemble::image(source).unwrap_or_else(|e| panic!("{name}: {e}"));
     let mut mcs51 = Mcs51::new(chips::chip("at89c52").expect("a CMOS 8052"), &image, RamInit::Random(1));
-    assert_eq!(mcs51.run(cycles, &mut ()), Stop::Limit, "{name}");
+    assert_eq!(mcs51.run(cycles, &mut ()), StopReason::Limit, "{name}");
     mcs51
 }
 
@@ -60,7 +60,7 @@ fn ticks_come_every_thousand_cycles_and_disturb_nothing() {
     assert_eq!(word(&mcs51, 0x30), 5000);
     // Elsewhere than at the head of the loop the register and the count need not fit.
     while mcs51.pc() != SHIFT {
-        assert_eq!(mcs51.step(&mut ()), Stop::Limit);
+        assert_eq!(mcs51.step(&mut ()), StopReason::Limit);
         assert!(mcs51.cycle() < 5_001_000, "never again at the head of the loop");
     }
     let shifts = word(&mcs51, 0x32) | u32::from(idata(&mcs51, 0x34)) << 16;
@@ -96,7 +96,7 @@ fn the_ladder_goes_by_its_rungs() {
         }
     }
     while word(&mcs51, 6) < scans {
-        assert_eq!(mcs51.step(&mut ()), Stop::Limit);
+        assert_eq!(mcs51.step(&mut ()), StopReason::Limit);
         assert!(mcs51.cycle() < u64::from(scans) * 1200);
     }
     let expected: Vec<u8> = bits.chunks(8).map(|b| b.iter().rev().fold(0, |v, &b| v << 1 | u8::from(b))).collect();

@@ -110,7 +110,7 @@ fn images_are_what_their_sources_say() {
         families.iter().flat_map(|family| text_files("tests/cli/in", family.0).into_iter().map(move |s| (s, family)));
     for (source, &(_, chip)) in sources {
         let text = fs::read_to_string(&source).expect("a source");
-        let image = emu_asm::image(chip, &text).unwrap_or_else(|e| panic!("{}: {e}", source.display()));
+        let image = emu_asm::assemble_text(chip, &text).unwrap_or_else(|e| panic!("{}: {e}", source.display()));
         let segments: Vec<(u32, &[u8])> = image.segments.iter().map(|s| (s.addr, s.bytes.as_slice())).collect();
         let hex = emu_core::image::write_hex(&segments);
         let file = source.with_extension("hex");

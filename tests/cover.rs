@@ -8,8 +8,8 @@ use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::cpu::{Cpu, Probe, RamInit};
 use emu_core::image::{Image, load_hex};
-use emu_core::table::Flow;
-use emu_debug::{Coverage, Profile};
+use emu_core::table::FlowKind;
+use emu_debug::{CodeCoverage, CycleProfile};
 use emu_pic16::Pic16;
 
 #[path = "../benches/programs/assemble.rs"]
@@ -23,7 +23,7 @@ const CYCLES: u64 = 300_000;
 /// Coverage that sees every turn, and every instruction counted one by one with the one that came behind it.
 #[derive(Default)]
 struct Every {
-    coverage: Coverage,
+    coverage: CodeCoverage,
     counts: BTreeMap<u32, u64>,
     ways: BTreeMap<(u32, u32), u64>,
     interrupted: BTreeMap<u32, u64>,
@@ -33,26 +33,26 @@ struct Every {
 impl Probe for Every {
     const INSN: bool = true;
     const FLOW: bool = true;
-    fn insn(&mut self, _at: u64, pc: u32) -> bool {
+    fn on_instruction(&mut self, _at: u64, pc: u32) -> bool {
         *self.counts.entry(pc).or_default() += 1;
         if let Some(last) = self.last.replace(pc) {
             *self.ways.entry((last, pc)).or_default() += 1;
         }
         false
     }
-    fn irq(&mut self, _at: u64, _vector: u8) {
+    fn on_interrupt(&mut self, _at: u64, _vector: u8) {
         if let Some(last) = self.last.take() {
             *self.interrupted.entry(last).or_default() += 1;
         }
     }
-    fn goes(&mut self, next: u32, to: u32, taken: bool) {
-        self.coverage.goes(next, to, taken);
+    fn on_branch(&mut self, next: u32, to: u32, taken: bool) {
+        self.coverage.on_branch(next, to, taken);
     }
-    fn enters(&mut self, pc: u32) {
-        self.coverage.enters(pc);
+    fn on_flow_start(&mut self, pc: u32) {
+        self.coverage.on_flow_start(pc);
     }
-    fn breaks(&mut self, pc: u32) {
-        self.coverage.breaks(pc);
+    fn on_flow_end(&mut self, pc: u32) {
+        self.coverage.on_flow_end(pc);
     }
 }
 
@@ -63,16 +63,16 @@ fn ended<C: Cpu>(cpu: &C) -> (u64, u64, u32, Vec<Option<u32>>) {
 }
 
 /// Instructions that were executed, and which of their ways were gone.
-fn seen<C: Cpu>(cpu: &C, coverage: &Coverage, image: &Image) -> Vec<(u32, bool, Option<[bool; 2]>)> {
-    let reached = coverage.reached(cpu.chip(), image);
-    reached.iter().map(|one| (one.instruction.pc, one.count > 0, one.ways.map(|ways| ways.map(|n| n > 0)))).collect()
+fn seen<C: Cpu>(cpu: &C, coverage: &CodeCoverage, image: &Image) -> Vec<(u32, bool, Option<[bool; 2]>)> {
+    let reached = coverage.covered_instructions(cpu.chip(), image);
+    reached.iter().map(|one| (one.instruction.pc, one.count > 0, one.counts_by_outcome.map(|ways| ways.map(|n| n > 0)))).collect()
 }
 
 fn looked_at<C: Cpu>(name: &str, start: &C, image: &Image) {
     let (mut bare, mut quick, mut slow, mut timed) = (start.clone(), start.clone(), start.clone(), start.clone());
     let begun = start.cycle();
     bare.run(begun + CYCLES, &mut ());
-    let mut coverage = Coverage::default();
+    let mut coverage = CodeCoverage::default();
     quick.run(begun + CYCLES, &mut coverage);
     let mut every = Every::default();
     // In slices: what goes on in the next is counted once.
@@ -80,7 +80,7 @@ fn looked_at<C: Cpu>(name: &str, start: &C, image: &Image) {
         slow.run(begun + CYCLES / 7 * slice, &mut every);
     }
     slow.run(begun + CYCLES, &mut every);
-    let mut profile = Profile::new(start.chip(), image, begun);
+    let mut profile = CycleProfile::new(start.chip(), image, begun);
     // In slices: a profile does not notice.
     for slice in 1..=10 {
         timed.run(begun + CYCLES / 10 * slice, &mut profile);
@@ -90,15 +90,15 @@ fn looked_at<C: Cpu>(name: &str, start: &C, image: &Image) {
     assert_eq!(ended(&slow), ended(&bare), "{name}: every turn");
     assert_eq!(ended(&timed), ended(&bare), "{name}: profile");
     assert_eq!(seen(&quick, &coverage, image), seen(&slow, &every.coverage, image), "{name}");
-    assert_eq!(profile.sum(), timed.cycle() - begun, "{name}");
-    let reached = every.coverage.reached(start.chip(), image);
+    assert_eq!(profile.total_cycles(), timed.cycle() - begun, "{name}");
+    let reached = every.coverage.covered_instructions(start.chip(), image);
     let counts: BTreeMap<u32, u64> =
         reached.iter().filter(|one| one.count > 0).map(|one| (one.instruction.pc, one.count)).collect();
     assert_eq!(counts, every.counts, "{name}: every instruction is counted once");
     assert!(!counts.is_empty(), "{name}");
     for one in reached.iter().filter(|one| one.count > 0) {
         let (pc, next) = (one.instruction.pc, one.instruction.pc + one.instruction.len);
-        let Some([_, elsewhere]) = one.ways else { continue };
+        let Some([_, elsewhere]) = one.counts_by_outcome else { continue };
         let seen: u64 = every.ways.range((pc, 0)..(pc + 1, 0)).filter(|(way, _)| way.1 != next).map(|(_, n)| n).sum();
         // Where it went in front of an interrupt, or of the end, only the probe of ways knows.
         let unseen = every.interrupted.get(&pc).copied().unwrap_or(0) + u64::from(every.last == Some(pc));
@@ -118,7 +118,7 @@ fn avr() {
 fn mcs51() {
     let chip = emu_8051::chips::chip("at89s52").expect("a chip");
     for (name, source) in programs51::programs() {
-        let image = emu_asm::image(chip, &source).expect("a program");
+        let image = emu_asm::assemble_text(chip, &source).expect("a program");
         looked_at(name, &Mcs51::new(chip, &image, RamInit::Zero), &image);
     }
 }
@@ -129,7 +129,7 @@ fn pic16() {
     for name in ["alu", "crc", "ladder", "t1sleep", "tmr0int"] {
         let file = format!("{}/benches/programs_pic/{name}.hex", env!("CARGO_MANIFEST_DIR"));
         let bytes = std::fs::read(&file).expect("an image");
-        let image = load_hex(&file, &bytes, chip.hex).expect("a program").image;
+        let image = load_hex(&file, &bytes, chip.hex_spaces).expect("a program").image;
         looked_at(name, &Pic16::new(chip, &image, RamInit::Zero), &image);
     }
 }
@@ -139,7 +139,7 @@ fn ap101() {
     let chip = emu_ap101::chips::chips().next().expect("a chip");
     let file = format!("{}/tests/cli/in/ton101.hex", env!("CARGO_MANIFEST_DIR"));
     let bytes = std::fs::read(&file).expect("an image");
-    let image = load_hex(&file, &bytes, chip.hex).expect("a program").image;
+    let image = load_hex(&file, &bytes, chip.hex_spaces).expect("a program").image;
     looked_at("ton101", &Ap101::new(&image), &image);
 }
 
@@ -147,7 +147,7 @@ fn ap101() {
 #[test]
 fn conditional_instructions_are_these() {
     let of = |chip: &emu_core::Chip| {
-        let rows = chip.isa.rows.iter().enumerate().filter(|(row, _)| (chip.isa.flow)(*row) == Flow::Either);
+        let rows = chip.isa.rows.iter().enumerate().filter(|(row, _)| (chip.isa.flow)(*row) == FlowKind::Conditional);
         let mut names: Vec<&str> = rows.map(|(_, row)| row.mnemonic).collect();
         names.dedup();
         names.join(" ")

@@ -7,14 +7,14 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use emu_core::chip::Chip;
-use emu_core::image::{Bits, ElfMachine, Image, Segment, Space, load, write_hex};
+use emu_core::image::{WordBits, ElfMachine, Image, Segment, ImageSpace, load, write_hex};
 use emu_core::rng::Rng;
 
 /// Images a chip; more of them by EMU_DISASM_ROUNDS.
 const ROUNDS: u64 = 2;
 
 fn chips() -> Vec<&'static Chip> {
-    let avr = emu_avr::chips::CHIPS.iter().copied();
+    let avr = emu_avr::chips::AVR_CHIPS.iter().copied();
     let others = emu_8051::chips::chips().chain(emu_pic16::chips::chips()).chain(emu_ap101::chips::chips());
     avr.chain(others).collect()
 }
@@ -34,9 +34,9 @@ fn disasm(chip: &Chip, file: &str, input: &[u8]) -> Result<String, String> {
 /// The bytes of an image, in one order, with the bits that the memory keeps. RAM, which only a debugger fills, is left out.
 fn bytes(chip: &Chip, image: &Image) -> Vec<Segment> {
     let mut segments = image.segments.clone();
-    segments.retain(|segment| segment.space != chip.ram);
+    segments.retain(|segment| segment.space != chip.ram_space);
     for segment in &mut segments {
-        if let Some(Space { bits: Bits::Low(bits), .. }) = chip.hex.iter().find(|space| space.name == segment.space) {
+        if let Some(ImageSpace { word_bits: WordBits::Low(bits), .. }) = chip.hex_spaces.iter().find(|space| space.name == segment.space) {
             let mask = ((1u16 << bits) - 1).to_le_bytes();
             segment.bytes.iter_mut().zip(mask.iter().cycle()).for_each(|(byte, mask)| *byte &= mask);
         }
@@ -47,7 +47,7 @@ fn bytes(chip: &Chip, image: &Image) -> Vec<Segment> {
 
 /// Assembles the text and compares; the complaint shows where they part.
 fn compare(chip: &'static Chip, text: &str, wanted: &Image) -> Result<(), String> {
-    let ours = emu_asm::image(chip, text)?;
+    let ours = emu_asm::assemble_text(chip, text)?;
     let (ours, wanted) = (bytes(chip, &ours), bytes(chip, wanted));
     if ours == wanted {
         return Ok(());
@@ -62,12 +62,12 @@ fn compare(chip: &'static Chip, text: &str, wanted: &Image) -> Result<(), String
 }
 
 /// Bytes of a memory with holes, some of them erased, within what its words have bits for.
-fn random(rng: &mut Rng, chip: &Chip, space: &Space, into: &mut Vec<(u32, Vec<u8>)>) {
-    let (size, erased) = (space.word.max(chip.word_bytes), chip.isa.erased);
+fn random(rng: &mut Rng, chip: &Chip, space: &ImageSpace, into: &mut Vec<(u32, Vec<u8>)>) {
+    let (size, erased) = (space.word.max(chip.word_bytes), chip.isa.erased_word);
     let words = space.len / size;
-    let mask = match space.bits {
-        Bits::All => u16::MAX,
-        Bits::Only(bits) | Bits::Low(bits) => (1 << bits) - 1,
+    let mask = match space.word_bits {
+        WordBits::All => u16::MAX,
+        WordBits::Only(bits) | WordBits::Low(bits) => (1 << bits) - 1,
     };
     let word = |word: u16| word.to_le_bytes().into_iter().take(size as usize).collect::<Vec<u8>>();
     let mut below = |n: u32| rng.below(n.into()) as u32;
@@ -90,7 +90,7 @@ fn random(rng: &mut Rng, chip: &Chip, space: &Space, into: &mut Vec<(u32, Vec<u8
 }
 
 fn loaded(chip: &Chip, name: &str, bytes: &[u8]) -> Option<Image> {
-    load(name, bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)).ok().map(|loaded| loaded.image)
+    load(name, bytes, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine)).ok().map(|loaded| loaded.image)
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn random_words_come_back() {
             let seed = n * 1000 + round;
             let mut rng = Rng::new(seed);
             let mut parts = Vec::new();
-            for space in chip.hex {
+            for space in chip.hex_spaces {
                 // A block that says how the machine is put together is whole and in order, or the image is refused.
                 if chip.name == "ap101" && space.name == "config" {
                     let mut block = vec![0; space.len as usize];

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use emu_8051::{Mcs51, chips};
 use emu_core::image::{load_hex, write_hex};
-use emu_core::{Cpu, Event, PinId, Probe, RamInit};
+use emu_core::{Cpu, ChipEvent, PinId, Probe, RamInit};
 
 fn example(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/8051").join(name)
@@ -41,10 +41,10 @@ struct Seen {
 
 impl Probe for Seen {
     const EVENTS: bool = true;
-    fn event(&mut self, event: Event) -> bool {
+    fn on_event(&mut self, event: ChipEvent) -> bool {
         match event {
-            Event::Sent { byte, .. } => self.text.push(byte),
-            Event::Edge { at, pin, .. } if pin == self.lamp => self.edges.push(at.cycle),
+            ChipEvent::Sent { byte, .. } => self.text.push(byte),
+            ChipEvent::Edge { at, pin, .. } if pin == self.lamp => self.edges.push(at.cycle),
             _ => (),
         }
         false
@@ -53,7 +53,7 @@ impl Probe for Seen {
 
 fn after(name: &str, mcu: &str, cycles: u64) -> Seen {
     let chip = chips::chip(mcu).unwrap_or_else(|| panic!("{mcu}"));
-    let loaded = load_hex(name, read(name).as_bytes(), chip.hex).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+    let loaded = load_hex(name, read(name).as_bytes(), chip.hex_spaces).unwrap_or_else(|e| panic!("{name}: {e:?}"));
     let mut seen = Seen { lamp: chip.pin("P1.0").expect("P1.0"), text: Vec::new(), edges: Vec::new() };
     Mcs51::new(chip, &loaded.image, RamInit::Random(1)).run(cycles, &mut seen);
     seen

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use emu_core::image::load_hex;
-use emu_core::{Cpu, Event, PinId, Probe, RamInit, Stop};
+use emu_core::{Cpu, ChipEvent, PinId, Probe, RamInit, StopReason};
 use emu_pic16::{Pic16, chips};
 
 fn example(name: &str) -> PathBuf {
@@ -26,41 +26,41 @@ struct Seen {
 
 impl Probe for Seen {
     const EVENTS: bool = true;
-    fn event(&mut self, event: Event) -> bool {
+    fn on_event(&mut self, event: ChipEvent) -> bool {
         match event {
-            Event::Sent { at, byte, .. } => {
+            ChipEvent::Sent { at, byte, .. } => {
                 self.text.push(byte);
                 self.ends.push(at.cycle);
             }
-            Event::Edge { at, pin, .. } if pin == self.lamp => self.edges.push(at.cycle),
+            ChipEvent::Edge { at, pin, .. } if pin == self.lamp => self.edges.push(at.cycle),
             _ => (),
         }
         false
     }
 }
 
-fn after(name: &str, mcu: &str, cycles: u64) -> (Seen, Stop) {
+fn after(name: &str, mcu: &str, cycles: u64) -> (Seen, StopReason) {
     let chip = chips::chip(mcu).unwrap_or_else(|| panic!("{mcu}"));
-    let loaded = load_hex(name, read(name).as_bytes(), chip.hex).unwrap_or_else(|e| panic!("{name}: {e:?}"));
+    let loaded = load_hex(name, read(name).as_bytes(), chip.hex_spaces).unwrap_or_else(|e| panic!("{name}: {e:?}"));
     assert!(loaded.warnings.is_empty(), "{name}: {:?}", loaded.warnings);
     let mut seen = Seen { lamp: chip.pin("RB0").expect("RB0"), text: Vec::new(), ends: Vec::new(), edges: Vec::new() };
     let mut cpu = Pic16::new(chip, &loaded.image, RamInit::Random(1));
     let stop = cpu.run(cycles, &mut seen);
     // TRMT is set in the middle of the stop bit; a program that sleeps then leaves the line as it is.
-    seen.text.extend(cpu.stopping());
+    seen.text.extend(cpu.byte_in_stop_bit());
     (seen, stop)
 }
 
 #[test]
 fn they_do_what_their_heads_say() {
     let (hello, stop) = after("hello.hex", "pic16f877a", 200_000);
-    assert_eq!((String::from_utf8_lossy(&hello.text).as_ref(), stop), ("Hello from a PIC16\n", Stop::Halted));
+    assert_eq!((String::from_utf8_lossy(&hello.text).as_ref(), stop), ("Hello from a PIC16\n", StopReason::Halted));
     // A bit takes 16 * 26 clocks, a byte ten bits; TXREG is filled again in time, so that bytes follow each other.
     assert!(hello.ends.windows(2).all(|pair| pair[1] - pair[0] == 10 * 16 * 26 / 4), "{:?}", hello.ends);
     // The power-up timer takes 72 ms of the second, in the rest there are 56 overflows. The first edge is that of the pin as
     // it becomes an output. GOTO takes two cycles, so an interrupt may be a cycle late.
     let (blink, stop) = after("blink.hex", "pic16f873", 1_000_000);
-    assert_eq!((blink.edges.len(), stop), (1 + 56, Stop::Limit), "{:?}", blink.edges);
+    assert_eq!((blink.edges.len(), stop), (1 + 56, StopReason::Limit), "{:?}", blink.edges);
     let first = blink.edges[1];
     for (i, edge) in (0u64..).zip(&blink.edges[1..]) {
         assert!((first + 16_384 * i).abs_diff(*edge) <= 1, "{:?}", blink.edges);
@@ -81,10 +81,10 @@ fn the_hex_files_belong_to_their_sources() {
             let bytes = std::fs::read(&path).expect("a source");
             let name = emu_asm::named_chip(&bytes).unwrap_or_else(|| panic!("{}: no list p=", path.display()));
             let chip = chips::chip(&name).unwrap_or_else(|| panic!("{}: {name}", path.display()));
-            let made = emu_asm::image(chip, &String::from_utf8_lossy(&bytes));
+            let made = emu_asm::assemble_text(chip, &String::from_utf8_lossy(&bytes));
             let made = made.unwrap_or_else(|e| panic!("{}:\n{e}", path.display()));
             let hex = path.with_extension("hex");
-            let there = load_hex("", &std::fs::read(&hex).expect("a HEX file"), chip.hex).expect("a good HEX file");
+            let there = load_hex("", &std::fs::read(&hex).expect("a HEX file"), chip.hex_spaces).expect("a good HEX file");
             assert_eq!(made.segments, there.image.segments, "{}", hex.display());
             count += 1;
         }

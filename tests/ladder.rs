@@ -5,29 +5,29 @@ mod table;
 
 use emu_avr::{Avr, chips};
 use emu_core::pins::PinId;
-use emu_core::{Cpu, Level, RamInit, Stop, Time, image};
-use ladder_compile::{Compiled, Map, Options, Place, compile};
+use emu_core::{Cpu, PinLevel, RamInit, StopReason, CycleTime, image};
+use ladder_compile::{CompiledProgram, ImageMap, CompileOptions, CellLocation, compile};
 use table::Column;
 
 /// A chip that stops at the start and the end of its scans.
 struct Bench {
     cpu: Avr,
-    map: Map,
+    map: ImageMap,
 }
 
 impl Bench {
-    fn new(compiled: Compiled, seed: u64) -> Bench {
+    fn new(compiled: CompiledProgram, seed: u64) -> Bench {
         let chip = chips::chip(&compiled.map.mcu).expect("a known chip");
-        let loaded = image::load_hex("image", compiled.hex.as_bytes(), chip.hex).expect("a sound image");
+        let loaded = image::load_hex("image", compiled.hex.as_bytes(), chip.hex_spaces).expect("a sound image");
         let mut cpu = Avr::new(chip, &loaded.image, RamInit::Random(seed));
-        cpu.trap(compiled.map.scan_start / 2, true);
-        cpu.trap(compiled.map.scan_end / 2, true);
+        cpu.set_breakpoint(compiled.map.scan_start / 2, true);
+        cpu.set_breakpoint(compiled.map.scan_end / 2, true);
         Bench { cpu, map: compiled.map }
     }
 
     fn run_to(&mut self, addr: u32) {
         let limit = self.cpu.cycle() + 1_000_000;
-        assert_eq!(self.cpu.run(limit, &mut ()), Stop::Trap { pc: addr / 2 });
+        assert_eq!(self.cpu.run(limit, &mut ()), StopReason::Breakpoint { pc: addr / 2 });
     }
 
     /// The pin of an input or output.
@@ -40,15 +40,15 @@ impl Bench {
     fn place(&self, name: &str) -> (u32, Option<u8>) {
         let symbol = self.map.symbols.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("no {name} in the map"));
         match &symbol.place {
-            Place::Bit { addr, bit, .. } => (*addr, Some(*bit)),
-            Place::Word { addr, .. } => (*addr, None),
+            CellLocation::Bit { addr, bit, .. } => (*addr, Some(*bit)),
+            CellLocation::Word { addr, .. } => (*addr, None),
         }
     }
 
     /// Width of an integer.
     fn bytes(&self, name: &str) -> u8 {
         match self.map.symbols.iter().find(|s| s.name == name).map(|s| &s.place) {
-            Some(Place::Word { bytes, .. }) => *bytes,
+            Some(CellLocation::Word { bytes, .. }) => *bytes,
             _ => 0,
         }
     }
@@ -59,7 +59,7 @@ impl Bench {
 
     fn get(&self, name: &str) -> i32 {
         if let (true, Some(pin)) = (name.starts_with('Y'), self.pin(name)) {
-            return i32::from(self.cpu.level(pin) == Level::High);
+            return i32::from(self.cpu.pin_level(pin) == PinLevel::High);
         }
         match self.place(name) {
             (addr, Some(bit)) => i32::from(self.peek(addr) >> bit & 1),
@@ -90,8 +90,8 @@ impl Bench {
     fn scan(&mut self, values: &[(&str, i32)]) {
         for &(name, value) in values {
             if let (true, Some(pin)) = (name.starts_with('X'), self.pin(name)) {
-                let now = Time::at(self.cpu.cycle());
-                self.cpu.drive(now, pin, Level::of(value != 0));
+                let now = CycleTime::at(self.cpu.cycle());
+                self.cpu.drive(now, pin, PinLevel::from_bit(value != 0));
             }
         }
         self.run_to(self.map.scan_start);
@@ -127,7 +127,7 @@ fn the_chip_gives_every_line_of_every_trace() {
             continue;
         };
         let program = ladder::parse("test.ld", &case.program).expect("a sound program").program;
-        let options = Options { mcu: "atmega328p".into(), ..Options::default() };
+        let options = CompileOptions { mcu: "atmega328p".into(), ..CompileOptions::default() };
         let mut bench = match compile(&program, &options) {
             Ok(compiled) => Bench::new(compiled, seed as u64),
             Err(why) => {

@@ -4,8 +4,8 @@ use emu_avr::{Avr, chips};
 use emu_core::lint::Lint;
 use emu_core::pins::PinId;
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Level, Probe, RamInit, Stop, Time, image};
-use ladder_compile::{Options, compile};
+use emu_core::{Cpu, PinLevel, Probe, RamInit, StopReason, CycleTime, image};
+use ladder_compile::{CompileOptions, compile};
 
 /// Every lint with its cycle and place.
 #[derive(Default)]
@@ -14,7 +14,7 @@ struct Seen(Vec<String>);
 impl Probe for Seen {
     const LINT: bool = true;
 
-    fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
+    fn on_lint(&mut self, at: u64, pc: u32, lint: Lint) {
         self.0.push(format!("cycle {at}, 0x{:04x}: {lint}", 2 * pc));
     }
 }
@@ -34,10 +34,10 @@ fn every_example_runs_without_a_lint() {
         let name = path.display().to_string();
         let text = std::fs::read_to_string(&path).expect("a program");
         let program = ladder::parse(&name, &text).expect("a sound program").program;
-        let options = Options { mcu: "atmega328p".into(), ..Options::default() };
+        let options = CompileOptions { mcu: "atmega328p".into(), ..CompileOptions::default() };
         let compiled = compile(&program, &options).expect("an image");
         let chip = chips::chip("atmega328p").expect("a chip");
-        let loaded = image::load_hex("image", compiled.hex.as_bytes(), chip.hex).expect("a sound image");
+        let loaded = image::load_hex("image", compiled.hex.as_bytes(), chip.hex_spaces).expect("a sound image");
         let mut cpu = Avr::new(chip, &loaded.image, RamInit::Random(7));
         let inputs: Vec<PinId> = compiled
             .map
@@ -50,15 +50,15 @@ fn every_example_runs_without_a_lint() {
         let scan = compiled.map.cycle.num.div_ceil(compiled.map.cycle.den);
         for _ in 0..SCANS {
             for &pin in &inputs {
-                let level = Level::of(rng.one_in(2));
-                cpu.drive(Time::at(cpu.cycle()), pin, level);
+                let level = PinLevel::from_bit(rng.one_in(2));
+                cpu.drive(CycleTime::at(cpu.cycle()), pin, level);
             }
             let stop = cpu.run(cpu.cycle() + scan, &mut seen);
-            assert_eq!(stop, Stop::Limit, "{name}");
+            assert_eq!(stop, StopReason::Limit, "{name}");
         }
         // Inputs have pull-ups; without those, and with nothing at the pins, it would be another matter.
         for &pin in &inputs {
-            cpu.drive(Time::at(cpu.cycle()), pin, Level::Float);
+            cpu.drive(CycleTime::at(cpu.cycle()), pin, PinLevel::Float);
         }
         cpu.run(cpu.cycle() + 2 * scan, &mut seen);
         for port in ["PORTB", "PORTC", "PORTD"] {

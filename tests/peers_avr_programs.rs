@@ -19,7 +19,7 @@ use avr_programs::table::{programs, text};
 use avr_programs::{MCU, example, sent};
 use emu_avr::{Avr, chips};
 use emu_core::image::{ElfMachine, load};
-use emu_core::{Cpu, Probe, RamInit, Stop};
+use emu_core::{Cpu, Probe, RamInit, StopReason};
 use tools::{folder, run, source};
 
 const LEVELS: [&str; 4] = ["-O0", "-Os", "-O2", "-O3"];
@@ -153,7 +153,7 @@ struct Sink(Vec<(u8, u64)>);
 
 impl Probe for Sink {
     const DATA: bool = true;
-    fn data(&mut self, cycle: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+    fn on_data_access(&mut self, cycle: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
         if space == 0 && addr == GPIOR0 && write {
             self.0.push((value, cycle));
         }
@@ -171,10 +171,10 @@ fn programs_that_only_compute_write_each_byte_at_simavrs_cycle() {
         for level in LEVELS {
             let elf = build(name, level, &["-DSINK"]);
             let bytes = fs::read(&elf).expect("the image");
-            let loaded = load(name, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)).expect("an image");
+            let loaded = load(name, &bytes, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine)).expect("an image");
             let mut avr = Avr::new(chip, &loaded.image, RamInit::Random(1));
             let mut sink = Sink::default();
-            assert_eq!(avr.run(CYCLES, &mut sink), Stop::Halted, "{name} {level}");
+            assert_eq!(avr.run(CYCLES, &mut sink), StopReason::Halted, "{name} {level}");
 
             let theirs = under_simavr(&elf, CYCLES, "");
             let theirs: Vec<(u8, u64)> =

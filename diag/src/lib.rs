@@ -20,7 +20,7 @@ pub use nearest::{distance, nearest};
 
 /// One row of a crate's table of codes, the text behind `emu explain`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Code {
+pub struct DiagnosticCode {
     /// Stable identifier: a family in capitals and three digits, such as `HEX007`. Never reused for another meaning.
     pub code: &'static str,
     /// What is wrong, in half a line.
@@ -89,7 +89,7 @@ impl Diagnostic {
         cause: impl Into<String>,
         hint: impl Into<String>,
     ) -> Self {
-        let shown = |words: String| match text::show(&words) {
+        let shown = |words: String| match text::to_display_text(&words) {
             Cow::Owned(shown) => text::into_printable(shown),
             Cow::Borrowed(_) => text::into_printable(words),
         };

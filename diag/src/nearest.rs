@@ -1,12 +1,12 @@
 //! The name that was probably meant.
 
 /// Characters of a name that are compared: a longer one is no misspelt name of ours.
-const LONGEST: usize = 64;
+const MAX_COMPARED_CHARS: usize = 64;
 
 /// Returns the candidate with the least edit distance to `name`, if it is near enough to be meant. Case does not count; of candidates that are
 /// equally near the alphabetically first is returned.
 pub fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let name: String = name.chars().take(LONGEST).flat_map(char::to_lowercase).collect();
+    let name: String = name.chars().take(MAX_COMPARED_CHARS).flat_map(char::to_lowercase).collect();
     let limit = name.chars().count().max(3) / 3;
     let possible = candidates.filter(|candidate| candidate.len().abs_diff(name.len()) <= 4 * limit);
     let ranked = possible.map(|candidate| (distance(&name, &candidate.to_lowercase()), candidate));

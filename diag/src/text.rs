@@ -10,10 +10,10 @@
 use std::borrow::Cow;
 
 /// The character of the byte 0x80; those up to 0xFF follow.
-const FIRST: u32 = 0xEF80;
+const FIRST_BYTE_CHAR: u32 = 0xEF80;
 
 /// The UTF-8 of the byte order mark U+FEFF.
-pub const MARK: &[u8] = b"\xEF\xBB\xBF";
+pub const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// The characters of the bytes 0x80 to 0x9F in code page 1252 (Unicode, MAPPINGS/VENDORS/MICSFT/WINDOWS/CP1252.TXT); five are not
 /// defined and are the control characters of their numbers, as browsers read them (WHATWG Encoding, 9.1, index windows-1252).
@@ -25,7 +25,7 @@ const CP1252: [char; 32] = [
 
 /// How the characters of a text are kept in bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Encoding {
+pub enum TextEncoding {
     /// UTF-8.
     Utf8,
     /// A character is a byte, in a code page that the file does not name.
@@ -34,25 +34,25 @@ pub enum Encoding {
 
 /// The encoding of a text, as [`decode`] takes it.
 #[must_use]
-pub fn encoding(bytes: &[u8]) -> Encoding {
+pub fn encoding(bytes: &[u8]) -> TextEncoding {
     match std::str::from_utf8(bytes) {
-        Ok(text) if !text.contains(|c| byte_of(c).is_some()) => Encoding::Utf8,
-        _ => Encoding::Bytes,
+        Ok(text) if !text.contains(|c| byte_of(c).is_some()) => TextEncoding::Utf8,
+        _ => TextEncoding::Bytes,
     }
 }
 
 /// The characters of a text; [`byte_of`] tells those that stand for a byte.
 #[must_use]
-pub fn decode(bytes: &[u8]) -> Cow<'_, str> {
+pub fn decode_text(bytes: &[u8]) -> Cow<'_, str> {
     match (encoding(bytes), std::str::from_utf8(bytes)) {
-        (Encoding::Utf8, Ok(text)) => Cow::Borrowed(text),
-        _ => Cow::Owned(bytes.iter().map(|&byte| of_byte(byte)).collect()),
+        (TextEncoding::Utf8, Ok(text)) => Cow::Borrowed(text),
+        _ => Cow::Owned(bytes.iter().map(|&byte| char_of_byte(byte)).collect()),
     }
 }
 
 /// The bytes of which [`decode`] made a text, or a piece of it.
 #[must_use]
-pub fn encode(text: &str) -> Vec<u8> {
+pub fn encode_text(text: &str) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(text.len());
     for c in text.chars() {
         match byte_of(c) {
@@ -66,21 +66,21 @@ pub fn encode(text: &str) -> Vec<u8> {
 /// The byte that a character of [`decode`] stands for; nothing for a character of ASCII or UTF-8.
 #[must_use]
 pub fn byte_of(c: char) -> Option<u8> {
-    let above = u32::from(c).checked_sub(FIRST)?;
+    let above = u32::from(c).checked_sub(FIRST_BYTE_CHAR)?;
     u8::try_from(above + 0x80).ok()
 }
 
 /// The character that stands for a byte.
-fn of_byte(byte: u8) -> char {
+fn char_of_byte(byte: u8) -> char {
     match byte {
         0..0x80 => char::from(byte),
-        _ => char::from_u32(FIRST + u32::from(byte) - 0x80).unwrap_or(char::REPLACEMENT_CHARACTER),
+        _ => char::from_u32(FIRST_BYTE_CHAR + u32::from(byte) - 0x80).unwrap_or(char::REPLACEMENT_CHARACTER),
     }
 }
 
 /// A text of [`decode`] for people: bytes as code page 1252 has them. No character for private use is left of it.
 #[must_use]
-pub fn show(text: &str) -> Cow<'_, str> {
+pub fn to_display_text(text: &str) -> Cow<'_, str> {
     if !text.contains(|c| byte_of(c).is_some()) {
         return Cow::Borrowed(text);
     }
@@ -108,8 +108,8 @@ pub fn code_page_byte(c: char) -> Option<u8> {
 /// (0x1A) that ends it where nothing but zeros and white space follows; a CR alone, which ends a line, becomes LF. Lines keep
 /// their numbers.
 #[must_use]
-pub fn plain(bytes: &[u8]) -> Cow<'_, [u8]> {
-    let bytes = bytes.strip_prefix(MARK).unwrap_or(bytes);
+pub fn strip_line_decorations(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     let filler = |c: &u8| matches!(c, 0 | 0x1A) || c.is_ascii_whitespace();
     let end = bytes.iter().rposition(|c| !filler(c)).map_or(0, |at| at + 1);
     let end = bytes.iter().skip(end).position(|c| *c == 0x1A).map_or(bytes.len(), |at| end + at);
@@ -133,7 +133,7 @@ pub fn plain(bytes: &[u8]) -> Cow<'_, [u8]> {
 /// A file as people read it, line for line and column for column as its reader counts them.
 #[must_use]
 pub fn readable(bytes: &[u8]) -> String {
-    show(&decode(&plain(bytes))).into_owned()
+    to_display_text(&decode_text(&strip_line_decorations(bytes))).into_owned()
 }
 
 /// A text fit for a terminal: control characters but the tab (Unicode, general category Cc) are escaped as `\x1b`, so that a file
@@ -192,27 +192,27 @@ mod tests {
     fn no_byte_is_lost() {
         let all: Vec<u8> = (0..=255).collect();
         let private = "a\u{EF80}\u{EFFF}".as_bytes();
-        let texts: [(&[u8], Encoding); 6] = [
-            (b"plain", Encoding::Utf8),
-            ("dt \"\u{e9}\u{20ac}\u{1F600}\"".as_bytes(), Encoding::Utf8),
-            (b"dt \"\xBFA\"", Encoding::Bytes),
-            (b"\xC3\xA9 and \xE9", Encoding::Bytes),
-            (&all, Encoding::Bytes),
-            (private, Encoding::Bytes),
+        let texts: [(&[u8], TextEncoding); 6] = [
+            (b"plain", TextEncoding::Utf8),
+            ("dt \"\u{e9}\u{20ac}\u{1F600}\"".as_bytes(), TextEncoding::Utf8),
+            (b"dt \"\xBFA\"", TextEncoding::Bytes),
+            (b"\xC3\xA9 and \xE9", TextEncoding::Bytes),
+            (&all, TextEncoding::Bytes),
+            (private, TextEncoding::Bytes),
         ];
         for (bytes, wanted) in texts {
-            let text = decode(bytes);
-            assert_eq!((encoding(bytes), encode(&text)), (wanted, bytes.to_vec()));
-            if wanted == Encoding::Bytes {
+            let text = decode_text(bytes);
+            assert_eq!((encoding(bytes), encode_text(&text)), (wanted, bytes.to_vec()));
+            if wanted == TextEncoding::Bytes {
                 assert_eq!(text.chars().count(), bytes.len(), "a column is a byte");
-                assert_eq!(to_code_page(&show(&text)).as_deref(), Some(bytes));
+                assert_eq!(to_code_page(&to_display_text(&text)).as_deref(), Some(bytes));
             }
         }
     }
 
     #[test]
     fn people_see_code_page_1252() {
-        assert_eq!(show(&decode(b"sem\xE1foro \x80 \x95 \xFF")), "sem\u{e1}foro \u{20ac} \u{2022} \u{ff}");
+        assert_eq!(to_display_text(&decode_text(b"sem\xE1foro \x80 \x95 \xFF")), "sem\u{e1}foro \u{20ac} \u{2022} \u{ff}");
         assert_eq!(to_code_page("\u{21b}"), None, "a letter that the code page lacks");
     }
 
@@ -234,7 +234,7 @@ mod tests {
             (b"", b""),
         ];
         for (bytes, wanted) in cases {
-            assert_eq!(&*plain(bytes), *wanted, "{bytes:?}");
+            assert_eq!(&*strip_line_decorations(bytes), *wanted, "{bytes:?}");
         }
     }
 

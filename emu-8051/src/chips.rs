@@ -11,12 +11,12 @@ use data::{
     BITS as COMMON_BITS, BITS_BUS, BITS_NO_TIMER2, BITS_TIMER2, DIP20, PORT_1_TIMER2, PORT_3, PORT_3_BUS, REGS,
     REGS_AT89S, REGS_BUS, REGS_T2MOD, REGS_TIMER2, dip40, regs,
 };
-use emu_core::chip::{Chip, Family, Reg};
-use emu_core::image::{Bits, Space};
+use emu_core::chip::{Chip, ChipFamily, NamedAddress};
+use emu_core::image::{WordBits, ImageSpace};
 
 /// Timer 2 of a chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Timer2 {
+pub enum Timer2Kind {
     /// There is none.
     None,
     /// As in the 8052: capture, reload, baud generator; no T2MOD.
@@ -27,99 +27,99 @@ pub enum Timer2 {
 
 /// What a chip of the family has beyond the row that every chip has.
 #[derive(Debug)]
-pub struct Part {
+pub struct Mcs51Part {
     /// The row that every chip has.
     pub chip: Chip,
     /// Bytes of RAM on the chip: 128 or 256.
-    pub iram: u16,
+    pub iram_bytes: u16,
     /// CMOS: PCON has idle and power-down (user's manual, "Power-saving modes of operation").
-    pub cmos: bool,
+    pub is_cmos: bool,
     /// Timer 2.
-    pub timer2: Timer2,
+    pub timer2: Timer2Kind,
     /// Has an external bus: P0, P2, EA. Without it there is no XDATA and no program memory outside.
-    pub bus: bool,
+    pub has_bus: bool,
     /// Has what the AT89S parts add: watchdog, AUXR, AUXR1 with the second data pointer, power-off flag, wake from
     /// power-down by an interrupt.
-    pub at89s: bool,
+    pub is_at89s: bool,
     /// Has the analog comparator on P1.0 and P1.1 with its output at P3.6.
-    pub comparator: bool,
+    pub has_comparator: bool,
     /// Can run at 6 clocks a machine cycle.
-    pub x2: bool,
+    pub has_x2: bool,
 }
 
 /// Interrupt n, from 1, begins at 8 n - 5 (user's manual, "Interrupts").
 pub(crate) const VECTOR_WORDS: u32 = 8;
-pub(crate) const VECTOR_BACK: u32 = 5;
+pub(crate) const LATER_VECTORS_BACK: u32 = 5;
 
 /// All chips of this crate.
-pub const PARTS: &[Part] = &[
-    Part {
-        chip: Chip { name: "8031", title: "8031: no ROM, 128 bytes RAM, 40 pins, NMOS", on_chip: 0, ..I8051.chip },
+pub const MCS51_PARTS: &[Mcs51Part] = &[
+    Mcs51Part {
+        chip: Chip { name: "8031", title: "8031: no ROM, 128 bytes RAM, 40 pins, NMOS", on_chip_flash_bytes: 0, ..I8051.chip },
         ..I8051
     },
     I8051,
-    Part { chip: Chip { name: "8751", title: "8751: 8051 with 4 KB EPROM", ..I8051.chip }, ..I8051 },
-    Part {
+    Mcs51Part { chip: Chip { name: "8751", title: "8751: 8051 with 4 KB EPROM", ..I8051.chip }, ..I8051 },
+    Mcs51Part {
         chip: Chip {
             name: "8032",
             title: "8032: no ROM, 256 bytes RAM, timer 2, 40 pins, NMOS",
-            on_chip: 0,
+            on_chip_flash_bytes: 0,
             ..I8052.chip
         },
         ..I8052
     },
     I8052,
-    Part { chip: Chip { name: "8752", title: "8752: 8052 with 8 KB EPROM", ..I8052.chip }, ..I8052 },
-    Part {
+    Mcs51Part { chip: Chip { name: "8752", title: "8752: 8052 with 8 KB EPROM", ..I8052.chip }, ..I8052 },
+    Mcs51Part {
         chip: Chip {
             name: "80c51",
             title: "80C51: 8051 in CMOS, with idle and power-down; 6 clocks a cycle with --x2",
-            source: "272335",
+            data_sheet: "272335",
             max_hz: 24_000_000,
             ..I8051.chip
         },
-        cmos: true,
-        x2: true,
+        is_cmos: true,
+        has_x2: true,
         ..I8051
     },
     AT89C51,
     AT89C52,
-    Part {
+    Mcs51Part {
         chip: Chip {
             name: "at89s51",
             title: "AT89S51: 4 KB flash, 128 bytes RAM, watchdog, two data pointers, 40 pins",
-            source: "2487",
+            data_sheet: "2487",
             max_hz: 33_000_000,
             regs: regs!(REGS, REGS_BUS, REGS_AT89S),
             pins: dip40!("" "" "" "" "" "MOSI" "MISO" "SCK"),
             ..AT89C51.chip
         },
-        at89s: true,
+        is_at89s: true,
         ..AT89C51
     },
-    Part {
+    Mcs51Part {
         chip: Chip {
             name: "at89s52",
             title: "AT89S52: 8 KB flash, 256 bytes RAM, timer 2, watchdog, two data pointers, 40 pins",
-            source: "1919",
+            data_sheet: "1919",
             max_hz: 33_000_000,
             regs: regs!(REGS, REGS_BUS, REGS_TIMER2, REGS_T2MOD, REGS_AT89S),
             pins: dip40!("T2" "T2EX" "" "" "" "MOSI" "MISO" "SCK"),
             ..AT89C52.chip
         },
-        at89s: true,
+        is_at89s: true,
         ..AT89C52
     },
     AT89C2051,
-    Part {
+    Mcs51Part {
         chip: Chip {
             name: "at89c4051",
             title: "AT89C4051: 4 KB flash, 128 bytes RAM, comparator, 20 pins",
-            source: "1001",
-            flash: 0x1000,
-            on_chip: 0x1000,
-            hex: &[Space { name: "code", start: 0, len: 0x1000, word: 1, bits: Bits::All }],
-            elf: &[Space { name: "code", start: 0, len: 0x1000, word: 1, bits: Bits::All }],
+            data_sheet: "1001",
+            flash_bytes: 0x1000,
+            on_chip_flash_bytes: 0x1000,
+            hex_spaces: &[ImageSpace { name: "code", start: 0, len: 0x1000, word: 1, word_bits: WordBits::All }],
+            elf_spaces: &[ImageSpace { name: "code", start: 0, len: 0x1000, word: 1, word_bits: WordBits::All }],
             spaces: &[("code", 0x1000, 1), ("idata", 128, 1), ("sfr", 256, 1), ("bit", 256, 1)],
             ..AT89C2051.chip
         },
@@ -128,15 +128,15 @@ pub const PARTS: &[Part] = &[
 ];
 
 /// Names of all registers that any of the chips has, for text that says nothing of the chip.
-pub const SFRS: &[Reg] = regs!(REGS, REGS_BUS, REGS_TIMER2, REGS_T2MOD, REGS_AT89S);
+pub const SFRS: &[NamedAddress] = regs!(REGS, REGS_BUS, REGS_TIMER2, REGS_T2MOD, REGS_AT89S);
 
 /// Names of all bits likewise.
-pub const BITS: &[Reg] = regs!(COMMON_BITS, BITS_BUS, BITS_TIMER2);
+pub const BITS: &[NamedAddress] = regs!(COMMON_BITS, BITS_BUS, BITS_TIMER2);
 
 /// The part `name` (case aside).
 #[must_use]
-pub fn part(name: &str) -> Option<&'static Part> {
-    PARTS.iter().find(|p| p.chip.name.eq_ignore_ascii_case(name))
+pub fn part(name: &str) -> Option<&'static Mcs51Part> {
+    MCS51_PARTS.iter().find(|p| p.chip.name.eq_ignore_ascii_case(name))
 }
 
 /// The chip `name` (case aside).
@@ -147,30 +147,30 @@ pub fn chip(name: &str) -> Option<&'static Chip> {
 
 /// All chips of this crate, in the order of [`PARTS`].
 pub fn chips() -> impl Iterator<Item = &'static Chip> {
-    PARTS.iter().map(|p| &p.chip)
+    MCS51_PARTS.iter().map(|p| &p.chip)
 }
 
 /// The first of the family, from which the rows of all others derive.
-pub(crate) const I8051: Part = Part {
+pub(crate) const I8051: Mcs51Part = Mcs51Part {
     chip: Chip {
         name: "8051",
-        family: Family::Mcs51,
+        family: ChipFamily::Mcs51,
         isa: &crate::isa::ISA,
         title: "8051: 4 KB ROM, 128 bytes RAM, 40 pins, NMOS",
-        source: "272318",
-        code: "code",
-        flash: 0x1_0000,
-        on_chip: 0x1000,
-        ram: "idata",
+        data_sheet: "272318",
+        code_space: "code",
+        flash_bytes: 0x1_0000,
+        on_chip_flash_bytes: 0x1000,
+        ram_space: "idata",
         ram_start: 0,
         ram_len: 128,
-        ram_map: &[],
-        eeprom: 0,
+        ram_ranges: &[],
+        eeprom_bytes: 0,
         word_bytes: 1,
         max_hz: 12_000_000,
         default_hz: 12_000_000,
-        hex: &[Space { name: "code", start: 0, len: 0x1_0000, word: 1, bits: Bits::All }],
-        elf: &[Space { name: "code", start: 0, len: 0x1_0000, word: 1, bits: Bits::All }],
+        hex_spaces: &[ImageSpace { name: "code", start: 0, len: 0x1_0000, word: 1, word_bits: WordBits::All }],
+        elf_spaces: &[ImageSpace { name: "code", start: 0, len: 0x1_0000, word: 1, word_bits: WordBits::All }],
         elf_machine: 165,
         cpu_regs: &["r0", "r1", "r2", "r3", "r4", "r5", "r6", "r7", "ACC", "B", "PSW", "SP", "DPTR", "PC"],
         reg_space: "sfr",
@@ -179,28 +179,28 @@ pub(crate) const I8051: Part = Part {
         pins: dip40!("" "" "" "" "" "" "" ""),
         constants: || [PORT_3, PORT_3_BUS].concat(),
         vectors: &["RESET", "INT0", "TIMER0", "INT1", "TIMER1", "SERIAL"],
-        vector_words: VECTOR_WORDS,
+        words_per_vector: VECTOR_WORDS,
         packages: &[],
-        vector_back: VECTOR_BACK,
+        later_vectors_back_words: LATER_VECTORS_BACK,
         spaces: &[("code", 0x1_0000, 1), ("idata", 128, 1), ("sfr", 256, 1), ("bit", 256, 1), ("xdata", 0x1_0000, 1)],
-        told: &[("idata", 0), ("sfr", 0), ("bit", 0), ("xdata", 0)],
+        observable_spaces: &[("idata", 0), ("sfr", 0), ("bit", 0), ("xdata", 0)],
         // SP, DPL, DPH, PSW, ACC, B.
-        silent: &[("sfr", 0x81), ("sfr", 0x82), ("sfr", 0x83), ("sfr", 0xD0), ("sfr", 0xE0), ("sfr", 0xF0)],
+        implicit_accesses: &[("sfr", 0x81), ("sfr", 0x82), ("sfr", 0x83), ("sfr", 0xD0), ("sfr", 0xE0), ("sfr", 0xF0)],
     },
-    iram: 128,
-    cmos: false,
-    timer2: Timer2::None,
-    bus: true,
-    at89s: false,
-    comparator: false,
-    x2: false,
+    iram_bytes: 128,
+    is_cmos: false,
+    timer2: Timer2Kind::None,
+    has_bus: true,
+    is_at89s: false,
+    has_comparator: false,
+    has_x2: false,
 };
 
-const I8052: Part = Part {
+const I8052: Mcs51Part = Mcs51Part {
     chip: Chip {
         name: "8052",
         title: "8052: 8 KB ROM, 256 bytes RAM, timer 2, 40 pins, NMOS",
-        on_chip: 0x2000,
+        on_chip_flash_bytes: 0x2000,
         ram_len: 256,
         regs: regs!(REGS, REGS_BUS, REGS_TIMER2),
         bits: regs!(COMMON_BITS, BITS_BUS, BITS_TIMER2),
@@ -210,46 +210,46 @@ const I8052: Part = Part {
         spaces: &[("code", 0x1_0000, 1), ("idata", 256, 1), ("sfr", 256, 1), ("bit", 256, 1), ("xdata", 0x1_0000, 1)],
         ..I8051.chip
     },
-    iram: 256,
-    timer2: Timer2::Nmos,
+    iram_bytes: 256,
+    timer2: Timer2Kind::Nmos,
     ..I8051
 };
 
-const AT89C51: Part = Part {
+const AT89C51: Mcs51Part = Mcs51Part {
     chip: Chip {
         name: "at89c51",
         title: "AT89C51: 4 KB flash, 128 bytes RAM, 40 pins",
-        source: "0265",
+        data_sheet: "0265",
         max_hz: 24_000_000,
         ..I8051.chip
     },
-    cmos: true,
+    is_cmos: true,
     ..I8051
 };
 
-const AT89C52: Part = Part {
+const AT89C52: Mcs51Part = Mcs51Part {
     chip: Chip {
         name: "at89c52",
         title: "AT89C52: 8 KB flash, 256 bytes RAM, timer 2, 40 pins",
-        source: "0313",
+        data_sheet: "0313",
         max_hz: 24_000_000,
         regs: regs!(REGS, REGS_BUS, REGS_TIMER2, REGS_T2MOD),
         ..I8052.chip
     },
-    cmos: true,
-    timer2: Timer2::Full,
+    is_cmos: true,
+    timer2: Timer2Kind::Full,
     ..I8052
 };
 
-const AT89C2051: Part = Part {
+const AT89C2051: Mcs51Part = Mcs51Part {
     chip: Chip {
         name: "at89c2051",
         title: "AT89C2051: 2 KB flash, 128 bytes RAM, comparator, 20 pins",
-        source: "0368",
-        flash: 0x800,
-        on_chip: 0x800,
-        hex: &[Space { name: "code", start: 0, len: 0x800, word: 1, bits: Bits::All }],
-        elf: &[Space { name: "code", start: 0, len: 0x800, word: 1, bits: Bits::All }],
+        data_sheet: "0368",
+        flash_bytes: 0x800,
+        on_chip_flash_bytes: 0x800,
+        hex_spaces: &[ImageSpace { name: "code", start: 0, len: 0x800, word: 1, word_bits: WordBits::All }],
+        elf_spaces: &[ImageSpace { name: "code", start: 0, len: 0x800, word: 1, word_bits: WordBits::All }],
         regs: regs!(REGS),
         bits: regs!(COMMON_BITS, BITS_NO_TIMER2),
         constants: || PORT_3.to_vec(),
@@ -257,7 +257,7 @@ const AT89C2051: Part = Part {
         spaces: &[("code", 0x800, 1), ("idata", 128, 1), ("sfr", 256, 1), ("bit", 256, 1)],
         ..AT89C51.chip
     },
-    bus: false,
-    comparator: true,
+    has_bus: false,
+    has_comparator: true,
     ..AT89C51
 };

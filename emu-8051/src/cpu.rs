@@ -3,19 +3,19 @@
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Bus, Cpu, Probe, RamInit, Reset, Stop, rewrite_bit};
-use emu_core::engine::{self, Engine, Looks};
+use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause, StopReason, rewrite_bit};
+use emu_core::engine::{self, CpuEngine, RunState};
 use emu_core::image::Image;
-use emu_core::pins::{Level, PinId, Time};
+use emu_core::pins::{PinLevel, PinId, CycleTime};
 use emu_core::rng::Rng;
-use emu_core::state::Damaged;
+use emu_core::state::SnapshotDamaged;
 
-use crate::chips::{self, Part};
-use crate::hot::Hot;
+use crate::chips::{self, Mcs51Part};
+use crate::core_state::CoreRegisters;
 use crate::operands::RamBit;
-use crate::predecode::{Code, External};
-use crate::soc::Soc;
-use crate::turn::{SPAN, Turn};
+use crate::predecode::{CodeMemory, XdataBus};
+use crate::soc::Mcs51Soc;
+use crate::executor::{ADDRESS_SPACE, Executor};
 
 /// How a machine is wired and how the manual is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,39 +27,39 @@ pub struct Options {
     /// 6 clocks a machine cycle, on chips that can.
     pub x2: bool,
     /// Readings of the manual.
-    pub readings: Readings,
+    pub readings: Mcs51Readings,
 }
 
 impl Default for Options {
     /// Two memories, EA high, 12 clocks, the manual by its letter.
     fn default() -> Options {
-        Options { von_neumann: false, ea: true, x2: false, readings: Readings::default() }
+        Options { von_neumann: false, ea: true, x2: false, readings: Mcs51Readings::default() }
     }
 }
 
 /// Where the manual can be read in two ways. Defaults are the letter of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Readings {
+pub struct Mcs51Readings {
     /// "The values polled are those that were present at S5P2 of the previous machine cycle" ("How interrupts are
     /// handled"): false takes that by its letter, so that three whole cycles pass at least; true polls what is present in
     /// the last cycle of the instruction, and what has been cleared by then is not served.
-    pub sample_now: bool,
+    pub samples_interrupt_at_once: bool,
     /// An instruction is executed after "any write to the IE or IP registers" (condition 3), or after "any access" (the text
     /// that explains it): true holds interrupts after reads too.
-    pub hold_on_read: bool,
+    pub read_holds_interrupts: bool,
 }
 
 /// An MCS-51 chip with its program. A clone is a snapshot; memories that are large are shared until they change.
 #[derive(Debug, Clone)]
 pub struct Mcs51 {
-    pub(crate) part: &'static Part,
-    pub(crate) hot: Hot,
+    pub(crate) part: &'static Mcs51Part,
+    pub(crate) core: CoreRegisters,
     pub(crate) ram: [u8; 256],
-    pub(crate) xdata: Arc<[u8; SPAN]>,
-    pub(crate) code: Arc<Code>,
-    pub(crate) soc: Soc,
-    pub(crate) unified: bool,
-    pub(crate) looks: Looks,
+    pub(crate) xdata: Arc<[u8; ADDRESS_SPACE]>,
+    pub(crate) code: Arc<CodeMemory>,
+    pub(crate) soc: Mcs51Soc,
+    pub(crate) is_unified: bool,
+    pub(crate) run_state: RunState,
 }
 
 impl Mcs51 {
@@ -75,72 +75,72 @@ impl Mcs51 {
     #[must_use]
     pub fn with(chip: &'static Chip, image: &Image, init: RamInit, options: Options) -> Mcs51 {
         let part = chips::part(chip.name).unwrap_or(&chips::I8051);
-        let options = Options { x2: options.x2 && part.x2, ..options };
+        let options = Options { x2: options.x2 && part.has_x2, ..options };
         let mut program = vec![0xFF; image.end("code") as usize];
         image.fill("code", &mut program);
-        let (mut ram, mut xdata) = ([0u8; 256], [0u8; SPAN]);
+        let (mut ram, mut xdata) = ([0u8; 256], [0u8; ADDRESS_SPACE]);
         if let RamInit::Random(seed) = init {
             let mut rng = Rng::new(seed);
-            rng.fill(&mut ram[..usize::from(part.iram)]);
+            rng.fill(&mut ram[..usize::from(part.iram_bytes)]);
             rng.fill(&mut xdata);
         }
-        let unified = options.von_neumann && part.bus;
-        if unified || !part.bus {
+        let unified = options.von_neumann && part.has_bus;
+        if unified || !part.has_bus {
             xdata.fill(0xFF);
         }
         if unified {
             image.fill("code", &mut xdata);
         }
-        let external = match (part.bus, unified) {
-            (false, _) => External::Absent,
-            (true, true) => External::Unified,
-            (true, false) => External::Separate,
+        let external = match (part.has_bus, unified) {
+            (false, _) => XdataBus::Absent,
+            (true, true) => XdataBus::Unified,
+            (true, false) => XdataBus::Separate,
         };
-        let outside = part.bus && (!options.ea || program.len() as u64 > u64::from(part.chip.on_chip));
+        let outside = part.has_bus && (!options.ea || program.len() as u64 > u64::from(part.chip.on_chip_flash_bytes));
         let mut mcs51 = Mcs51 {
             part,
-            hot: Hot::START,
+            core: CoreRegisters::START,
             ram,
             xdata: Arc::new(xdata),
-            code: Arc::new(Code::new(&program, part.chip.flash, external)),
-            soc: Soc::new(part, options, outside),
-            unified,
-            looks: Looks::START,
+            code: Arc::new(CodeMemory::new(&program, part.chip.flash_bytes, external)),
+            soc: Mcs51Soc::new(part, options, outside),
+            is_unified: unified,
+            run_state: RunState::START,
         };
-        mcs51.hot.time.force();
+        mcs51.core.clock.expire();
         mcs51
     }
 
     /// Turns the jumping over of polling loops on (as it is at first) or off. Results do not change, only the time taken.
-    pub fn set_skip(&mut self, on: bool) {
-        self.looks.skip = on;
+    pub fn set_skip_idle_loops(&mut self, on: bool) {
+        self.run_state.skip_idle_loops = on;
     }
 
     /// Lets a probe see the edges of the bus under MOVX, or not (as it is at first, since they are many).
-    pub fn show_bus(&mut self, on: bool) {
-        self.soc.show_bus(on);
+    pub fn set_bus_on_pins(&mut self, on: bool) {
+        self.soc.set_bus_on_pins(on);
     }
 
     /// The chip around the core.
     #[must_use]
-    pub fn soc(&self) -> &Soc {
+    pub fn soc(&self) -> &Mcs51Soc {
         &self.soc
     }
 
     /// Interrupt that would be taken at the next instruction boundary, as a vector number.
     #[must_use]
     pub fn pending_interrupt(&self) -> Option<u8> {
-        self.soc.pending(self.cycle())
+        self.soc.pending_interrupt(self.cycle())
     }
 
     /// The core at its boundary, ready for a burst.
-    pub(crate) fn turn<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Turn<'a, P>, &'a Code) {
-        let code: &Code = &self.code;
-        let turn = Turn {
-            hot: self.hot,
+    pub(crate) fn executor<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Executor<'a, P>, &'a CodeMemory) {
+        let code: &CodeMemory = &self.code;
+        let turn = Executor {
+            core: self.core,
             cycles: 0,
-            upper: self.part.iram > 128,
-            dual: self.part.at89s,
+            has_upper_ram: self.part.iram_bytes > 128,
+            has_two_dptrs: self.part.is_at89s,
             ram: &mut self.ram,
             xdata: Arc::make_mut(&mut self.xdata),
             code: &code.bytes,
@@ -153,18 +153,18 @@ impl Mcs51 {
     /// Writes a byte of external memory, which may be program memory too.
     pub(crate) fn write_external(&mut self, addr: u16, value: u8) {
         Arc::make_mut(&mut self.xdata)[usize::from(addr)] = value;
-        if self.unified {
+        if self.is_unified {
             Arc::make_mut(&mut self.code).poke(addr, value);
         }
     }
 
     fn peek_direct(&self, addr: u8) -> u8 {
-        self.hot.core(addr, self.part.at89s).unwrap_or_else(|| self.soc.peek(addr.into(), self.cycle()))
+        self.core.read_core_sfr(addr, self.part.is_at89s).unwrap_or_else(|| self.soc.peek(addr.into(), self.cycle()))
     }
 
     fn poke_direct(&mut self, addr: u8, mask: u8, value: u8) {
-        if let Some(old) = self.hot.core(addr, self.part.at89s) {
-            self.hot.set_core(addr, old & !mask | value & mask, self.part.at89s);
+        if let Some(old) = self.core.read_core_sfr(addr, self.part.is_at89s) {
+            self.core.write_core_sfr(addr, old & !mask | value & mask, self.part.is_at89s);
         } else {
             let now = self.cycle();
             self.soc.poke(addr.into(), mask, value, now);
@@ -181,82 +181,82 @@ impl Cpu for Mcs51 {
         self.soc.clocks_per_cycle()
     }
 
-    fn reset(&mut self, why: Reset) {
-        self.hot.time.force();
-        let now = self.hot.time.now();
-        self.hot = Hot { time: self.hot.time, ..Hot::START };
-        self.looks.passing = None;
+    fn reset(&mut self, why: ResetCause) {
+        self.core.clock.expire();
+        let now = self.core.clock.now();
+        self.core = CoreRegisters { clock: self.core.clock, ..CoreRegisters::START };
+        self.run_state.breakpoint_to_pass = None;
         self.soc.reset(why, now);
     }
 
     fn cycle(&self) -> u64 {
-        self.hot.time.now()
+        self.core.clock.now()
     }
 
     fn instructions(&self) -> u64 {
-        self.hot.time.instructions()
+        self.core.clock.instructions()
     }
 
     fn pc(&self) -> u32 {
-        self.hot.pc & 0xFFFF
+        self.core.pc & 0xFFFF
     }
 
     fn set_pc(&mut self, pc: u32) {
-        self.hot.pc = pc & 0xFFFF;
-        self.looks.passing = None;
-        self.hot.time.force();
+        self.core.pc = pc & 0xFFFF;
+        self.run_state.breakpoint_to_pass = None;
+        self.core.clock.expire();
     }
 
     fn reg(&self, name: &str) -> Option<u32> {
-        Some(match register(name)? {
-            Register::Bank(n) => u32::from(self.ram[self.hot.bank as usize + n]),
-            Register::Acc => self.hot.acc,
-            Register::B => self.hot.b,
-            Register::Psw => u32::from(self.hot.psw()),
-            Register::Sp => self.hot.sp,
-            Register::Dptr => self.hot.dptr,
-            Register::Pc => self.pc(),
+        Some(match register_by_name(name)? {
+            CoreRegister::Bank(n) => u32::from(self.ram[self.core.bank as usize + n]),
+            CoreRegister::Acc => self.core.acc,
+            CoreRegister::B => self.core.b,
+            CoreRegister::Psw => u32::from(self.core.psw()),
+            CoreRegister::Sp => self.core.sp,
+            CoreRegister::Dptr => self.core.dptr,
+            CoreRegister::Pc => self.pc(),
         })
     }
 
-    fn regs(&self, into: &mut Vec<u32>) {
+    fn read_regs(&self, into: &mut Vec<u32>) {
         into.clear();
-        into.extend(self.ram.iter().skip(self.hot.bank as usize).take(8).map(|byte| u32::from(*byte)));
-        into.extend([self.hot.acc, self.hot.b, self.hot.psw().into(), self.hot.sp, self.hot.dptr, self.pc()]);
+        into.extend(self.ram.iter().skip(self.core.bank as usize).take(8).map(|byte| u32::from(*byte)));
+        into.extend([self.core.acc, self.core.b, self.core.psw().into(), self.core.sp, self.core.dptr, self.pc()]);
     }
 
-    fn depth(&self) -> u32 {
-        self.hot.sp
+    fn stack_depth(&self) -> u32 {
+        self.core.sp
     }
 
     fn set_reg(&mut self, name: &str, value: u32) -> bool {
-        match register(name) {
-            Some(Register::Bank(n)) => self.ram[self.hot.bank as usize + n] = value as u8,
-            Some(Register::Acc) => self.hot.acc = value & 0xFF,
-            Some(Register::B) => self.hot.b = value & 0xFF,
-            Some(Register::Psw) => self.hot.set_psw(value as u8),
-            Some(Register::Sp) => self.hot.sp = value & 0xFF,
-            Some(Register::Dptr) => self.hot.dptr = value & 0xFFFF,
-            Some(Register::Pc) => self.set_pc(value),
+        match register_by_name(name) {
+            Some(CoreRegister::Bank(n)) => self.ram[self.core.bank as usize + n] = value as u8,
+            Some(CoreRegister::Acc) => self.core.acc = value & 0xFF,
+            Some(CoreRegister::B) => self.core.b = value & 0xFF,
+            Some(CoreRegister::Psw) => self.core.set_psw(value as u8),
+            Some(CoreRegister::Sp) => self.core.sp = value & 0xFF,
+            Some(CoreRegister::Dptr) => self.core.dptr = value & 0xFFFF,
+            Some(CoreRegister::Pc) => self.set_pc(value),
             None => return false,
         }
-        self.hot.time.force();
+        self.core.clock.expire();
         true
     }
 
     fn peek(&self, space: &str, addr: u32) -> Option<u8> {
         let index = addr as usize;
         match space {
-            "code" if addr < self.part.chip.flash => self.code.bytes.get(index).copied(),
-            "idata" if addr < u32::from(self.part.iram) => self.ram.get(index).copied(),
+            "code" if addr < self.part.chip.flash_bytes => self.code.bytes.get(index).copied(),
+            "idata" if addr < u32::from(self.part.iram_bytes) => self.ram.get(index).copied(),
             "sfr" => u8::try_from(addr).ok().filter(|&a| a >= 0x80).map(|a| self.peek_direct(a)),
             "bit" => {
                 let bit = u8::try_from(addr).ok()?;
-                let at = RamBit::at(bit);
+                let at = RamBit::of_address(bit);
                 let byte = if bit < 0x80 { self.ram[usize::from(at.byte)] } else { self.peek_direct(bit & 0xF8) };
                 Some(u8::from(byte & at.mask != 0))
             }
-            "xdata" if self.part.bus => self.xdata.get(index).copied(),
+            "xdata" if self.part.has_bus => self.xdata.get(index).copied(),
             _ => None,
         }
     }
@@ -264,16 +264,16 @@ impl Cpu for Mcs51 {
     fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool {
         let (index, word) = (addr as usize, addr as u16);
         match space {
-            "code" if addr < self.part.chip.flash => {
+            "code" if addr < self.part.chip.flash_bytes => {
                 Arc::make_mut(&mut self.code).poke(word, value);
-                if self.unified {
+                if self.is_unified {
                     Arc::make_mut(&mut self.xdata)[index] = value;
                 }
             }
-            "idata" if addr < u32::from(self.part.iram) => self.ram[index] = value,
+            "idata" if addr < u32::from(self.part.iram_bytes) => self.ram[index] = value,
             "sfr" if (0x80..0x100).contains(&addr) => self.poke_direct(addr as u8, 0xFF, value),
             "bit" if addr < 0x80 => {
-                let at = RamBit::at(addr as u8);
+                let at = RamBit::of_address(addr as u8);
                 let byte = &mut self.ram[usize::from(at.byte)];
                 *byte = *byte & !at.mask | if value & 1 != 0 { at.mask } else { 0 };
             }
@@ -281,10 +281,10 @@ impl Cpu for Mcs51 {
                 let mask = 1 << (addr & 7);
                 self.poke_direct(addr as u8 & 0xF8, mask, if value & 1 != 0 { mask } else { 0 });
             }
-            "xdata" if self.part.bus && index < SPAN => self.write_external(word, value),
+            "xdata" if self.part.has_bus && index < ADDRESS_SPACE => self.write_external(word, value),
             _ => return false,
         }
-        self.hot.time.force();
+        self.core.clock.expire();
         true
     }
 
@@ -294,62 +294,62 @@ impl Cpu for Mcs51 {
         }
         let mask = 1 << (bit & 7);
         self.poke_direct(addr as u8, mask, if value { mask } else { 0 });
-        self.hot.time.force();
+        self.core.clock.expire();
         true
     }
 
-    fn trap(&mut self, pc: u32, on: bool) {
+    fn set_breakpoint(&mut self, pc: u32, on: bool) {
         let pc = pc & 0xFFFF;
-        if self.code.has_trap(pc) != on && Arc::make_mut(&mut self.code).trap(pc, on) {
-            self.looks.passing = self.looks.passing.filter(|&p| on || p != pc);
+        if self.code.has_breakpoint(pc) != on && Arc::make_mut(&mut self.code).set_breakpoint(pc, on) {
+            self.run_state.breakpoint_to_pass = self.run_state.breakpoint_to_pass.filter(|&p| on || p != pc);
         }
     }
 
-    fn level(&self, pin: PinId) -> Level {
+    fn pin_level(&self, pin: PinId) -> PinLevel {
         self.soc.level(pin)
     }
 
-    fn stopping(&self) -> Option<u8> {
-        self.soc.stopping()
+    fn byte_in_stop_bit(&self) -> Option<u8> {
+        self.soc.byte_in_stop_bit()
     }
 
-    fn drive(&mut self, at: Time, pin: PinId, level: Level) {
+    fn drive(&mut self, at: CycleTime, pin: PinId, level: PinLevel) {
         let now = self.cycle();
         self.soc.drive(at.cycle, now, pin, level);
-        self.hot.time.force();
+        self.core.clock.expire();
     }
 
     fn save(&self) -> Vec<u8> {
-        self.to_bytes()
+        self.to_snapshot()
     }
 
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), Damaged> {
-        *self = self.of_bytes(bytes)?;
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
+        *self = self.from_snapshot(bytes)?;
         Ok(())
     }
 
-    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
+    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
         engine::run(self, until, probe)
     }
 
-    fn sleeps(&self) -> bool {
-        Engine::asleep(self)
+    fn is_asleep(&self) -> bool {
+        CpuEngine::is_core_asleep(self)
     }
 
-    fn insist(&mut self, on: bool) {
-        self.looks.insists = on;
+    fn set_run_while_halted(&mut self, on: bool) {
+        self.run_state.run_while_halted = on;
     }
 
-    fn waits_for_ever(&mut self) -> bool {
-        engine::waits_for_ever(self)
+    fn is_blocked_on_input(&mut self) -> bool {
+        engine::is_blocked_on_input(self)
     }
 
-    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
+    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
         engine::step_until(self, until, probe)
     }
 }
 
-enum Register {
+enum CoreRegister {
     Bank(usize),
     Acc,
     B,
@@ -359,14 +359,14 @@ enum Register {
     Pc,
 }
 
-fn register(name: &str) -> Option<Register> {
+fn register_by_name(name: &str) -> Option<CoreRegister> {
     Some(match name.to_ascii_lowercase().as_str() {
-        "a" | "acc" => Register::Acc,
-        "b" => Register::B,
-        "psw" => Register::Psw,
-        "sp" => Register::Sp,
-        "dptr" => Register::Dptr,
-        "pc" => Register::Pc,
-        other => Register::Bank((0..8).find(|n| other.strip_prefix('r') == Some(&n.to_string()))?),
+        "a" | "acc" => CoreRegister::Acc,
+        "b" => CoreRegister::B,
+        "psw" => CoreRegister::Psw,
+        "sp" => CoreRegister::Sp,
+        "dptr" => CoreRegister::Dptr,
+        "pc" => CoreRegister::Pc,
+        other => CoreRegister::Bank((0..8).find(|n| other.strip_prefix('r') == Some(&n.to_string()))?),
     })
 }

@@ -3,13 +3,13 @@
 //! Source: user's manual, "MCS-51 instruction set". Operands are places (`place.rs`). Reads of registers of the chip fall in
 //! the first cycle of an instruction, writes in its last.
 
-use emu_core::machine::{BitOps, Machine, WideOps, WordOps};
+use emu_core::machine::{BitOps, BodyMachine, WideOps, WordOps};
 
 use crate::operands::{Imm16, RamBit, Rel, Ri};
-pub(crate) use crate::place::{Acc, BitPlace, Carry, Place, Src};
+pub(crate) use crate::operand_place::{AccPlace, BitOperandPlace, CarryPlace, OperandPlace, OperandSource};
 
 /// What MCS-51 bodies need beyond [`Machine`].
-pub(crate) trait Mcs51Machine: Machine {
+pub(crate) trait Mcs51Machine: BodyMachine {
     /// The accumulator.
     fn acc(&self) -> Self::Word;
     /// Writes the accumulator.
@@ -31,15 +31,15 @@ pub(crate) trait Mcs51Machine: Machine {
     /// Writes CY.
     fn set_carry(&mut self, value: Self::Bit);
     /// AC.
-    fn half(&self) -> Self::Bit;
+    fn half_carry(&self) -> Self::Bit;
     /// Writes OV.
     fn set_overflow(&mut self, value: Self::Bit);
     /// CY := bit 7 of `carries`, AC := bit 3 of it, OV := bit 7 of `overflow`.
     fn set_sum_flags(&mut self, carries: Self::Word, overflow: Self::Word);
     /// The bit as a word, 0 or 1.
-    fn word(bit: Self::Bit) -> Self::Word;
+    fn word_from_bit(bit: Self::Bit) -> Self::Word;
     /// A bit that is known while the table compiles.
-    fn bit(on: bool) -> Self::Bit;
+    fn bit_from_bool(on: bool) -> Self::Bit;
     /// A register of the bank in use, 0 to 7.
     fn reg(&mut self, r: u8) -> Self::Word;
     /// Writes a register of the bank in use.
@@ -73,7 +73,7 @@ pub(crate) trait Mcs51Machine: Machine {
     /// Writes external RAM.
     fn set_xdata(&mut self, addr: Self::Wide, value: Self::Word);
     /// The latch of port 2: the upper address byte of MOVX @Ri.
-    fn page(&mut self) -> Self::Word;
+    fn xdata_page(&mut self) -> Self::Word;
     /// Program memory.
     fn code(&mut self, addr: Self::Wide) -> Self::Word;
     /// Address of the next instruction.
@@ -81,12 +81,12 @@ pub(crate) trait Mcs51Machine: Machine {
     /// Jumps by a distance from the next instruction where `condition` holds.
     fn relative_if(&mut self, condition: Self::Bit, distance: i8);
     /// RETI: the interrupt in progress has ended, and one more instruction is executed before another.
-    fn interrupt_ended(&mut self);
+    fn end_interrupt(&mut self);
 }
 
 /// The bit, or its complement where `invert`.
 #[inline(always)]
-fn inverted<B: BitOps>(bit: B, invert: bool) -> B {
+fn invert_if<B: BitOps>(bit: B, invert: bool) -> B {
     if invert { !bit } else { bit }
 }
 
@@ -138,30 +138,30 @@ macro_rules! bodies {
 }
 
 bodies! {
-    fn add<S: Src>(m, s: S) {
-        let b = s.get(m);
+    fn add<S: OperandSource>(m, s: S) {
+        let b = s.read(m);
         sum(m, b, M::Word::from(0));
     }
-    fn addc<S: Src>(m, s: S) {
-        let b = s.get(m);
-        let carry = M::word(m.carry());
+    fn addc<S: OperandSource>(m, s: S) {
+        let b = s.read(m);
+        let carry = M::word_from_bit(m.carry());
         sum(m, b, carry);
     }
-    fn subb<S: Src>(m, s: S) {
-        let b = s.get(m);
+    fn subb<S: OperandSource>(m, s: S) {
+        let b = s.read(m);
         let a = m.acc();
-        let d = a - b - M::word(m.carry());
+        let d = a - b - M::word_from_bit(m.carry());
         let borrows = (!a & b) | (d & (!a | b));
         m.set_sum_flags(borrows, (a ^ b) & (a ^ d));
         m.set_acc(d);
     }
-    fn inc<P: Place>(m, p: P) {
-        let v = p.latch(m) + M::Word::from(1);
-        p.set(m, v);
+    fn inc<P: OperandPlace>(m, p: P) {
+        let v = p.read_latch(m) + M::Word::from(1);
+        p.write(m, v);
     }
-    fn dec<P: Place>(m, p: P) {
-        let v = p.latch(m) - M::Word::from(1);
-        p.set(m, v);
+    fn dec<P: OperandPlace>(m, p: P) {
+        let v = p.read_latch(m) - M::Word::from(1);
+        p.write(m, v);
     }
     fn inc_dptr(m) {
         let v = m.dptr() + M::Wide::from(1);
@@ -169,7 +169,7 @@ bodies! {
     }
     fn mul(m) {
         let product = M::Wide::mul(m.acc(), m.b());
-        m.set_carry(M::bit(false));
+        m.set_carry(M::bit_from_bool(false));
         m.set_overflow(!product.hi().is_zero());
         m.set_acc(product.lo());
         m.set_b(product.hi());
@@ -177,31 +177,31 @@ bodies! {
     fn div(m) {
         let (a, b) = (m.acc(), m.b());
         let (quotient, rest) = a.div_rem(b);
-        m.set_carry(M::bit(false));
+        m.set_carry(M::bit_from_bool(false));
         m.set_overflow(b.is_zero());
         m.set_acc(quotient);
         m.set_b(rest);
     }
     fn da(m) {
         let a = m.acc();
-        let low = m.half() | !(a & M::Word::from(0x0F)).lt(M::Word::from(10));
+        let low = m.half_carry() | !(a & M::Word::from(0x0F)).lt(M::Word::from(10));
         let adjusted = a + M::Word::from(6).when(low);
         // CY can be set but never cleared.
         let high = m.carry() | adjusted.lt(a) | !adjusted.lt(M::Word::from(0xA0));
         m.set_carry(high);
         m.set_acc(adjusted + M::Word::from(0x60).when(high));
     }
-    fn anl<P: Place, S: Src>(m, p: P, s: S) {
-        let v = p.latch(m) & s.get(m);
-        p.set(m, v);
+    fn anl<P: OperandPlace, S: OperandSource>(m, p: P, s: S) {
+        let v = p.read_latch(m) & s.read(m);
+        p.write(m, v);
     }
-    fn orl<P: Place, S: Src>(m, p: P, s: S) {
-        let v = p.latch(m) | s.get(m);
-        p.set(m, v);
+    fn orl<P: OperandPlace, S: OperandSource>(m, p: P, s: S) {
+        let v = p.read_latch(m) | s.read(m);
+        p.write(m, v);
     }
-    fn xrl<P: Place, S: Src>(m, p: P, s: S) {
-        let v = p.latch(m) ^ s.get(m);
-        p.set(m, v);
+    fn xrl<P: OperandPlace, S: OperandSource>(m, p: P, s: S) {
+        let v = p.read_latch(m) ^ s.read(m);
+        p.write(m, v);
     }
     fn cpl_a(m) {
         let v = !m.acc();
@@ -213,7 +213,7 @@ bodies! {
     }
     fn rlc(m) {
         let a = m.acc();
-        let v = a << 1 | M::word(m.carry());
+        let v = a << 1 | M::word_from_bit(m.carry());
         m.set_carry(a.bit(7));
         m.set_acc(v);
     }
@@ -223,7 +223,7 @@ bodies! {
     }
     fn rrc(m) {
         let a = m.acc();
-        let v = a >> 1 | M::word(m.carry()) << 7;
+        let v = a >> 1 | M::word_from_bit(m.carry()) << 7;
         m.set_carry(a.bit(0));
         m.set_acc(v);
     }
@@ -231,9 +231,9 @@ bodies! {
         let a = m.acc();
         m.set_acc(a << 4 | a >> 4);
     }
-    fn mov<P: Place, S: Src>(m, p: P, s: S) {
-        let v = s.get(m);
-        p.set(m, v);
+    fn mov<P: OperandPlace, S: OperandSource>(m, p: P, s: S) {
+        let v = s.read(m);
+        p.write(m, v);
     }
     fn mov_dptr(m, k: Imm16) {
         m.set_dptr(M::Wide::from(k.0));
@@ -249,7 +249,7 @@ bodies! {
         m.set_acc(v);
     }
     fn movx_a_ind(m, i: Ri) {
-        let at = M::Wide::join(m.page(), m.reg(i.0));
+        let at = M::Wide::join(m.xdata_page(), m.reg(i.0));
         let v = m.xdata(at);
         m.set_acc(v);
     }
@@ -258,28 +258,28 @@ bodies! {
         m.set_acc(v);
     }
     fn movx_ind_a(m, i: Ri) {
-        let at = M::Wide::join(m.page(), m.reg(i.0));
+        let at = M::Wide::join(m.xdata_page(), m.reg(i.0));
         m.set_xdata(at, m.acc());
     }
     fn movx_dptr_a(m) {
         m.set_xdata(m.dptr(), m.acc());
     }
-    fn push<S: Src>(m, s: S) {
+    fn push<S: OperandSource>(m, s: S) {
         // The stack pointer counts first, and PUSH SP pushes what it has become (manual: PUSH).
         let sp = m.sp() + M::Word::from(1);
         m.set_sp(sp);
-        let v = s.get(m);
+        let v = s.read(m);
         m.set_idata(sp, v);
     }
-    fn pop<P: Place>(m, p: P) {
+    fn pop<P: OperandPlace>(m, p: P) {
         // The stack pointer counts before the byte is written: POP SP gives the byte itself (manual: POP).
         let v = pop_word(m);
-        p.set(m, v);
+        p.write(m, v);
     }
-    fn xch<P: Place>(m, p: P) {
-        let v = p.get(m);
+    fn xch<P: OperandPlace>(m, p: P) {
+        let v = p.read(m);
         let a = m.acc();
-        p.set(m, a);
+        p.write(m, a);
         m.set_acc(v);
     }
     fn xchd(m, i: Ri) {
@@ -290,36 +290,36 @@ bodies! {
         m.set_idata(at, v ^ halves);
         m.set_acc(a ^ halves);
     }
-    fn set_bit<P: BitPlace>(m, p: P, on: bool) {
-        p.set(m, M::bit(on));
+    fn set_bit<P: BitOperandPlace>(m, p: P, on: bool) {
+        p.write(m, M::bit_from_bool(on));
     }
-    fn cpl_bit<P: BitPlace>(m, p: P) {
-        let v = !p.latch(m);
-        p.set(m, v);
+    fn cpl_bit<P: BitOperandPlace>(m, p: P) {
+        let v = !p.read_latch(m);
+        p.write(m, v);
     }
-    fn anl_c<P: BitPlace>(m, p: P, invert: bool) {
-        let v = inverted(p.get(m), invert);
+    fn anl_c<P: BitOperandPlace>(m, p: P, invert: bool) {
+        let v = invert_if(p.read(m), invert);
         m.set_carry(m.carry() & v);
     }
-    fn orl_c<P: BitPlace>(m, p: P, invert: bool) {
-        let v = inverted(p.get(m), invert);
+    fn orl_c<P: BitOperandPlace>(m, p: P, invert: bool) {
+        let v = invert_if(p.read(m), invert);
         m.set_carry(m.carry() | v);
     }
-    fn mov_c_bit<P: BitPlace>(m, p: P) {
-        let v = p.get(m);
+    fn mov_c_bit<P: BitOperandPlace>(m, p: P) {
+        let v = p.read(m);
         m.set_carry(v);
     }
-    fn mov_bit_c<P: BitPlace>(m, p: P) {
+    fn mov_bit_c<P: BitOperandPlace>(m, p: P) {
         let v = m.carry();
-        p.set(m, v);
+        p.write(m, v);
     }
-    fn jump_if<P: BitPlace>(m, p: P, on: bool, t: Rel) {
-        let v = p.get(m);
-        m.relative_if(inverted(v, !on), t.0);
+    fn jump_if<P: BitOperandPlace>(m, p: P, on: bool, t: Rel) {
+        let v = p.read(m);
+        m.relative_if(invert_if(v, !on), t.0);
     }
-    fn jbc<P: BitPlace>(m, p: P, t: Rel) {
-        let v = p.latch(m);
-        p.set_if(m, v, M::bit(false));
+    fn jbc<P: BitOperandPlace>(m, p: P, t: Rel) {
+        let v = p.read_latch(m);
+        p.write_if(m, v, M::bit_from_bool(false));
         m.relative_if(v, t.0);
     }
     fn call(m, target: u16) {
@@ -331,30 +331,30 @@ bodies! {
     }
     fn reti(m) {
         pop_pc(m);
-        m.interrupt_ended();
+        m.end_interrupt();
     }
     fn jmp(m, target: u16) {
         m.jump(u32::from(target));
     }
     fn sjmp(m, t: Rel) {
-        m.relative_if(M::bit(true), t.0);
+        m.relative_if(M::bit_from_bool(true), t.0);
     }
     fn jmp_dptr(m) {
         let target = m.dptr() + M::Wide::join(M::Word::from(0), m.acc());
         m.goto(target);
     }
     fn jz(m, zero: bool, t: Rel) {
-        let v = inverted(m.acc().is_zero(), !zero);
+        let v = invert_if(m.acc().is_zero(), !zero);
         m.relative_if(v, t.0);
     }
-    fn cjne<P: Src, S: Src>(m, p: P, s: S, t: Rel) {
-        let (a, b) = (p.get(m), s.get(m));
+    fn cjne<P: OperandSource, S: OperandSource>(m, p: P, s: S, t: Rel) {
+        let (a, b) = (p.read(m), s.read(m));
         m.set_carry(a.lt(b));
         m.relative_if(!(a ^ b).is_zero(), t.0);
     }
-    fn djnz<P: Place>(m, p: P, t: Rel) {
-        let v = p.latch(m) - M::Word::from(1);
-        p.set(m, v);
+    fn djnz<P: OperandPlace>(m, p: P, t: Rel) {
+        let v = p.read_latch(m) - M::Word::from(1);
+        p.write(m, v);
         m.relative_if(!v.is_zero(), t.0);
     }
     fn nop(_m) {}

@@ -3,9 +3,9 @@
 //! Source: user's manual, "MCS-51 instruction set". Order of rows: its groups (arithmetic, logic, data transfer, bits,
 //! branching). Rows that reach bytes or bits by address name a second kind, for addresses in RAM.
 
-use emu_core::chip::Isa;
+use emu_core::chip::InstructionSet;
 use emu_core::table::{
-    Alias, EncodeError, Flow, Line, Op, Operand, Row, Site, bits_of, disassemble as disassemble_line, words_of,
+    SyntaxAlias, EncodeError, FlowKind, DisassembledInstruction, PredecodedOp, Operand, InstructionRow, InstructionLocation, instruction_bits, disassemble as disassemble_line, instruction_words,
 };
 
 use crate::operands::{Abs, BitAddr, Dir, Imm, Imm16, Page, Rel, Ri, Rn};
@@ -18,11 +18,11 @@ macro_rules! mcs51_table {
         /// No row matches: stops the run.
         Illegal,
         /// A breakpoint stands here.
-        Trap,
+        Breakpoint,
         /// Closes a loop that may repeat without changing anything.
-        Poll,
+        PollingLoop,
         /// Writes memory that also holds the program.
-        Rewrite,
+        RewriteCode,
     }
     // Arithmetic.
     /// Add register.
@@ -50,7 +50,7 @@ macro_rules! mcs51_table {
     /// Subtract constant with borrow.
     SubbImm   "subb"  "A, #k"      "1001 0100 kkkk kkkk"           (k: Imm)                     "1" "CAO" => subb(k);
     /// Increment accumulator.
-    IncA      "inc"   "A"          "0000 0100"                     ()                           "1" ""    => inc(Acc);
+    IncA      "inc"   "A"          "0000 0100"                     ()                           "1" ""    => inc(AccPlace);
     /// Increment register.
     IncReg    "inc"   "r"          "0000 1rrr"                     (r: Rn)                      "1" ""    => inc(r);
     /// Increment direct byte.
@@ -60,7 +60,7 @@ macro_rules! mcs51_table {
     /// Increment data pointer.
     IncDptr   "inc"   "DPTR"       "1010 0011"                     ()                           "2" ""    => inc_dptr();
     /// Decrement accumulator.
-    DecA      "dec"   "A"          "0001 0100"                     ()                           "1" ""    => dec(Acc);
+    DecA      "dec"   "A"          "0001 0100"                     ()                           "1" ""    => dec(AccPlace);
     /// Decrement register.
     DecReg    "dec"   "r"          "0001 1rrr"                     (r: Rn)                      "1" ""    => dec(r);
     /// Decrement direct byte.
@@ -75,43 +75,43 @@ macro_rules! mcs51_table {
     DaA       "da"    "A"          "1101 0100"                     ()                           "1" "C"   => da();
     // Logic.
     /// And register.
-    AnlReg    "anl"   "A, r"       "0101 1rrr"                     (r: Rn)                      "1" ""    => anl(Acc, r);
+    AnlReg    "anl"   "A, r"       "0101 1rrr"                     (r: Rn)                      "1" ""    => anl(AccPlace, r);
     /// And direct byte.
-    AnlDir    "anl"   "A, d"       "0101 0101 dddd dddd"           (d: Dir)                     "1" ""    => anl(Acc, d), AnlRam;
+    AnlDir    "anl"   "A, d"       "0101 0101 dddd dddd"           (d: Dir)                     "1" ""    => anl(AccPlace, d), AnlRam;
     /// And indirect RAM.
-    AnlInd    "anl"   "A, @i"      "0101 011i"                     (i: Ri)                      "1" ""    => anl(Acc, i);
+    AnlInd    "anl"   "A, @i"      "0101 011i"                     (i: Ri)                      "1" ""    => anl(AccPlace, i);
     /// And constant.
-    AnlImm    "anl"   "A, #k"      "0101 0100 kkkk kkkk"           (k: Imm)                     "1" ""    => anl(Acc, k);
+    AnlImm    "anl"   "A, #k"      "0101 0100 kkkk kkkk"           (k: Imm)                     "1" ""    => anl(AccPlace, k);
     /// And accumulator to direct byte.
-    AnlDirA   "anl"   "d, A"       "0101 0010 dddd dddd"           (d: Dir)                     "1" ""    => anl(d, Acc), AnlRamA;
+    AnlDirA   "anl"   "d, A"       "0101 0010 dddd dddd"           (d: Dir)                     "1" ""    => anl(d, AccPlace), AnlRamA;
     /// And constant to direct byte.
     AnlDirImm "anl"   "d, #k"      "0101 0011 dddd dddd kkkk kkkk" (d: Dir, k: Imm)             "2" ""    => anl(d, k), AnlRamImm;
     /// Or register.
-    OrlReg    "orl"   "A, r"       "0100 1rrr"                     (r: Rn)                      "1" ""    => orl(Acc, r);
+    OrlReg    "orl"   "A, r"       "0100 1rrr"                     (r: Rn)                      "1" ""    => orl(AccPlace, r);
     /// Or direct byte.
-    OrlDir    "orl"   "A, d"       "0100 0101 dddd dddd"           (d: Dir)                     "1" ""    => orl(Acc, d), OrlRam;
+    OrlDir    "orl"   "A, d"       "0100 0101 dddd dddd"           (d: Dir)                     "1" ""    => orl(AccPlace, d), OrlRam;
     /// Or indirect RAM.
-    OrlInd    "orl"   "A, @i"      "0100 011i"                     (i: Ri)                      "1" ""    => orl(Acc, i);
+    OrlInd    "orl"   "A, @i"      "0100 011i"                     (i: Ri)                      "1" ""    => orl(AccPlace, i);
     /// Or constant.
-    OrlImm    "orl"   "A, #k"      "0100 0100 kkkk kkkk"           (k: Imm)                     "1" ""    => orl(Acc, k);
+    OrlImm    "orl"   "A, #k"      "0100 0100 kkkk kkkk"           (k: Imm)                     "1" ""    => orl(AccPlace, k);
     /// Or accumulator to direct byte.
-    OrlDirA   "orl"   "d, A"       "0100 0010 dddd dddd"           (d: Dir)                     "1" ""    => orl(d, Acc), OrlRamA;
+    OrlDirA   "orl"   "d, A"       "0100 0010 dddd dddd"           (d: Dir)                     "1" ""    => orl(d, AccPlace), OrlRamA;
     /// Or constant to direct byte.
     OrlDirImm "orl"   "d, #k"      "0100 0011 dddd dddd kkkk kkkk" (d: Dir, k: Imm)             "2" ""    => orl(d, k), OrlRamImm;
     /// Exclusive-or register.
-    XrlReg    "xrl"   "A, r"       "0110 1rrr"                     (r: Rn)                      "1" ""    => xrl(Acc, r);
+    XrlReg    "xrl"   "A, r"       "0110 1rrr"                     (r: Rn)                      "1" ""    => xrl(AccPlace, r);
     /// Exclusive-or direct byte.
-    XrlDir    "xrl"   "A, d"       "0110 0101 dddd dddd"           (d: Dir)                     "1" ""    => xrl(Acc, d), XrlRam;
+    XrlDir    "xrl"   "A, d"       "0110 0101 dddd dddd"           (d: Dir)                     "1" ""    => xrl(AccPlace, d), XrlRam;
     /// Exclusive-or indirect RAM.
-    XrlInd    "xrl"   "A, @i"      "0110 011i"                     (i: Ri)                      "1" ""    => xrl(Acc, i);
+    XrlInd    "xrl"   "A, @i"      "0110 011i"                     (i: Ri)                      "1" ""    => xrl(AccPlace, i);
     /// Exclusive-or constant.
-    XrlImm    "xrl"   "A, #k"      "0110 0100 kkkk kkkk"           (k: Imm)                     "1" ""    => xrl(Acc, k);
+    XrlImm    "xrl"   "A, #k"      "0110 0100 kkkk kkkk"           (k: Imm)                     "1" ""    => xrl(AccPlace, k);
     /// Exclusive-or accumulator to direct byte.
-    XrlDirA   "xrl"   "d, A"       "0110 0010 dddd dddd"           (d: Dir)                     "1" ""    => xrl(d, Acc), XrlRamA;
+    XrlDirA   "xrl"   "d, A"       "0110 0010 dddd dddd"           (d: Dir)                     "1" ""    => xrl(d, AccPlace), XrlRamA;
     /// Exclusive-or constant to direct byte.
     XrlDirImm "xrl"   "d, #k"      "0110 0011 dddd dddd kkkk kkkk" (d: Dir, k: Imm)             "2" ""    => xrl(d, k), XrlRamImm;
     /// Clear accumulator.
-    ClrA      "clr"   "A"          "1110 0100"                     ()                           "1" ""    => mov(Acc, Imm(0));
+    ClrA      "clr"   "A"          "1110 0100"                     ()                           "1" ""    => mov(AccPlace, Imm(0));
     /// Complement accumulator.
     CplA      "cpl"   "A"          "1111 0100"                     ()                           "1" ""    => cpl_a();
     /// Rotate accumulator left.
@@ -126,21 +126,21 @@ macro_rules! mcs51_table {
     SwapA     "swap"  "A"          "1100 0100"                     ()                           "1" ""    => swap();
     // Data transfer.
     /// Move register to accumulator.
-    MovAReg   "mov"   "A, r"       "1110 1rrr"                     (r: Rn)                      "1" ""    => mov(Acc, r);
+    MovAReg   "mov"   "A, r"       "1110 1rrr"                     (r: Rn)                      "1" ""    => mov(AccPlace, r);
     /// Move direct byte to accumulator.
-    MovADir   "mov"   "A, d"       "1110 0101 dddd dddd"           (d: Dir)                     "1" ""    => mov(Acc, d), MovARam;
+    MovADir   "mov"   "A, d"       "1110 0101 dddd dddd"           (d: Dir)                     "1" ""    => mov(AccPlace, d), MovARam;
     /// Move indirect RAM to accumulator.
-    MovAInd   "mov"   "A, @i"      "1110 011i"                     (i: Ri)                      "1" ""    => mov(Acc, i);
+    MovAInd   "mov"   "A, @i"      "1110 011i"                     (i: Ri)                      "1" ""    => mov(AccPlace, i);
     /// Move constant to accumulator.
-    MovAImm   "mov"   "A, #k"      "0111 0100 kkkk kkkk"           (k: Imm)                     "1" ""    => mov(Acc, k);
+    MovAImm   "mov"   "A, #k"      "0111 0100 kkkk kkkk"           (k: Imm)                     "1" ""    => mov(AccPlace, k);
     /// Move accumulator to register.
-    MovRegA   "mov"   "r, A"       "1111 1rrr"                     (r: Rn)                      "1" ""    => mov(r, Acc);
+    MovRegA   "mov"   "r, A"       "1111 1rrr"                     (r: Rn)                      "1" ""    => mov(r, AccPlace);
     /// Move direct byte to register.
     MovRegDir "mov"   "r, d"       "1010 1rrr dddd dddd"           (r: Rn, d: Dir)              "2" ""    => mov(r, d), MovRegRam;
     /// Move constant to register.
     MovRegImm "mov"   "r, #k"      "0111 1rrr kkkk kkkk"           (r: Rn, k: Imm)              "1" ""    => mov(r, k);
     /// Move accumulator to direct byte.
-    MovDirA   "mov"   "d, A"       "1111 0101 dddd dddd"           (d: Dir)                     "1" ""    => mov(d, Acc), MovRamA;
+    MovDirA   "mov"   "d, A"       "1111 0101 dddd dddd"           (d: Dir)                     "1" ""    => mov(d, AccPlace), MovRamA;
     /// Move register to direct byte.
     MovDirReg "mov"   "d, r"       "1000 1rrr dddd dddd"           (d: Dir, r: Rn)              "2" ""    => mov(d, r), MovRamReg;
     /// Move direct byte to direct byte; the source comes first in the code.
@@ -150,7 +150,7 @@ macro_rules! mcs51_table {
     /// Move constant to direct byte.
     MovDirImm "mov"   "d, #k"      "0111 0101 dddd dddd kkkk kkkk" (d: Dir, k: Imm)             "2" ""    => mov(d, k), MovRamImm;
     /// Move accumulator to indirect RAM.
-    MovIndA   "mov"   "@i, A"      "1111 011i"                     (i: Ri)                      "1" ""    => mov(i, Acc);
+    MovIndA   "mov"   "@i, A"      "1111 011i"                     (i: Ri)                      "1" ""    => mov(i, AccPlace);
     /// Move direct byte to indirect RAM.
     MovIndDir "mov"   "@i, d"      "1010 011i dddd dddd"           (i: Ri, d: Dir)              "2" ""    => mov(i, d), MovIndRam;
     /// Move constant to indirect RAM.
@@ -183,15 +183,15 @@ macro_rules! mcs51_table {
     XchdInd   "xchd"  "A, @i"      "1101 011i"                     (i: Ri)                      "1" ""    => xchd(i);
     // Bits.
     /// Clear carry.
-    ClrC      "clr"   "C"          "1100 0011"                     ()                           "1" "C"   => set_bit(Carry, false);
+    ClrC      "clr"   "C"          "1100 0011"                     ()                           "1" "C"   => set_bit(CarryPlace, false);
     /// Clear bit.
     ClrBit    "clr"   "b"          "1100 0010 bbbb bbbb"           (b: BitAddr)                 "1" ""    => set_bit(b, false), ClrRamBit;
     /// Set carry.
-    SetbC     "setb"  "C"          "1101 0011"                     ()                           "1" "C"   => set_bit(Carry, true);
+    SetbC     "setb"  "C"          "1101 0011"                     ()                           "1" "C"   => set_bit(CarryPlace, true);
     /// Set bit.
     SetbBit   "setb"  "b"          "1101 0010 bbbb bbbb"           (b: BitAddr)                 "1" ""    => set_bit(b, true), SetbRamBit;
     /// Complement carry.
-    CplC      "cpl"   "C"          "1011 0011"                     ()                           "1" "C"   => cpl_bit(Carry);
+    CplC      "cpl"   "C"          "1011 0011"                     ()                           "1" "C"   => cpl_bit(CarryPlace);
     /// Complement bit.
     CplBit    "cpl"   "b"          "1011 0010 bbbb bbbb"           (b: BitAddr)                 "1" ""    => cpl_bit(b), CplRamBit;
     /// And bit to carry.
@@ -208,9 +208,9 @@ macro_rules! mcs51_table {
     MovBitC   "mov"   "b, C"       "1001 0010 bbbb bbbb"           (b: BitAddr)                 "2" ""    => mov_bit_c(b), MovRamC;
     // Branching.
     /// Jump if carry is set.
-    Jc        "jc"    "t"          "0100 0000 tttt tttt"           (t: Rel)                     "2" ""    => jump_if(Carry, true, t);
+    Jc        "jc"    "t"          "0100 0000 tttt tttt"           (t: Rel)                     "2" ""    => jump_if(CarryPlace, true, t);
     /// Jump if carry is clear.
-    Jnc       "jnc"   "t"          "0101 0000 tttt tttt"           (t: Rel)                     "2" ""    => jump_if(Carry, false, t);
+    Jnc       "jnc"   "t"          "0101 0000 tttt tttt"           (t: Rel)                     "2" ""    => jump_if(CarryPlace, false, t);
     /// Jump if bit is set.
     Jb        "jb"    "b, t"       "0010 0000 bbbb bbbb tttt tttt" (b: BitAddr, t: Rel)         "2" ""    => jump_if(b, true, t), JbRam;
     /// Jump if bit is clear.
@@ -238,9 +238,9 @@ macro_rules! mcs51_table {
     /// Jump if accumulator is not zero.
     Jnz       "jnz"   "t"          "0111 0000 tttt tttt"           (t: Rel)                     "2" ""    => jz(false, t);
     /// Compare direct byte with accumulator, jump if not equal.
-    CjneDir   "cjne"  "A, d, t"    "1011 0101 dddd dddd tttt tttt" (d: Dir, t: Rel)             "2" "C"   => cjne(Acc, d, t), CjneRam;
+    CjneDir   "cjne"  "A, d, t"    "1011 0101 dddd dddd tttt tttt" (d: Dir, t: Rel)             "2" "C"   => cjne(AccPlace, d, t), CjneRam;
     /// Compare constant with accumulator, jump if not equal.
-    CjneImm   "cjne"  "A, #k, t"   "1011 0100 kkkk kkkk tttt tttt" (k: Imm, t: Rel)             "2" "C"   => cjne(Acc, k, t);
+    CjneImm   "cjne"  "A, #k, t"   "1011 0100 kkkk kkkk tttt tttt" (k: Imm, t: Rel)             "2" "C"   => cjne(AccPlace, k, t);
     /// Compare constant with register, jump if not equal.
     CjneReg   "cjne"  "r, #k, t"   "1011 1rrr kkkk kkkk tttt tttt" (r: Rn, k: Imm, t: Rel)      "2" "C"   => cjne(r, k, t);
     /// Compare constant with indirect RAM, jump if not equal.
@@ -258,23 +258,23 @@ pub(crate) use mcs51_table;
 mcs51_table!(emu_core::define_isa {});
 
 /// The table as tools see it. Erased program memory is all ones, which happens to be `mov R7,A`.
-pub const ISA: Isa =
-    Isa { disassemble, erased: 0xFF, rows: ROWS, word_bits: WORD_BITS, aliases: ALIASES, site, lacks: |_| false, flow };
+pub const ISA: InstructionSet =
+    InstructionSet { disassemble, erased_word: 0xFF, rows: ROWS, word_bits: WORD_BITS, aliases: ALIASES, locate, is_missing: |_| false, flow };
 
 /// What the instruction of a row may do to the order in which a program runs. Only one jump to a relative target has no condition.
-fn flow(row: usize) -> Flow {
-    let relative = |row: &Row| row.operands.iter().any(|slot| slot.kind.name == Rel::KIND.name && !slot.kind.wide);
+fn flow(row: usize) -> FlowKind {
+    let relative = |row: &InstructionRow| row.operands.iter().any(|slot| slot.kind.name == Rel::KIND.name && !slot.kind.wide);
     match (KINDS.get(row), ROWS.get(row)) {
-        (Some(Kind::Reti), _) => Flow::EndsInterrupt,
-        (Some(Kind::Sjmp), _) => Flow::Straight,
-        (_, Some(row)) if relative(row) => Flow::Either,
-        _ => Flow::Straight,
+        (Some(Kind::Reti), _) => FlowKind::EndsInterrupt,
+        (Some(Kind::Sjmp), _) => FlowKind::Straight,
+        (_, Some(row)) if relative(row) => FlowKind::Conditional,
+        _ => FlowKind::Straight,
     }
 }
 
 /// Other spellings that the assembler takes: mnemonic, syntax, what it stands for.
 #[rustfmt::skip]
-pub const ALIASES: &[Alias] = &[
+pub const ALIASES: &[SyntaxAlias] = &[
     // Assemblers take this for the general call, and pick a form; here the long one.
     ("call", "t", "lcall", "t"),
     // as31 takes the sum in any order, and `!` for the complement of a bit.
@@ -289,7 +289,7 @@ pub const ALIASES: &[Alias] = &[
 pub const WORD_BITS: u32 = 8;
 
 /// Position of the row of every opcode; [`NO_ROW`] for A5h, which has none.
-const OPCODES: [u8; 256] = {
+const ROW_BY_OPCODE: [u8; 256] = {
     let mut rows = [NO_ROW; 256];
     let mut i = 0;
     while i < ROWS.len() {
@@ -311,14 +311,14 @@ const NO_ROW: u8 = 0xFF;
 
 /// The row of the instruction at the front of `bytes`, its kind and its bits; `None` for A5h.
 #[must_use]
-pub fn row_of(bytes: [u8; 3]) -> Option<(&'static Row, Kind, u32)> {
-    let i = usize::from(OPCODES[usize::from(bytes[0])]);
+pub fn find_row(bytes: [u8; 3]) -> Option<(&'static InstructionRow, Kind, u32)> {
+    let i = usize::from(ROW_BY_OPCODE[usize::from(bytes[0])]);
     let row = ROWS.get(i)?;
-    Some((row, KINDS[i], bits_of(row, WORD_BITS, &bytes.map(u16::from))))
+    Some((row, KINDS[i], instruction_bits(row, WORD_BITS, &bytes.map(u16::from))))
 }
 
-fn site(pc: u32, len: u32) -> Site {
-    Site { pc, len, next_len: 1, pc_mask: 0xFFFF }
+fn locate(pc: u32, len: u32) -> InstructionLocation {
+    InstructionLocation { pc, len, next_len: 1, pc_mask: 0xFFFF }
 }
 
 /// The bytes of an instruction that will stand at `pc`. Operands come in row order: registers by number, addresses of bytes
@@ -328,18 +328,18 @@ fn site(pc: u32, len: u32) -> Site {
 /// An operand that does not fit, with what is allowed.
 pub fn encode(kind: Kind, operands: &[i32], pc: u32) -> Result<Vec<u8>, EncodeError> {
     let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: "not an instruction".into() })?;
-    let bits = row.encode(operands, &site(pc, row.len()))?;
-    Ok(words_of(row, WORD_BITS, bits).iter().map(|&word| word as u8).collect())
+    let bits = row.encode(operands, &locate(pc, row.len()))?;
+    Ok(instruction_words(row, WORD_BITS, bits).iter().map(|&word| word as u8).collect())
 }
 
 /// Disassembles the instruction at the front of `words` (bytes), which stands at `pc`.
 #[must_use]
-pub fn disassemble(words: &[u16], pc: u32) -> Line {
-    disassemble_line(ROWS, WORD_BITS, words, &site(pc, 1))
+pub fn disassemble(words: &[u16], pc: u32) -> DisassembledInstruction {
+    disassemble_line(ROWS, WORD_BITS, words, &locate(pc, 1))
 }
 
 /// A predecoded instruction.
-pub type Mcs51Op = Op<Kind>;
+pub type Mcs51Op = PredecodedOp<Kind>;
 
 #[cfg(test)]
 mod tests {
@@ -349,7 +349,7 @@ mod tests {
     fn every_opcode_but_a5_has_one_row_and_comes_back_from_its_text() {
         let chip = crate::chips::chip("8051").expect("8051");
         for opcode in 0..=255u16 {
-            assert_eq!(OPCODES[usize::from(opcode)] == NO_ROW, opcode == 0xA5, "{opcode:02x}");
+            assert_eq!(ROW_BY_OPCODE[usize::from(opcode)] == NO_ROW, opcode == 0xA5, "{opcode:02x}");
             for second in 0..=255u16 {
                 for third in [0x00, 0x7F, 0xD0, 0xFF] {
                     for pc in [0x07FD, 0xFFFE] {
@@ -359,7 +359,7 @@ mod tests {
                         if words.get(line.len..).is_some_and(|behind| behind.iter().any(|&byte| byte != 0)) {
                             continue;
                         }
-                        let back = emu_asm::line(chip, &line.text, pc);
+                        let back = emu_asm::assemble_line(chip, &line.text, pc);
                         let back = back.unwrap_or_else(|e| panic!("{words:x?}: {}: {e}", line.text));
                         assert_eq!(back, words[..line.len], "{words:x?} at {pc:04x}: {}", line.text);
                     }

@@ -12,14 +12,14 @@ pub mod operands;
 pub mod periph;
 pub mod soc;
 
-mod boundary;
+mod cpu_engine;
 mod cpu;
 mod exec;
-mod hot;
-mod place;
+mod core_state;
+mod operand_place;
 mod predecode;
-mod record;
+mod recorder;
 mod state;
-mod turn;
+mod executor;
 
-pub use cpu::{Mcs51, Options, Readings};
+pub use cpu::{Mcs51, Options, Mcs51Readings};

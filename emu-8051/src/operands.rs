@@ -4,7 +4,7 @@
 
 use std::fmt::Write;
 
-use emu_core::table::{InRam, Op, Operand, OperandKind, Site};
+use emu_core::table::{RamOperand, PredecodedOp, Operand, OperandKind, InstructionLocation};
 
 use crate::chips::{BITS, SFRS};
 
@@ -23,8 +23,8 @@ macro_rules! operands {
         impl Operand for $name {
             const KIND: OperandKind =
                 OperandKind {
-                    name: $label, wide: $wide, value: $value, raw: $raw, text: $text, named: $named, number: $number,
-                    register: OperandKind::its_address,
+                    name: $label, wide: $wide, decode: $value, encode: $raw, write_text: $text, parse_name: $named, check_number: $number,
+                    check_register: OperandKind::same_address,
                 };
             #[inline(always)]
             fn from_value(value: u16) -> Self {
@@ -37,39 +37,39 @@ macro_rules! operands {
 operands! {
     /// A register of the bank in use, R0 to R7.
     Rn(u8) false "register R0 to R7"
-        value same, raw |v, b, _| fits(v, b, "register"), text register_text, named |t| register(t, 8), number no_register;
+        value unchanged, raw |v, b, _| check_range(v, b, "register"), text write_register, named |t| parse_register(t, 8), number reject_number;
     /// A register that points, R0 or R1.
     Ri(u8) false "register R0 or R1"
-        value same, raw |v, b, _| fits(v, b, "register"), text register_text, named |t| register(t, 2), number no_register;
+        value unchanged, raw |v, b, _| check_range(v, b, "register"), text write_register, named |t| parse_register(t, 2), number reject_number;
     /// A direct address: RAM below 80h, the special function registers from there on.
     Dir(u8) false "direct address"
-        value same, raw |v, b, _| fits(v, b, "address"), text byte_text, named byte, number OperandKind::itself;
+        value unchanged, raw |v, b, _| check_range(v, b, "address"), text write_byte, named parse_byte, number OperandKind::same_number;
     /// A bit address: the bytes 20h to 2Fh of RAM below 80h, special function registers divisible by 8 from there on.
     BitAddr(u8) false "bit address"
-        value same, raw |v, b, _| fits(v, b, "bit address"), text bit_text, named bit, number OperandKind::itself;
+        value unchanged, raw |v, b, _| check_range(v, b, "bit address"), text write_bit, named parse_bit, number OperandKind::same_number;
     /// A constant byte. Negative ones stand for the low byte of their two's complement in 16 bits, of which the high byte is all ones
     /// (Intel, MCS-51 Macro Assembler User's Guide, range of 8-bit values): `NOT 0F0H` is 0Fh.
     Imm(u8) false "constant"
-        value same, raw |v, b, _| if (-0x100..0).contains(&v) { Ok(v as u32 & 0xFF) } else { fits(v, b, "constant") },
-        text hex2_text, named OperandKind::no_name, number OperandKind::itself;
+        value unchanged, raw |v, b, _| if (-0x100..0).contains(&v) { Ok(v as u32 & 0xFF) } else { check_range(v, b, "constant") },
+        text write_hex2, named OperandKind::never_a_name, number OperandKind::same_number;
     /// The constant of MOV DPTR.
     Imm16(u16) true "constant"
-        value same, raw |v, b, _| if (-0x1_0000..0).contains(&v) { Ok(v as u32 & 0xFFFF) } else { fits(v, b, "constant") },
-        text hex4_text, named OperandKind::no_name, number OperandKind::itself;
+        value unchanged, raw |v, b, _| if (-0x1_0000..0).contains(&v) { Ok(v as u32 & 0xFFFF) } else { check_range(v, b, "constant") },
+        text write_hex4, named OperandKind::never_a_name, number OperandKind::same_number;
     /// The target of LJMP and LCALL.
     Abs(u16) true "target"
-        value same, raw |v, b, _| fits(v, b, "target"), text hex4_text, named OperandKind::no_name, number OperandKind::itself;
+        value unchanged, raw |v, b, _| check_range(v, b, "target"), text write_hex4, named OperandKind::never_a_name, number OperandKind::same_number;
     /// The target of AJMP and ACALL: in the 2 KB page of the next instruction.
     Page(u16) true "target in the page"
-        value |raw, _, site| (next(site) & 0xF800 | raw as i32) & 0xFFFF, raw in_page, text hex4_text, named OperandKind::no_name, number OperandKind::itself;
+        value |raw, _, site| (next_address(site) & 0xF800 | raw as i32) & 0xFFFF, raw in_page, text write_hex4, named OperandKind::never_a_name, number OperandKind::same_number;
     /// A relative target: as a value its address, in an op (and here) the distance from the next instruction.
     Rel(i8) false "target"
-        value |raw, _, site| (next(site) + i32::from(raw as u8 as i8)) & 0xFFFF, raw distance, text hex4_text, named OperandKind::no_name, number OperandKind::itself;
+        value |raw, _, site| (next_address(site) + i32::from(raw as u8 as i8)) & 0xFFFF, raw encode_distance, text write_hex4, named OperandKind::never_a_name, number OperandKind::same_number;
 }
 
 /// A direct address that lies in RAM.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Ram(pub u8);
+pub struct RamByte(pub u8);
 
 /// A bit that lies in RAM: byte address and mask.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,7 +83,7 @@ pub struct RamBit {
 impl RamBit {
     /// The bit with the bit address `addr`, below 80h.
     #[must_use]
-    pub const fn at(addr: u8) -> RamBit {
+    pub const fn of_address(addr: u8) -> RamBit {
         RamBit { byte: 0x20 | (addr >> 3 & 0x0F), mask: 1 << (addr & 7) }
     }
 
@@ -94,53 +94,53 @@ impl RamBit {
     }
 }
 
-macro_rules! the_same_in_ram {
+macro_rules! same_in_ram {
     ($($name:ident)*) => { $(
-        impl InRam for $name {
+        impl RamOperand for $name {
             type Ram = $name;
             #[inline(always)]
-            fn take_in_ram<K>(op: &Op<K>, at: &mut usize) -> $name {
-                Self::take(op, at)
+            fn decode_next_in_ram<K>(op: &PredecodedOp<K>, at: &mut usize) -> $name {
+                Self::decode_next(op, at)
             }
         }
     )* };
 }
-the_same_in_ram! { Rn Ri Imm Rel }
+same_in_ram! { Rn Ri Imm Rel }
 
-impl InRam for Dir {
-    type Ram = Ram;
+impl RamOperand for Dir {
+    type Ram = RamByte;
     #[inline(always)]
-    fn take_in_ram<K>(op: &Op<K>, at: &mut usize) -> Ram {
-        Ram(Dir::take(op, at).0)
+    fn decode_next_in_ram<K>(op: &PredecodedOp<K>, at: &mut usize) -> RamByte {
+        RamByte(Dir::decode_next(op, at).0)
     }
 }
 
-impl InRam for BitAddr {
+impl RamOperand for BitAddr {
     type Ram = RamBit;
     #[inline(always)]
-    fn take_in_ram<K>(op: &Op<K>, at: &mut usize) -> RamBit {
+    fn decode_next_in_ram<K>(op: &PredecodedOp<K>, at: &mut usize) -> RamBit {
         *at += 2;
-        RamBit { byte: op.arg[*at - 2], mask: op.arg[*at - 1] }
+        RamBit { byte: op.args[*at - 2], mask: op.args[*at - 1] }
     }
 }
 
 /// A plain field: the value is the field.
-fn same(raw: u32, _: u32, _: &Site) -> i32 {
+fn unchanged(raw: u32, _: u32, _: &InstructionLocation) -> i32 {
     raw as i32
 }
 
-fn fits(value: i32, bits: u32, what: &str) -> Result<u32, String> {
+fn check_range(value: i32, bits: u32, what: &str) -> Result<u32, String> {
     let most = (1 << bits) - 1;
     if (0..=most).contains(&value) { Ok(value as u32) } else { Err(format!("{what} {value} is not in 0..={most}")) }
 }
 
 /// Address of the next instruction.
-fn next(site: &Site) -> i32 {
+fn next_address(site: &InstructionLocation) -> i32 {
     site.pc.wrapping_add(site.len) as i32 & 0xFFFF
 }
 
-fn in_page(value: i32, _: u32, site: &Site) -> Result<u32, String> {
-    let page = next(site) & 0xF800;
+fn in_page(value: i32, _: u32, site: &InstructionLocation) -> Result<u32, String> {
+    let page = next_address(site) & 0xF800;
     if value & !0x7FF == page {
         Ok(value as u32 & 0x7FF)
     } else {
@@ -151,8 +151,8 @@ fn in_page(value: i32, _: u32, site: &Site) -> Result<u32, String> {
     }
 }
 
-fn distance(value: i32, _: u32, site: &Site) -> Result<u32, String> {
-    let straight = value.wrapping_sub(next(site));
+fn encode_distance(value: i32, _: u32, site: &InstructionLocation) -> Result<u32, String> {
+    let straight = value.wrapping_sub(next_address(site));
     let around = straight as i16;
     if (0..0x1_0000).contains(&value) && i8::try_from(around).is_ok() {
         Ok(around as u32 & 0xFF)
@@ -161,59 +161,59 @@ fn distance(value: i32, _: u32, site: &Site) -> Result<u32, String> {
     }
 }
 
-fn register_text(value: i32, out: &mut String) {
+fn write_register(value: i32, out: &mut String) {
     let _ = write!(out, "R{value}");
 }
 
-fn register(text: &str, count: i32) -> Option<i32> {
+fn parse_register(text: &str, count: i32) -> Option<i32> {
     text.strip_prefix(['R', 'r'])?.parse().ok().filter(|n| (0..count).contains(n))
 }
 
-fn hex2_text(value: i32, out: &mut String) {
+fn write_hex2(value: i32, out: &mut String) {
     let _ = write!(out, "0x{value:02X}");
 }
 
-fn hex4_text(value: i32, out: &mut String) {
+fn write_hex4(value: i32, out: &mut String) {
     let _ = write!(out, "0x{value:04X}");
 }
 
-fn no_register(value: i32, _: &Site) -> Result<i32, String> {
+fn reject_number(value: i32, _: &InstructionLocation) -> Result<i32, String> {
     Err(format!("{value} is a number, and a register is wanted"))
 }
 
 /// The special function register at an address, by its data-sheet name.
-fn byte_text(value: i32, out: &mut String) {
+fn write_byte(value: i32, out: &mut String) {
     match SFRS.iter().find(|r| i32::from(r.addr) == value) {
         Some(register) => out.push_str(register.name),
-        None => hex2_text(value, out),
+        None => write_hex2(value, out),
     }
 }
 
 /// The address of a special function register that any chip of the family has.
-fn byte(text: &str) -> Option<i32> {
+fn parse_byte(text: &str) -> Option<i32> {
     SFRS.iter().find(|r| r.name.eq_ignore_ascii_case(text)).map(|r| i32::from(r.addr))
 }
 
 /// The address in front of the dot of a bit, as the disassembler writes it.
-fn number(text: &str) -> Option<i32> {
+fn parse_number(text: &str) -> Option<i32> {
     text.strip_prefix("0x").map_or_else(|| text.parse().ok(), |hex| i32::from_str_radix(hex, 16).ok())
 }
 
 /// `P1.0`, `PSW.7`, `0x20.3`.
-fn bit_text(value: i32, out: &mut String) {
+fn write_bit(value: i32, out: &mut String) {
     let byte = if value < 0x80 { 0x20 + (value >> 3) } else { value & 0xF8 };
-    byte_text(byte, out);
+    write_byte(byte, out);
     let _ = write!(out, ".{}", value & 7);
 }
 
 /// The address of a bit that any chip of the family has, and of one in a byte by number.
-fn bit(text: &str) -> Option<i32> {
+fn parse_bit(text: &str) -> Option<i32> {
     if let Some(named) = BITS.iter().find(|b| b.name.eq_ignore_ascii_case(text)) {
         return Some(i32::from(named.addr));
     }
     let (at, n) = text.rsplit_once('.')?;
     let n = n.parse::<i32>().ok().filter(|n| (0..8).contains(n))?;
-    match byte(at).or_else(|| number(at))? {
+    match parse_byte(at).or_else(|| parse_number(at))? {
         byte @ 0x20..=0x2F => Some((byte - 0x20) * 8 + n),
         byte @ 0x80..=0xFF if byte % 8 == 0 => Some(byte + n),
         _ => None,

@@ -2,19 +2,19 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use emu_core::engine::Mark;
-use emu_core::state::Changes;
-use emu_core::table::{Op, Site};
+use emu_core::engine::InstructionMark;
+use emu_core::state::MemoryChanges;
+use emu_core::table::{PredecodedOp, InstructionLocation};
 
-use crate::isa::{Kind, Mcs51Op, ROWS, SHAPES, row_of};
+use crate::isa::{Kind, Mcs51Op, ROWS, SHAPES, find_row};
 use crate::operands::{BitAddr, Dir, RamBit};
-use crate::record::{Record, record};
-use crate::soc::restless;
-use crate::turn::SPAN;
+use crate::recorder::{InstructionRecord, record_instruction};
+use crate::soc::volatile_register;
+use crate::executor::ADDRESS_SPACE;
 
 /// How the machine treats MOVX.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) enum External {
+pub(crate) enum XdataBus {
     /// XDATA is a memory of its own.
     #[default]
     Separate,
@@ -26,20 +26,20 @@ pub(crate) enum External {
 
 /// A loop that only looks.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Loop {
+pub(crate) struct LoopPlan {
     /// Its first instruction.
     pub head: u32,
     /// The registers of the chip that it reads.
-    pub looks: Vec<u8>,
+    pub registers_read: Vec<u8>,
     /// It clears the watchdog.
-    pub renews: bool,
+    pub clears_watchdog: bool,
     /// It does nothing but count down this byte.
-    pub counter: Option<Counter>,
+    pub counted_byte: Option<LoopCounter>,
 }
 
 /// What a DJNZ counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Counter {
+pub(crate) enum LoopCounter {
     /// A register of the bank.
     Reg(u8),
     /// A byte of RAM.
@@ -48,56 +48,56 @@ pub(crate) enum Counter {
 
 /// Program memory in both forms.
 #[derive(Debug, Clone)]
-pub(crate) struct Code {
+pub(crate) struct CodeMemory {
     /// Bytes, erased ones FFh.
-    pub bytes: Box<[u8; SPAN]>,
-    /// One op per byte, traps in place: `ops[0]` marks jumps to themselves as [`Kind::Poll`], since that is how programs
+    pub bytes: Box<[u8; ADDRESS_SPACE]>,
+    /// One op per byte, traps in place: `ops[0]` marks jumps to themselves as [`Kind::PollingLoop`], since that is how programs
     /// end; `ops[1]` marks all loops that only look.
-    pub ops: [Box<[Mcs51Op; SPAN]>; 2],
+    pub ops: [Box<[Mcs51Op; ADDRESS_SPACE]>; 2],
     /// The same without any marks or traps.
-    pub plain: Box<[Mcs51Op; SPAN]>,
+    pub ops_unmarked: Box<[Mcs51Op; ADDRESS_SPACE]>,
     /// The loops that only look, by the jump that closes them.
-    loops: BTreeMap<u32, Loop>,
-    traps: BTreeSet<u32>,
-    external: External,
+    loops: BTreeMap<u32, LoopPlan>,
+    breakpoints: BTreeSet<u32>,
+    xdata_bus: XdataBus,
     size: u32,
     /// What differs from the bytes that it was built with.
-    pub changes: Changes<u8>,
+    pub changes: MemoryChanges<u8>,
 }
 
-impl Code {
+impl CodeMemory {
     /// Program memory of `size` bytes filled from address 0 with `image`, erased behind it. Behind its end there is no
     /// instruction.
-    pub(crate) fn new(image: &[u8], size: u32, external: External) -> Code {
-        let mut bytes = Box::new([0xFF; SPAN]);
-        let used = image.len().min(SPAN);
+    pub(crate) fn new(image: &[u8], size: u32, external: XdataBus) -> CodeMemory {
+        let mut bytes = Box::new([0xFF; ADDRESS_SPACE]);
+        let used = image.len().min(ADDRESS_SPACE);
         bytes[..used].copy_from_slice(&image[..used]);
         // What erased bytes read as is an instruction too, and the same everywhere.
         let erased = decode([0xFF; 3], 0, external);
-        let ops = || Box::new([erased; SPAN]);
+        let ops = || Box::new([erased; ADDRESS_SPACE]);
         let (marked, plain) = ([ops(), ops()], ops());
-        let (loops, traps, changes) = (BTreeMap::new(), BTreeSet::new(), Changes::NONE);
-        let mut code = Code { bytes, ops: marked, plain, loops, traps, external, size, changes };
+        let (loops, traps, changes) = (BTreeMap::new(), BTreeSet::new(), MemoryChanges::NONE);
+        let mut code = CodeMemory { bytes, ops: marked, ops_unmarked: plain, loops, breakpoints: traps, xdata_bus: external, size, changes };
         code.predecode(0, used as u32);
-        code.predecode(size, SPAN as u32);
+        code.predecode(size, ADDRESS_SPACE as u32);
         code
     }
 
     /// Writes a byte of program memory.
     pub(crate) fn poke(&mut self, addr: u16, value: u8) {
         let old = std::mem::replace(&mut self.bytes[usize::from(addr)], value);
-        self.changes.note(addr.into(), old, value);
+        self.changes.record(addr.into(), old, value);
         // The byte may belong to an instruction that begins up to two bytes before; the jump that closes a loop around it
         // may stand some bytes ahead.
-        for pc in u32::from(addr) + SPAN as u32 - 2..=u32::from(addr) + SPAN as u32 + REACH {
-            let pc = pc % SPAN as u32;
+        for pc in u32::from(addr) + ADDRESS_SPACE as u32 - 2..=u32::from(addr) + ADDRESS_SPACE as u32 + MAX_LOOP_BYTES {
+            let pc = pc % ADDRESS_SPACE as u32;
             self.predecode(pc, pc + 1);
         }
     }
 
     /// Sets or clears a trap; false when it was so already.
-    pub(crate) fn trap(&mut self, pc: u32, on: bool) -> bool {
-        let changed = if on { self.traps.insert(pc) } else { self.traps.remove(&pc) };
+    pub(crate) fn set_breakpoint(&mut self, pc: u32, on: bool) -> bool {
+        let changed = if on { self.breakpoints.insert(pc) } else { self.breakpoints.remove(&pc) };
         if changed {
             self.predecode(pc, pc + 1);
         }
@@ -105,55 +105,55 @@ impl Code {
     }
 
     /// True when a trap stands at `pc`.
-    pub(crate) fn has_trap(&self, pc: u32) -> bool {
-        self.traps.contains(&pc)
+    pub(crate) fn has_breakpoint(&self, pc: u32) -> bool {
+        self.breakpoints.contains(&pc)
     }
 
     /// What the instruction at `pc` is to the loop around the hot loop; nothing else where a trap stands.
-    pub(crate) fn mark(&self, pc: u32) -> Mark {
+    pub(crate) fn instruction_mark(&self, pc: u32) -> InstructionMark {
         match [0, 1].map(|ops: usize| self.ops[ops][pc as usize].kind) {
-            [Kind::Poll, _] => Mark::Spins,
-            [_, Kind::Poll] => Mark::ClosesLoop,
-            _ => Mark::Plain,
+            [Kind::PollingLoop, _] => InstructionMark::JumpsToItself,
+            [_, Kind::PollingLoop] => InstructionMark::ClosesLoop,
+            _ => InstructionMark::Plain,
         }
     }
 
     /// The loop that only looks and is closed by the jump at `end`.
-    pub(crate) fn look(&self, end: u32) -> Option<&Loop> {
+    pub(crate) fn loop_plan(&self, end: u32) -> Option<&LoopPlan> {
         self.loops.get(&end)
     }
 
     /// The op of the MOVX at `pc` as it is where XDATA is a memory of its own.
     pub(crate) fn movx(&self, pc: u32) -> Mcs51Op {
-        decode(self.at(pc), pc, External::Separate)
+        decode(self.bytes_at(pc), pc, XdataBus::Separate)
     }
 
     /// Three bytes from `pc` on, around the end of memory.
-    fn at(&self, pc: u32) -> [u8; 3] {
-        [0, 1, 2].map(|i| self.bytes[(pc as usize + i) % SPAN])
+    fn bytes_at(&self, pc: u32) -> [u8; 3] {
+        [0, 1, 2].map(|i| self.bytes[(pc as usize + i) % ADDRESS_SPACE])
     }
 
     /// Fills the ops from `from` up to `to`, which is excluded.
     fn predecode(&mut self, from: u32, to: u32) {
         for pc in from..to {
             let op = match pc < self.size {
-                true => decode(self.at(pc), pc, self.external),
-                false => Op { kind: Kind::Illegal, arg: [0; 3] },
+                true => decode(self.bytes_at(pc), pc, self.xdata_bus),
+                false => PredecodedOp { kind: Kind::Illegal, args: [0; 3] },
             };
-            self.plain[pc as usize] = op;
-            let head = loop_closed_by(op, self.at(pc), pc);
+            self.ops_unmarked[pc as usize] = op;
+            let head = loop_closed_by(op, self.bytes_at(pc), pc);
             let spins = head == Some(pc) && matches!(op.kind, Kind::Sjmp | Kind::Ajmp | Kind::Ljmp);
             let looks = head
                 .filter(|_| !spins)
-                .and_then(|head| self.counts_down(op, head, pc).or_else(|| self.only_looks(head, pc)));
-            let kinds = match (self.traps.contains(&pc), spins, &looks) {
-                (true, ..) => [Kind::Trap; 2],
-                (_, true, _) => [Kind::Poll; 2],
-                (.., Some(_)) => [op.kind, Kind::Poll],
+                .and_then(|head| self.countdown_loop(op, head, pc).or_else(|| self.polling_loop(head, pc)));
+            let kinds = match (self.breakpoints.contains(&pc), spins, &looks) {
+                (true, ..) => [Kind::Breakpoint; 2],
+                (_, true, _) => [Kind::PollingLoop; 2],
+                (.., Some(_)) => [op.kind, Kind::PollingLoop],
                 _ => [op.kind; 2],
             };
             for (ops, kind) in self.ops.iter_mut().zip(kinds) {
-                ops[pc as usize] = Op { kind, arg: op.arg };
+                ops[pc as usize] = PredecodedOp { kind, args: op.args };
             }
             match looks {
                 Some(found) => self.loops.insert(pc, found),
@@ -165,92 +165,92 @@ impl Code {
     /// The loop from `head` to the jump at `end`, when a turn of it changes nothing but what the core holds and the watchdog:
     /// then a turn that leaves the core as it was is followed by one just like it, until one of the registers that it reads
     /// changes. `None` for other loops, and for those that read a register which never rests.
-    fn only_looks(&self, head: u32, end: u32) -> Option<Loop> {
+    fn polling_loop(&self, head: u32, end: u32) -> Option<LoopPlan> {
         let mut renews = false;
         let (mut looks, mut starts, mut targets, mut pc) = (Vec::new(), Vec::new(), Vec::new(), head);
         while pc <= end {
-            let record = record(decode(self.at(pc), pc, self.external));
-            if record.reaches_out {
+            let record = record_instruction(decode(self.bytes_at(pc), pc, self.xdata_bus));
+            if record.has_other_effects {
                 return None;
             }
-            renews |= record.renews;
+            renews |= record.clears_watchdog;
             starts.push(pc);
-            targets.extend(target(&record, self.at(pc), pc));
-            looks.extend(record.looks);
-            pc += len(self.at(pc));
+            targets.extend(jump_target(&record, self.bytes_at(pc), pc));
+            looks.extend(record.registers_read);
+            pc += instruction_len(self.bytes_at(pc));
         }
         // A jump into the middle of an instruction would find others there.
         let strays = targets.iter().any(|target| (head..=end).contains(target) && !starts.contains(target));
         let whole = starts.last() == Some(&end) && !strays;
-        (whole && !looks.iter().any(|&addr| restless(addr))).then_some(Loop { head, looks, renews, counter: None })
+        (whole && !looks.iter().any(|&addr| volatile_register(addr))).then_some(LoopPlan { head, registers_read: looks, clears_watchdog: renews, counted_byte: None })
     }
 
     /// The loop from `head` to the DJNZ `op` at `end`, when nothing but NOPs stands between.
-    fn counts_down(&self, op: Mcs51Op, head: u32, end: u32) -> Option<Loop> {
+    fn countdown_loop(&self, op: Mcs51Op, head: u32, end: u32) -> Option<LoopPlan> {
         let counter = match op.kind {
-            Kind::DjnzReg => Counter::Reg(op.arg[0]),
-            Kind::DjnzRam => Counter::Ram(op.arg[0]),
+            Kind::DjnzReg => LoopCounter::Reg(op.args[0]),
+            Kind::DjnzRam => LoopCounter::Ram(op.args[0]),
             _ => return None,
         };
-        let idle = (head..end).all(|pc| decode(self.at(pc), pc, self.external).kind == Kind::Nop);
-        idle.then_some(Loop { head, looks: Vec::new(), renews: false, counter: Some(counter) })
+        let idle = (head..end).all(|pc| decode(self.bytes_at(pc), pc, self.xdata_bus).kind == Kind::Nop);
+        idle.then_some(LoopPlan { head, registers_read: Vec::new(), clears_watchdog: false, counted_byte: Some(counter) })
     }
 }
 
 /// Bytes between the ends of a loop that is looked at.
-const REACH: u32 = 16;
+const MAX_LOOP_BYTES: u32 = 16;
 
 /// Length of the instruction at the front of some bytes; one without a row counts one.
-fn len(bytes: [u8; 3]) -> u32 {
-    row_of(bytes).map_or(1, |(row, ..)| row.len())
+fn instruction_len(bytes: [u8; 3]) -> u32 {
+    find_row(bytes).map_or(1, |(row, ..)| row.len())
 }
 
 /// Decodes the instruction at the front of `bytes`, which stand at `pc`, without poll marks or traps.
-fn decode(bytes: [u8; 3], pc: u32, external: External) -> Mcs51Op {
-    let Some((row, kind, bits)) = row_of(bytes) else {
-        return Op { kind: Kind::Illegal, arg: [0; 3] };
+fn decode(bytes: [u8; 3], pc: u32, external: XdataBus) -> Mcs51Op {
+    let Some((row, kind, bits)) = find_row(bytes) else {
+        return PredecodedOp { kind: Kind::Illegal, args: [0; 3] };
     };
     let len = row.len();
-    let mut op = row.op(kind, bits, &Site { pc, len, next_len: 1, pc_mask: 0xFFFF });
+    let mut op = row.predecode(kind, bits, &InstructionLocation { pc, len, next_len: 1, pc_mask: 0xFFFF });
     if row.operands.last().is_some_and(|slot| slot.letter == b't' && !slot.kind.wide) {
         // In the op a relative target is the distance from the next instruction. It stands behind what takes a byte each.
         let place = row.operands.len() - 1;
-        op.arg[place] = op.arg[place].wrapping_sub((pc + len) as u8);
+        op.args[place] = op.args[place].wrapping_sub((pc + len) as u8);
     }
     let reads = matches!(kind, Kind::MovxADptr | Kind::MovxAInd);
     let writes = matches!(kind, Kind::MovxDptrA | Kind::MovxIndA);
     let slow = match external {
-        External::Separate => false,
-        External::Unified => writes,
-        External::Absent => reads || writes,
+        XdataBus::Separate => false,
+        XdataBus::Unified => writes,
+        XdataBus::Absent => reads || writes,
     };
-    if slow { Op { kind: Kind::Rewrite, ..op } } else { in_ram(op) }
+    if slow { PredecodedOp { kind: Kind::RewriteCode, ..op } } else { ram_variant(op) }
 }
 
 /// The op in the shape for RAM, where all addresses of its operands lie there.
-fn in_ram(mut op: Mcs51Op) -> Mcs51Op {
+fn ram_variant(mut op: Mcs51Op) -> Mcs51Op {
     let row = op.kind as usize;
     let (Some(&Some(shape)), Some(row)) = (SHAPES.get(row), ROWS.get(row)) else { return op };
-    let addresses = row.operands.iter().zip(op.arg);
+    let addresses = row.operands.iter().zip(op.args);
     if addresses.clone().any(|(slot, byte)| matches!(slot.kind.name, Dir::NAME | BitAddr::NAME) && byte >= 0x80) {
         return op;
     }
     if row.operands.first().is_some_and(|slot| slot.kind.name == BitAddr::NAME) {
-        let bit = RamBit::at(op.arg[0]);
-        op.arg = [bit.byte, bit.mask, op.arg[1]];
+        let bit = RamBit::of_address(op.args[0]);
+        op.args = [bit.byte, bit.mask, op.args[1]];
     }
-    Op { kind: shape, ..op }
+    PredecodedOp { kind: shape, ..op }
 }
 
 /// The target of a short backward jump (or one to itself), the head of the loop that it closes.
 fn loop_closed_by(op: Mcs51Op, bytes: [u8; 3], pc: u32) -> Option<u32> {
-    let record = record(op);
-    let stays = !record.reaches_out || matches!(op.kind, Kind::DjnzReg | Kind::DjnzRam);
-    target(&record, bytes, pc).filter(|&target| stays && target <= pc && pc - target <= REACH)
+    let record = record_instruction(op);
+    let stays = !record.has_other_effects || matches!(op.kind, Kind::DjnzReg | Kind::DjnzRam);
+    jump_target(&record, bytes, pc).filter(|&target| stays && target <= pc && pc - target <= MAX_LOOP_BYTES)
 }
 
 /// The target of a jump that says where it goes.
-fn target(record: &Record, bytes: [u8; 3], pc: u32) -> Option<u32> {
-    let relative = record.distance.map(|d| (pc + len(bytes)).wrapping_add_signed(d.into()) & 0xFFFF);
+fn jump_target(record: &InstructionRecord, bytes: [u8; 3], pc: u32) -> Option<u32> {
+    let relative = record.distance.map(|d| (pc + instruction_len(bytes)).wrapping_add_signed(d.into()) & 0xFFFF);
     relative.or(record.target.map(u32::from))
 }

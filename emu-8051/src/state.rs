@@ -3,67 +3,67 @@
 use std::sync::Arc;
 
 use emu_core::cpu::Cpu;
-use emu_core::engine::Looks;
-use emu_core::state::{Damaged, State, Tape, load, save};
+use emu_core::engine::RunState;
+use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape, load_state, save_state};
 
 use crate::cpu::Mcs51;
-use crate::hot::Hot;
-use crate::turn::SPAN;
+use crate::core_state::CoreRegisters;
+use crate::executor::ADDRESS_SPACE;
 
 impl Mcs51 {
     /// The bytes of this machine.
-    pub(crate) fn to_bytes(&self) -> Vec<u8> {
+    pub(crate) fn to_snapshot(&self) -> Vec<u8> {
         let mut copy = self.clone();
         let now = copy.cycle();
-        copy.soc.settle_down(now);
-        save(&mut copy)
+        copy.soc.normalize(now);
+        save_state(&mut copy)
     }
 
     /// This machine as the bytes have it.
-    pub(crate) fn of_bytes(&self, bytes: &[u8]) -> Result<Mcs51, Damaged> {
+    pub(crate) fn from_snapshot(&self, bytes: &[u8]) -> Result<Mcs51, SnapshotDamaged> {
         let mut copy = self.clone();
-        load(&mut copy, bytes)?;
+        load_state(&mut copy, bytes)?;
         // A state that no machine comes to may be one that it cannot save.
-        load(&mut self.clone(), &copy.to_bytes())?;
+        load_state(&mut self.clone(), &copy.to_snapshot())?;
         Ok(copy)
     }
 }
 
-impl State for Mcs51 {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
-        self.hot.state(tape)?;
-        tape.memory(&mut self.ram)?;
-        if self.part.bus {
-            let xdata: &mut [u8; SPAN] = Arc::make_mut(&mut self.xdata);
-            tape.memory(xdata)?;
+impl SnapshotState for Mcs51 {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        self.core.pass_state(tape)?;
+        tape.pass_memory(&mut self.ram)?;
+        if self.part.has_bus {
+            let xdata: &mut [u8; ADDRESS_SPACE] = Arc::make_mut(&mut self.xdata);
+            tape.pass_memory(xdata)?;
         }
-        for (addr, byte) in self.code.changes.pass(&*self.code.bytes, tape)? {
+        for (addr, byte) in self.code.changes.pass_state(&*self.code.bytes, tape)? {
             Arc::make_mut(&mut self.code).poke(addr as u16, byte);
         }
-        self.looks = Looks { skip: self.looks.skip, ..Looks::START };
-        self.soc.state(tape)
+        self.run_state = RunState { skip_idle_loops: self.run_state.skip_idle_loops, ..RunState::START };
+        self.soc.pass_state(tape)
     }
 }
 
 /// What the loop has noted for itself is not in it: it finds that again.
-impl State for Hot {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+impl SnapshotState for CoreRegisters {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let (mut pc, mut psw) = (self.pc as u16, self.psw());
         let mut bytes = [self.acc as u8, self.b as u8, self.sp as u8];
         let mut pointers = [self.dptr as u16, self.other_dptr as u16];
-        self.time.state(tape)?;
+        self.clock.pass_state(tape)?;
         // Only the boundary at this very cycle is held.
-        let held = tape.flag(self.hold_at == tape.now())?;
-        pc.state(tape)?;
-        bytes.state(tape)?;
-        psw.state(tape)?;
-        pointers.state(tape)?;
-        let dps = tape.flag(self.dps != 0)?;
+        let held = tape.pass_flag(self.no_interrupt_at == tape.now())?;
+        pc.pass_state(tape)?;
+        bytes.pass_state(tape)?;
+        psw.pass_state(tape)?;
+        pointers.pass_state(tape)?;
+        let dps = tape.pass_flag(self.dps != 0)?;
         let [acc, b, sp] = bytes.map(u32::from);
         let [dptr, other_dptr] = pointers.map(u32::from);
-        let hold_at = if held { tape.now() } else { Hot::START.hold_at };
-        *self = Hot {
-            time: self.time,
+        let hold_at = if held { tape.now() } else { CoreRegisters::START.no_interrupt_at };
+        *self = CoreRegisters {
+            clock: self.clock,
             pc: pc.into(),
             acc,
             b,
@@ -71,11 +71,11 @@ impl State for Hot {
             dptr,
             other_dptr,
             dps: dps.into(),
-            hold_at,
-            ..Hot::START
+            no_interrupt_at: hold_at,
+            ..CoreRegisters::START
         };
         self.set_psw(psw);
         // P is what A makes it.
-        tape.demand(self.psw() == psw)
+        tape.require(self.psw() == psw)
     }
 }

@@ -4,8 +4,8 @@
 
 use std::collections::BTreeSet;
 
-use emu_8051::chips::{PARTS, Part, Timer2, chip, chips, part};
-use emu_core::chip::{Family, Reg};
+use emu_8051::chips::{MCS51_PARTS, Mcs51Part, Timer2Kind, chip, chips, part};
+use emu_core::chip::{ChipFamily, NamedAddress};
 
 /// Chip, document, bytes of program memory on it, of RAM, highest clock in MHz, what else it has.
 const CHIPS: &str = "
@@ -107,25 +107,25 @@ fn hex(text: &str) -> u16 {
     u16::from_str_radix(text, 16).expect("a hexadecimal number in the table")
 }
 
-fn find(name: &str) -> &'static Part {
+fn find(name: &str) -> &'static Mcs51Part {
     part(name).unwrap_or_else(|| panic!("no chip {name}"))
 }
 
-fn features(p: &Part) -> BTreeSet<&'static str> {
+fn features(p: &Mcs51Part) -> BTreeSet<&'static str> {
     let has = [
-        ("bus", p.bus),
-        ("cmos", p.cmos),
-        ("timer2", p.timer2 != Timer2::None),
-        ("t2mod", p.timer2 == Timer2::Full),
-        ("at89s", p.at89s),
-        ("comparator", p.comparator),
-        ("x2", p.x2),
+        ("bus", p.has_bus),
+        ("cmos", p.is_cmos),
+        ("timer2", p.timer2 != Timer2Kind::None),
+        ("t2mod", p.timer2 == Timer2Kind::Full),
+        ("at89s", p.is_at89s),
+        ("comparator", p.has_comparator),
+        ("x2", p.has_x2),
     ];
     has.into_iter().filter(|(_, has)| *has).map(|(name, _)| name).collect()
 }
 
 /// Whether a line with this condition is about the part.
-fn holds(condition: &str, p: &Part) -> bool {
+fn holds(condition: &str, p: &Mcs51Part) -> bool {
     let has = features(p);
     condition.split_whitespace().all(|c| match c.strip_prefix('!') {
         Some(not) => !has.contains(not),
@@ -138,7 +138,7 @@ fn sorted(mut regs: Vec<(u16, String)>) -> Vec<(u16, String)> {
     regs
 }
 
-fn owned(regs: &[Reg]) -> Vec<(u16, String)> {
+fn owned(regs: &[NamedAddress]) -> Vec<(u16, String)> {
     sorted(regs.iter().map(|r| (r.addr, r.name.to_string())).collect())
 }
 
@@ -150,8 +150,8 @@ fn what_each_chip_has() {
         let p = find(name);
         let number = |text: &str| text.parse::<u32>().expect("a number in the table");
         let clocks = (p.chip.max_hz, p.chip.default_hz);
-        assert_eq!(p.chip.source, source, "{name}");
-        assert_eq!((p.chip.on_chip, u32::from(p.iram)), (number(internal), number(ram)), "{name}");
+        assert_eq!(p.chip.data_sheet, source, "{name}");
+        assert_eq!((p.chip.on_chip_flash_bytes, u32::from(p.iram_bytes)), (number(internal), number(ram)), "{name}");
         assert_eq!(clocks, (u64::from(number(mhz)) * 1_000_000, 12_000_000), "{name}");
         assert_eq!(features(p), has.split_whitespace().collect(), "{name}");
         named.push(name);
@@ -161,20 +161,20 @@ fn what_each_chip_has() {
 
 #[test]
 fn memories() {
-    for p in PARTS {
+    for p in MCS51_PARTS {
         let (c, name) = (&p.chip, p.chip.name);
-        let code = if p.bus { 65536 } else { p.chip.on_chip };
-        let mut wanted = vec![("code", code, 1), ("idata", u32::from(p.iram), 1), ("sfr", 256, 1)];
+        let code = if p.has_bus { 65536 } else { p.chip.on_chip_flash_bytes };
+        let mut wanted = vec![("code", code, 1), ("idata", u32::from(p.iram_bytes), 1), ("sfr", 256, 1)];
         wanted.push(("bit", 256, 1));
-        wanted.extend(p.bus.then_some(("xdata", 65536, 1)));
+        wanted.extend(p.has_bus.then_some(("xdata", 65536, 1)));
         assert_eq!(c.spaces, wanted, "{name}");
-        assert_eq!((c.code, c.ram, c.reg_space), ("code", "idata", "sfr"), "{name}");
-        assert_eq!((c.flash, c.ram_start, c.ram_len, c.eeprom, c.word_bytes), (code, 0, p.iram, 0, 1), "{name}");
-        for windows in [c.hex, c.elf] {
+        assert_eq!((c.code_space, c.ram_space, c.reg_space), ("code", "idata", "sfr"), "{name}");
+        assert_eq!((c.flash_bytes, c.ram_start, c.ram_len, c.eeprom_bytes, c.word_bytes), (code, 0, p.iram_bytes, 0, 1), "{name}");
+        for windows in [c.hex_spaces, c.elf_spaces] {
             let [window] = windows else { panic!("{name}: {windows:?}") };
             assert_eq!((window.name, window.start, window.len, window.word), ("code", 0, code, 1), "{name}");
         }
-        assert_eq!((c.family, c.elf_machine), (Family::Mcs51, 165), "{name}");
+        assert_eq!((c.family, c.elf_machine), (ChipFamily::Mcs51, 165), "{name}");
         let registers = "r0 r1 r2 r3 r4 r5 r6 r7 ACC B PSW SP DPTR PC";
         assert_eq!(c.cpu_regs, registers.split(' ').collect::<Vec<_>>(), "{name}");
     }
@@ -201,7 +201,7 @@ fn register_map() {
 
 #[test]
 fn named_bits() {
-    for p in PARTS {
+    for p in MCS51_PARTS {
         let (c, mut wanted) = (&p.chip, Vec::new());
         for row in table(BITS) {
             let [condition, register, bits] = row[..] else { panic!("{row:?}") };
@@ -230,10 +230,10 @@ fn registers_that_have_bits() {
 
 #[test]
 fn packages() {
-    for p in PARTS {
-        let (c, package) = (&p.chip, if p.bus { DIP40 } else { DIP20 });
+    for p in MCS51_PARTS {
+        let (c, package) = (&p.chip, if p.has_bus { DIP40 } else { DIP20 });
         let (mut on_package, size) = (0, package.split_whitespace().count());
-        assert_eq!(size, if p.bus { 40 } else { 20 });
+        assert_eq!(size, if p.has_bus { 40 } else { 20 });
         for (place, name) in (1..).zip(package.split_whitespace()).filter(|(_, name)| *name != "-") {
             let pin = c.pin(name).unwrap_or_else(|| panic!("{}: no pin {name}", c.name));
             assert_eq!(c.pins[usize::from(pin)].dip, place, "{}: {name}", c.name);
@@ -250,7 +250,7 @@ fn packages() {
 
 #[test]
 fn other_functions_of_pins() {
-    for p in PARTS {
+    for p in MCS51_PARTS {
         let lines: Vec<_> = table(NOTES).filter(|row| holds(row[0], p)).collect();
         assert_eq!(lines.iter().map(|row| row[1]).collect::<BTreeSet<_>>().len(), 4, "{}", p.chip.name);
         assert_eq!(lines.len(), 4, "{}", p.chip.name);
@@ -267,13 +267,13 @@ fn other_functions_of_pins() {
 
 #[test]
 fn vectors() {
-    for p in PARTS {
+    for p in MCS51_PARTS {
         let (c, mut count) = (&p.chip, 1);
         assert_eq!(c.vectors[0], "RESET", "{}", c.name);
         for row in table(VECTORS).filter(|row| holds(row[0], p)) {
             let number = c.vectors.iter().position(|v| *v == row[2]);
             let number = number.unwrap_or_else(|| panic!("{}: no vector {}", c.name, row[2]));
-            let addr = 3 + c.vector_words * (number as u32 - 1);
+            let addr = 3 + c.words_per_vector * (number as u32 - 1);
             assert_eq!(addr, u32::from(hex(row[1])), "{}: {}", c.name, row[2]);
             count += 1;
         }
@@ -309,12 +309,12 @@ const CONSTANTS: &str = "
 
 #[test]
 fn pins_have_the_names_of_what_they_do() {
-    for part in PARTS {
+    for part in MCS51_PARTS {
         let ours: Vec<_> = (part.chip.constants)();
         for (wanted, names) in CONSTANTS.lines().filter_map(|line| line.split_once('|')) {
             let has = |feature: &str| match feature {
-                "bus" => part.bus,
-                "timer2" => part.timer2 != Timer2::None,
+                "bus" => part.has_bus,
+                "timer2" => part.timer2 != Timer2Kind::None,
                 _ => true,
             };
             let wanted = wanted.trim();

@@ -11,7 +11,7 @@ fn the_page_of_instructions_is_the_table() {
          CY, AC (A) and OV (O). P always is the\nparity of A. A5h is no instruction. Source: Intel MCS 51 Microcontroller Family User's \
          Manual 272383.\n\n",
     );
-    page.push_str(&emu_core::table::markdown(emu_8051::isa::ROWS));
+    page.push_str(&emu_core::table::instruction_list_markdown(emu_8051::isa::ROWS));
     page.push_str("\nOther spellings that the assembler takes:\n\n| written | means |\n|---|---|\n");
     for (name, syntax, target, text) in emu_8051::isa::ALIASES {
         page.push_str(&format!("| `{name} {syntax}` | `{target} {}` |\n", text.replace(',', ", ")));

@@ -18,9 +18,9 @@ mod script;
 mod source;
 
 use emu_8051::{Mcs51, chips};
-use emu_core::pins::{Event, Level, Time};
+use emu_core::pins::{ChipEvent, PinLevel, CycleTime};
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Probe, Stop};
+use emu_core::{Cpu, Probe, StopReason};
 use script::Case;
 
 const TEXTS: &[&str] = &[
@@ -43,7 +43,7 @@ const SOURCES: [&str; 7] = ["RESET", "INT0", "TIMER0", "INT1", "TIMER1", "SERIAL
 #[derive(Default, Clone, PartialEq, Debug)]
 struct Log<const INSN: bool> {
     irqs: Vec<(u64, u8)>,
-    events: Vec<Event>,
+    events: Vec<ChipEvent>,
     visits: Vec<(u64, u32)>,
 }
 
@@ -51,20 +51,20 @@ impl<const ALL: bool> Probe for Log<ALL> {
     const INSN: bool = ALL;
     const DATA: bool = ALL;
     const EVENTS: bool = true;
-    fn insn(&mut self, at: u64, pc: u32) -> bool {
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
         self.visits.push((at, pc));
         false
     }
-    fn irq(&mut self, at: u64, vector: u8) {
+    fn on_interrupt(&mut self, at: u64, vector: u8) {
         self.irqs.push((at, vector));
     }
-    fn event(&mut self, event: Event) -> bool {
+    fn on_event(&mut self, event: ChipEvent) -> bool {
         self.events.push(event);
         false
     }
 }
 
-fn show_edge((at, level): (Time, Level)) -> String {
+fn show_edge((at, level): (CycleTime, PinLevel)) -> String {
     let letter = ["L", "H", "F"][level as usize];
     if at.phase == 0 { format!("{}{letter}", at.cycle) } else { format!("{}.{}{letter}", at.cycle, at.phase) }
 }
@@ -93,7 +93,7 @@ fn judge(case: &Case) -> Vec<String> {
     let mut wrong = Vec::new();
     let mut mcs51 = case.machine();
     let mut log = Log::<true>::default();
-    let mut stop = Stop::Limit;
+    let mut stop = StopReason::Limit;
     let mut ends: Vec<&str> = case.wanted.iter().map(String::as_str).collect();
     let cycle_of = |w: &str| w.strip_prefix('@').and_then(|w| w.split_once(' ')?.0.parse::<u64>().ok());
     ends.sort_by_key(|w| cycle_of(w).unwrap_or(u64::MAX));
@@ -112,7 +112,7 @@ fn judge(case: &Case) -> Vec<String> {
             None if !over => {
                 stop = mcs51.run(case.until, &mut log);
                 over = true;
-                if !wanted_stop && stop != Stop::Limit {
+                if !wanted_stop && stop != StopReason::Limit {
                     wrong.push(format!("stopped at {}: {stop:?}", mcs51.cycle()));
                 }
             }
@@ -132,7 +132,7 @@ fn judge(case: &Case) -> Vec<String> {
             ["halted"] => list(vec![format!("{stop:?}")], &["Halted"]),
             ["illegal", op] => {
                 let found =
-                    if let Stop::Illegal { word, .. } = stop { format!("{word:02x}") } else { format!("{stop:?}") };
+                    if let StopReason::Illegal { word, .. } = stop { format!("{word:02x}") } else { format!("{stop:?}") };
                 list(vec![found], &[op]);
             }
             ["cycle", n] => list(vec![mcs51.cycle().to_string()], &[n]),
@@ -150,21 +150,21 @@ fn judge(case: &Case) -> Vec<String> {
             }
             ["sent", ref wanted @ ..] => {
                 let sent = log.events.iter().filter_map(|event| match event {
-                    Event::Sent { at, byte, .. } => Some(format!("{byte:02x}@{}", at.cycle)),
+                    ChipEvent::Sent { at, byte, .. } => Some(format!("{byte:02x}@{}", at.cycle)),
                     _ => None,
                 });
                 list(sent.collect(), wanted);
             }
             ["fight", ref wanted @ ..] => {
                 let fights = log.events.iter().filter_map(|event| match event {
-                    Event::Contention { at, pin } => Some(format!("P{}.{}@{}", pin / 8, pin % 8, at.cycle)),
+                    ChipEvent::Contention { at, pin } => Some(format!("P{}.{}@{}", pin / 8, pin % 8, at.cycle)),
                     _ => None,
                 });
                 list(fights.collect(), wanted);
             }
             [wire, ref wanted @ ..] if source::pin(wire).is_some() => {
                 let edges = log.events.iter().filter_map(|event| match *event {
-                    Event::Edge { at, pin, level } if Some(pin) == source::pin(wire) => Some(show_edge((at, level))),
+                    ChipEvent::Edge { at, pin, level } if Some(pin) == source::pin(wire) => Some(show_edge((at, level))),
                     _ => None,
                 });
                 list(edges.collect(), wanted);
@@ -218,7 +218,7 @@ fn any_way_of_running_gives_the_same_machine() {
         let wanted = (state(&whole), stop);
 
         let mut plain = case.machine();
-        plain.set_skip(false);
+        plain.set_skip_idle_loops(false);
         let stop = plain.run(case.until, &mut ());
         assert_eq!((state(&plain), stop), wanted, "{}: without a probe or jumping over loops", case.name());
 
@@ -242,7 +242,7 @@ fn any_way_of_running_gives_the_same_machine() {
                     assert_eq!(state(&copy), state(&mcs51), "{}: a clone, seed {seed:x}", case.name());
                     (mcs51, parts) = (copy, copied);
                 }
-                if stop != Stop::Limit || mcs51.cycle() >= case.until {
+                if stop != StopReason::Limit || mcs51.cycle() >= case.until {
                     break stop;
                 }
             };

@@ -1,20 +1,20 @@
 //! The one chip of the family, as data.
 
-use emu_core::chip::{Chip, Family, PinDef, Reg};
-use emu_core::image::{Bits, Space};
+use emu_core::chip::{Chip, ChipFamily, PinDef, NamedAddress};
+use emu_core::image::{WordBits, ImageSpace};
 use emu_core::pins::PinId;
 
-use crate::config::{BLOCK, INPUTS, LENGTH, OUTPUTS};
+use crate::config::{CONFIG_ADDRESS, INPUTS, CONFIG_BYTES, OUTPUTS};
 use crate::isa::{ISA, SPAN};
 
 /// The first output channel among the pins; input channels stand before.
 pub const FIRST_OUTPUT: PinId = INPUTS;
 /// Supply: 0 is none.
-pub const POWER: PinId = INPUTS + OUTPUTS;
+pub const POWER_PIN: PinId = INPUTS + OUTPUTS;
 /// Asks for a cold start.
-pub const CLEAR: PinId = POWER + 1;
+pub const CLEAR_PIN: PinId = POWER_PIN + 1;
 /// Pins in all.
-pub const PINS: usize = CLEAR as usize + 1;
+pub const PIN_COUNT: usize = CLEAR_PIN as usize + 1;
 
 /// Longest name of a channel.
 const NAME: usize = 4;
@@ -50,21 +50,21 @@ const fn name(pin: usize) -> &'static str {
     }
 }
 
-const fn pins() -> [PinDef; PINS] {
-    let mut pins = [PinDef { name: "POWER", dip: Chip::NO_PACKAGE, note: "supply, 0 is none" }; PINS];
+const fn pins() -> [PinDef; PIN_COUNT] {
+    let mut pins = [PinDef { name: "POWER", dip: Chip::NO_PACKAGE, note: "supply, 0 is none" }; PIN_COUNT];
     let mut i = 0;
     while i < NAMES.len() {
         pins[i] = PinDef { name: name(i), dip: Chip::NO_PACKAGE, note: "" };
         i += 1;
     }
-    pins[CLEAR as usize] = PinDef { name: "CLEAR", dip: Chip::NO_PACKAGE, note: "cold start" };
+    pins[CLEAR_PIN as usize] = PinDef { name: "CLEAR", dip: Chip::NO_PACKAGE, note: "cold start" };
     pins
 }
 
 /// Memories of an image file.
-const IMAGE: &[Space] = &[
-    Space { name: "code", start: 0, len: 2 * SPAN as u32, word: 2, bits: Bits::All },
-    Space { name: "config", start: BLOCK, len: LENGTH, word: 1, bits: Bits::All },
+const IMAGE: &[ImageSpace] = &[
+    ImageSpace { name: "code", start: 0, len: 2 * SPAN as u32, word: 2, word_bits: WordBits::All },
+    ImageSpace { name: "config", start: CONFIG_ADDRESS, len: CONFIG_BYTES, word: 1, word_bits: WordBits::All },
 ];
 
 /// The memories whose addresses hold a bit each.
@@ -73,23 +73,23 @@ pub const BIT_SPACES: [&str; 4] = ["i", "e", "m", "r"];
 /// AP101.
 pub static AP101: Chip = Chip {
     name: "ap101",
-    family: Family::Ap101,
+    family: ChipFamily::Ap101,
     isa: &ISA,
     title: "AP101, a programmable controller that computes single bits",
-    source: "Programarea automatelor programabile cu prelucrare la nivel de bit (hand-out); emu-ap101/QUIRKS.md",
-    code: "code",
-    flash: 2 * SPAN as u32,
-    on_chip: 2 * SPAN as u32,
-    ram: "m",
+    data_sheet: "Programarea automatelor programabile cu prelucrare la nivel de bit (hand-out); emu-ap101/QUIRKS.md",
+    code_space: "code",
+    flash_bytes: 2 * SPAN as u32,
+    on_chip_flash_bytes: 2 * SPAN as u32,
+    ram_space: "m",
     ram_start: 0,
     ram_len: 512,
-    ram_map: &[],
-    eeprom: 0,
+    ram_ranges: &[],
+    eeprom_bytes: 0,
     word_bytes: 2,
     max_hz: u32::MAX as u64,
     default_hz: crate::config::HZ,
-    hex: IMAGE,
-    elf: &[],
+    hex_spaces: IMAGE,
+    elf_spaces: &[],
     elf_machine: 0,
     cpu_regs: &["A", "NA", "RIC", "RX", "PROG", "OVR"],
     reg_space: "r",
@@ -98,9 +98,9 @@ pub static AP101: Chip = Chip {
     constants: Vec::new,
     pins: PIN_LIST,
     vectors: &[],
-    vector_words: 0,
+    words_per_vector: 0,
     packages: &[],
-    vector_back: 0,
+    later_vectors_back_words: 0,
     spaces: &[
         ("code", SPAN as u32, 2),
         ("i", 512, 1),
@@ -110,11 +110,11 @@ pub static AP101: Chip = Chip {
         ("preset", 128, 2),
         ("value", 128, 2),
     ],
-    told: &[("i", 0), ("e", 0), ("m", 0), ("r", 0)],
-    silent: &[],
+    observable_spaces: &[("i", 0), ("e", 0), ("m", 0), ("r", 0)],
+    implicit_accesses: &[],
 };
 
-const REGS: &[Reg] = &[];
+const REGS: &[NamedAddress] = &[];
 const PIN_LIST: &[PinDef] = &pins();
 
 /// All chips.

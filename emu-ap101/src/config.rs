@@ -10,16 +10,16 @@
 //! ```
 //! Numbers of several bytes have the lowest first.
 
-use diag::Code;
+use diag::DiagnosticCode;
 use emu_core::image::Image;
 
 use crate::isa::SPAN;
-pub use crate::modules::{Kind, Settings, Unit};
+pub use crate::modules::{ModuleKind, ModuleSettings, ModuleTimeUnit};
 
 /// Byte address of the block in an image file, and its length.
-pub const BLOCK: u32 = 0x1000;
+pub const CONFIG_ADDRESS: u32 = 0x1000;
 /// See [`BLOCK`].
-pub const LENGTH: u32 = 0x300;
+pub const CONFIG_BYTES: u32 = 0x300;
 
 /// Programs in the table.
 pub const PROGRAMS: usize = 8;
@@ -40,7 +40,7 @@ pub const HZ: u64 = 1_000_000;
 pub const DAMAGED: &str = "CFG001";
 
 /// The codes of this crate.
-pub const CODES: &[Code] = &[Code {
+pub const CONFIG_CODES: &[DiagnosticCode] = &[DiagnosticCode {
     code: DAMAGED,
     title: "the configuration block of an AP101 image is damaged",
     explain: "Bytes 1000h to 12FFh of an image for AP101 hold its configuration: channels, clock, the table of programs, timers and \
@@ -51,7 +51,7 @@ pub const CODES: &[Code] = &[Code {
 
 /// When inputs are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Inputs {
+pub enum InputSampling {
     /// All at once as a program cycle begins.
     #[default]
     Scan,
@@ -61,7 +61,7 @@ pub enum Inputs {
 
 /// A program of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Program {
+pub struct ProgramEntry {
     /// Its position in the table.
     pub entry: u8,
     /// First word.
@@ -74,9 +74,9 @@ pub struct Program {
 
 /// What the block says.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Config {
+pub struct Ap101Config {
     /// When inputs are read.
-    pub inputs: Inputs,
+    pub inputs: InputSampling,
     /// Bits of M say which programs run; else all do, in turn.
     pub reconfigurable: bool,
     /// Output channels.
@@ -88,18 +88,18 @@ pub struct Config {
     /// Machine cycles from the beginning of one program cycle to that of the next, at least; 0 is free running.
     pub period: u64,
     /// The programs that are present, in table order. None where the table names none.
-    pub programs: Vec<Program>,
+    pub programs: Vec<ProgramEntry>,
     /// What a cold start makes of the bits that enable programs, in reconfigurable mode; also of entries that are not present.
     pub enabled: [bool; PROGRAMS],
     /// The modules.
-    pub modules: [Settings; MODULES],
+    pub modules: [ModuleSettings; MODULES],
 }
 
-impl Default for Config {
+impl Default for Ap101Config {
     /// All channels, one clock of 1 MHz, free running, no modules.
-    fn default() -> Config {
-        Config {
-            inputs: Inputs::Scan,
+    fn default() -> Ap101Config {
+        Ap101Config {
+            inputs: InputSampling::Scan,
             reconfigurable: false,
             output_channels: OUTPUTS,
             input_channels: INPUTS,
@@ -107,14 +107,14 @@ impl Default for Config {
             period: 0,
             programs: Vec::new(),
             enabled: [false; PROGRAMS],
-            modules: [Settings::NONE; MODULES],
+            modules: [ModuleSettings::NONE; MODULES],
         }
     }
 }
 
 /// What is wrong with a block.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Damage {
+pub struct ConfigDamage {
     /// Byte address in the image file.
     pub addr: u32,
     /// What is wrong, one sentence.
@@ -124,12 +124,12 @@ pub struct Damage {
 }
 
 /// A block as it is read: where it is wrong is noted, and reading goes on.
-struct Reader<'a> {
+struct ConfigReader<'a> {
     bytes: &'a [u8],
-    damages: Vec<Damage>,
+    damages: Vec<ConfigDamage>,
 }
 
-impl Reader<'_> {
+impl ConfigReader<'_> {
     fn byte(&self, at: usize) -> u8 {
         self.bytes.get(at).copied().unwrap_or(0)
     }
@@ -142,19 +142,19 @@ impl Reader<'_> {
         u32::from(self.word(at)) | u32::from(self.word(at + 2)) << 16
     }
 
-    fn wrong(&mut self, at: usize, cause: String, hint: &'static str) {
-        self.damages.push(Damage { addr: BLOCK + at as u32, cause, hint });
+    fn report_damage(&mut self, at: usize, cause: String, hint: &'static str) {
+        self.damages.push(ConfigDamage { addr: CONFIG_ADDRESS + at as u32, cause, hint });
     }
 
     /// A number that is at most `most`.
     fn at_most(&mut self, at: usize, value: u16, most: u16, what: &str, hint: &'static str) -> u16 {
         if value > most {
-            self.wrong(at, format!("{what} is {value}, and the most is {most}"), hint);
+            self.report_damage(at, format!("{what} is {value}, and the most is {most}"), hint);
         }
         value.min(most)
     }
 
-    fn program(&mut self, entry: usize, enabled: &mut bool) -> Option<Program> {
+    fn program(&mut self, entry: usize, enabled: &mut bool) -> Option<ProgramEntry> {
         let at = 0x20 + 8 * entry;
         let most = SPAN as u16 - 1;
         let told = self.damages.len();
@@ -166,76 +166,76 @@ impl Reader<'_> {
             self.at_most(at + 6, self.word(at + 6), 3, &format!("the flags of {what}"), "bit 0 present, bit 1 enabled");
         if self.word(at) > self.word(at + 2) && start < most {
             let cause = format!("{what} begins at {start}, behind its last word {last}");
-            self.wrong(at + 2, cause, "the first word of a program is not behind its last one");
+            self.report_damage(at + 2, cause, "the first word of a program is not behind its last one");
         }
         if flags & 1 == 0 && self.damages.len() == told {
             for field in (at..at + 6).step_by(2).filter(|&field| self.word(field) != 0).collect::<Vec<_>>() {
                 let cause = format!("{what} is not present, and a field of it is {}", self.word(field));
-                self.wrong(field, cause, "all fields of an absent program but its flags are 0");
+                self.report_damage(field, cause, "all fields of an absent program but its flags are 0");
             }
         }
         *enabled = flags & 2 != 0;
-        (flags & 1 != 0).then_some(Program { entry: entry as u8, start, last, rx })
+        (flags & 1 != 0).then_some(ProgramEntry { entry: entry as u8, start, last, rx })
     }
 
-    fn module(&mut self, n: usize) -> Settings {
+    fn module(&mut self, n: usize) -> ModuleSettings {
         let at = 0x100 + 4 * n;
-        let kind = Kind::ALL.get(usize::from(self.byte(at))).copied();
+        let kind = ModuleKind::ALL.get(usize::from(self.byte(at))).copied();
         if kind.is_none() {
             let cause = format!("module {n} has type {}", self.byte(at));
-            self.wrong(at, cause, "types are 0 none, 1 TON, 2 TOF, 3 RTO, 4 TP, 5 CTU, 6 CTD, 7 CTC");
+            self.report_damage(at, cause, "types are 0 none, 1 TON, 2 TOF, 3 RTO, 4 TP, 5 CTU, 6 CTD, 7 CTC");
         }
-        let unit = Unit::ALL.get(usize::from(self.byte(at + 1))).copied();
+        let unit = ModuleTimeUnit::ALL.get(usize::from(self.byte(at + 1))).copied();
         if unit.is_none() {
             let cause = format!("module {n} has unit {}", self.byte(at + 1));
-            self.wrong(at + 1, cause, "units are 0 program cycle, 1 1 ms, 2 10 ms, 3 100 ms");
+            self.report_damage(at + 1, cause, "units are 0 program cycle, 1 1 ms, 2 10 ms, 3 100 ms");
         }
-        if kind == Some(Kind::None) && self.word(at + 2) != 0 {
+        if kind == Some(ModuleKind::None) && self.word(at + 2) != 0 {
             let cause = format!("module {n} is none, and its preset is {}", self.word(at + 2));
-            self.wrong(at + 2, cause, "a module of type 0 has unit 0 and preset 0");
+            self.report_damage(at + 2, cause, "a module of type 0 has unit 0 and preset 0");
         }
-        let timer = matches!(kind, None | Some(Kind::Ton | Kind::Tof | Kind::Rto | Kind::Tp));
-        if let Some(unit) = unit.filter(|&unit| unit != Unit::Cycle && !timer) {
+        let timer = matches!(kind, None | Some(ModuleKind::Ton | ModuleKind::Tof | ModuleKind::Rto | ModuleKind::Tp));
+        if let Some(unit) = unit.filter(|&unit| unit != ModuleTimeUnit::Cycle && !timer) {
             let cause = format!("module {n} is no timer, and its unit is {}", unit as u8);
-            self.wrong(at + 1, cause, "only timers have a unit of time");
+            self.report_damage(at + 1, cause, "only timers have a unit of time");
         }
-        Settings { kind: kind.unwrap_or(Kind::None), unit: unit.unwrap_or(Unit::Cycle), preset: self.word(at + 2) }
+        ModuleSettings { kind: kind.unwrap_or(ModuleKind::None), unit: unit.unwrap_or(ModuleTimeUnit::Cycle), preset: self.word(at + 2) }
     }
 }
 
-impl Config {
+impl Ap101Config {
     /// What the block in `image` says; the configuration of a machine without one where there is none.
     ///
     /// # Errors
     /// All that is wrong with the block, in order of addresses.
-    pub fn of(image: &Image) -> Result<Config, Vec<Damage>> {
+    pub fn read_config(image: &Image) -> Result<Ap101Config, Vec<ConfigDamage>> {
         let found: Vec<(u32, u8)> = image.bytes_in("config").collect();
         if found.is_empty() {
-            return Ok(Config::default());
+            return Ok(Ap101Config::default());
         }
-        let mut bytes = vec![0; LENGTH as usize];
+        let mut bytes = vec![0; CONFIG_BYTES as usize];
         image.fill("config", &mut bytes);
-        let mut reader = Reader { bytes: &bytes, damages: Vec::new() };
-        let gap = (0..LENGTH).zip(&found).find(|(wanted, (addr, _))| wanted != addr).map(|(wanted, _)| wanted);
-        if let Some(gap) = gap.or((found.len() < LENGTH as usize).then_some(found.len() as u32)) {
-            reader.wrong(
+        let mut reader = ConfigReader { bytes: &bytes, damages: Vec::new() };
+        let gap = (0..CONFIG_BYTES).zip(&found).find(|(wanted, (addr, _))| wanted != addr).map(|(wanted, _)| wanted);
+        if let Some(gap) = gap.or((found.len() < CONFIG_BYTES as usize).then_some(found.len() as u32)) {
+            reader.report_damage(
                 gap as usize,
                 "the block is not whole".to_owned(),
                 "give all bytes from 1000h to 12FFh, or none",
             );
             return Err(reader.damages);
         }
-        let config = Config::read(&mut reader);
+        let config = Ap101Config::read(&mut reader);
         reader.damages.sort_by_key(|damage| damage.addr);
         if reader.damages.is_empty() { Ok(config) } else { Err(reader.damages) }
     }
 
     /// The block that says so, [`LENGTH`] bytes. Programs stand at their positions in the table.
     #[must_use]
-    pub fn block(&self) -> Vec<u8> {
+    pub fn to_bytes(&self) -> Vec<u8> {
         let (outputs, inputs) = (self.output_channels.to_le_bytes(), self.input_channels.to_le_bytes());
         let mut block = b"AP\x01".to_vec();
-        block.extend([u8::from(self.inputs == Inputs::Live), u8::from(self.reconfigurable), 0]);
+        block.extend([u8::from(self.inputs == InputSampling::Live), u8::from(self.reconfigurable), 0]);
         block.extend([outputs, inputs, [0; 2]].concat());
         let long = |number: u64| u32::try_from(number).unwrap_or(u32::MAX).to_le_bytes();
         block.extend([long(self.hz), long(self.period)].concat());
@@ -247,28 +247,28 @@ impl Config {
             block.extend(fields.into_iter().chain([flags]).flat_map(u16::to_le_bytes));
         }
         block.resize(0x100, 0);
-        for Settings { kind, unit, preset } in self.modules {
+        for ModuleSettings { kind, unit, preset } in self.modules {
             block.extend([kind as u8, unit as u8]);
             block.extend(preset.to_le_bytes());
         }
         block
     }
 
-    fn read(reader: &mut Reader<'_>) -> Config {
+    fn read(reader: &mut ConfigReader<'_>) -> Ap101Config {
         for (at, letter) in b"AP".iter().enumerate() {
             if reader.byte(at) != *letter {
                 let cause = format!("the block does not begin with AP: {:02X} for {letter:02X}", reader.byte(at));
-                reader.wrong(at, cause, "is the image for an AP101?");
+                reader.report_damage(at, cause, "is the image for an AP101?");
             }
         }
         if reader.byte(2) != 1 {
             let cause = format!("the block is of version {}", reader.byte(2));
-            reader.wrong(2, cause, "only version 1 is known");
+            reader.report_damage(2, cause, "only version 1 is known");
         }
         for at in [5, 0xA, 0xB].into_iter().chain(0x14..0x20).chain(0x60..0x100) {
             if reader.byte(at) != 0 {
                 let cause = format!("a reserved byte is {:02X}", reader.byte(at));
-                reader.wrong(at, cause, "reserved bytes are 0");
+                reader.report_damage(at, cause, "reserved bytes are 0");
             }
         }
         let live = reader.at_most(3, reader.byte(3).into(), 1, "inputs", "inputs are 0 for scan, 1 for live");
@@ -279,12 +279,12 @@ impl Config {
         let mut enabled = [false; PROGRAMS];
         let entries = enabled.iter_mut().enumerate();
         let programs = entries.filter_map(|(entry, enabled)| reader.program(entry, enabled)).collect();
-        let mut modules = [Settings::NONE; MODULES];
+        let mut modules = [ModuleSettings::NONE; MODULES];
         for (n, settings) in modules.iter_mut().enumerate() {
             *settings = reader.module(n);
         }
-        Config {
-            inputs: if live == 1 { Inputs::Live } else { Inputs::Scan },
+        Ap101Config {
+            inputs: if live == 1 { InputSampling::Live } else { InputSampling::Scan },
             reconfigurable: mode == 1,
             output_channels,
             input_channels,

@@ -3,20 +3,20 @@
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Cpu, NEVER, Probe, Reset, Stop, Subcycle};
+use emu_core::cpu::{Cpu, NEVER, Probe, ResetCause, StopReason, Subcycle};
 use emu_core::image::Image;
-use emu_core::pins::{Level, PinId, Time};
-use emu_core::state::Damaged;
+use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::state::SnapshotDamaged;
 
-use crate::boundary::Phase;
-use crate::chips::{AP101, POWER};
-use crate::config::{Config, Inputs, MODULES, OUTPUTS, Program};
+use crate::program_cycle::ProgramPhase;
+use crate::chips::{AP101, POWER_PIN};
+use crate::config::{Ap101Config, InputSampling, MODULES, OUTPUTS, ProgramEntry};
 use crate::isa::{NOP, SPAN};
-use crate::operands::M;
-use crate::predecode::{Code, Wiring};
-use crate::soc::{CLOCKS, Soc};
-use crate::steady::Looks;
-use crate::turn::Hot;
+use crate::operands::M_START;
+use crate::predecode::{CodeMemory, AddressMap};
+use crate::soc::{CLOCKS, Ap101Soc};
+use crate::repetition::RepetitionDetector;
+use crate::executor::CoreRegisters;
 
 /// What overrides the configuration of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -24,31 +24,31 @@ pub struct Options {
     /// Clock, in Hz.
     pub hz: Option<u64>,
     /// When inputs are read.
-    pub inputs: Option<Inputs>,
+    pub inputs: Option<InputSampling>,
 }
 
 /// An AP101 with its program. A clone is a snapshot; program memory is shared until it changes.
 #[derive(Debug, Clone)]
 pub struct Ap101 {
-    pub(crate) config: Arc<Config>,
+    pub(crate) config: Arc<Ap101Config>,
     pub(crate) hz: u64,
-    pub(crate) hot: Hot,
-    pub(crate) code: Arc<Code>,
-    pub(crate) soc: Soc,
-    pub(crate) phase: Phase,
+    pub(crate) core: CoreRegisters,
+    pub(crate) code: Arc<CodeMemory>,
+    pub(crate) soc: Ap101Soc,
+    pub(crate) phase: ProgramPhase,
     /// The instruction last fetched.
     pub(crate) ric: u16,
     /// An instruction was fetched and not executed yet: RIC before that.
-    pub(crate) fetched: Option<u16>,
+    pub(crate) fetched_word: Option<u16>,
     /// The program that runs, or would; by its position among those that are present.
-    pub(crate) which: usize,
+    pub(crate) program_index: usize,
     /// The program that ran last, behind which the search for the next begins.
-    pub(crate) current: Option<usize>,
+    pub(crate) running_program: Option<usize>,
     /// Program cycles that took longer than the period.
     pub(crate) overruns: u16,
     /// The trap that stopped the last run, to be stepped over by the next.
-    pub(crate) passing: Option<u32>,
-    pub(crate) looks: Looks,
+    pub(crate) breakpoint_to_pass: Option<u32>,
+    pub(crate) repetition: RepetitionDetector,
 }
 
 impl Ap101 {
@@ -62,7 +62,7 @@ impl Ap101 {
     /// The same where some is otherwise than the image says.
     #[must_use]
     pub fn with(image: &Image, options: Options) -> Ap101 {
-        let config = Config::of(image).unwrap_or_default();
+        let config = Ap101Config::read_config(image).unwrap_or_default();
         let (hz, inputs) = (options.hz.unwrap_or(config.hz).max(1), options.inputs.unwrap_or(config.inputs));
         let mut bytes = vec![0xFF; 2 * SPAN];
         image.fill("code", &mut bytes);
@@ -71,23 +71,23 @@ impl Ap101 {
             *word = u16::from_le_bytes([pair[0], pair[1]]);
         }
         let last = (image.end("code") / 2).checked_sub(1).map(|last| last.min(SPAN as u32 - 1) as u16);
-        let whole = last.map(|last| Program { entry: 0, start: 0, last, rx: 0 });
+        let whole = last.map(|last| ProgramEntry { entry: 0, start: 0, last, rx: 0 });
         let programs = if config.programs.is_empty() { whole.into_iter().collect() } else { config.programs.clone() };
-        let soc = Soc::new(&config, inputs, hz);
+        let soc = Ap101Soc::new(&config, inputs, hz);
         let mut machine = Ap101 {
-            code: Arc::new(Code::new(words, &programs, Wiring::new(&config, inputs))),
+            code: Arc::new(CodeMemory::new(words, &programs, AddressMap::new(&config, inputs))),
             config: Arc::new(config),
             hz,
-            hot: Hot::START,
+            core: CoreRegisters::START,
             soc,
-            phase: Phase::Off,
+            phase: ProgramPhase::NoSupply,
             ric: 0,
-            fetched: None,
-            which: 0,
-            current: None,
+            fetched_word: None,
+            program_index: 0,
+            running_program: None,
             overruns: 0,
-            passing: None,
-            looks: Looks::START,
+            breakpoint_to_pass: None,
+            repetition: RepetitionDetector::START,
         };
         machine.start(true);
         machine
@@ -95,7 +95,7 @@ impl Ap101 {
 
     /// How the machine is configured.
     #[must_use]
-    pub fn config(&self) -> &Config {
+    pub fn config(&self) -> &Ap101Config {
         &self.config
     }
 
@@ -106,37 +106,37 @@ impl Ap101 {
     }
 
     /// Turns jumping over program cycles of which one is like the other on or off; it is on at first, and changes nothing but speed.
-    pub fn set_skip(&mut self, on: bool) {
-        self.looks.skip = on;
+    pub fn set_skip_idle_loops(&mut self, on: bool) {
+        self.repetition.skip_idle_loops = on;
     }
 
     /// No instruction is next: outputs are reloaded, a period is not over, no program is enabled, or there is no supply.
     #[must_use]
-    pub fn waits(&self) -> bool {
-        !matches!(self.phase, Phase::Run { .. }) || self.at_end()
+    pub fn is_waiting(&self) -> bool {
+        !matches!(self.phase, ProgramPhase::Run { .. }) || self.is_at_program_end()
     }
 
     /// An instruction was fetched, and stands in RIC to be executed.
     #[must_use]
     pub const fn has_fetched(&self) -> bool {
-        self.fetched.is_some()
+        self.fetched_word.is_some()
     }
 
     /// Runs the next subcycle, or a machine cycle in which there are none; ends as [`Cpu::step`] does.
-    pub fn step_subcycle<P: Probe>(&mut self, probe: &mut P) -> Stop {
-        struct Once;
-        impl Probe for Once {
+    pub fn step_subcycle<P: Probe>(&mut self, probe: &mut P) -> StopReason {
+        struct StopAtSubcycle;
+        impl Probe for StopAtSubcycle {
             const SUBCYCLE: bool = true;
-            fn subcycle(&mut self, _: Time, _: Subcycle, _: u32, _: u16) -> bool {
+            fn on_subcycle(&mut self, _: CycleTime, _: Subcycle, _: u32, _: u16) -> bool {
                 true
             }
         }
-        self.run_to::<_, false>(self.hot.time.now() + 1, &mut (probe, Once))
+        self.run_to::<_, false>(self.core.clock.now() + 1, &mut (probe, StopAtSubcycle))
     }
 
     /// The program that runs, or would.
-    fn program(&self) -> Option<Program> {
-        self.code.programs.get(self.which).map(|ops| ops.program)
+    fn program(&self) -> Option<ProgramEntry> {
+        self.code.programs.get(self.program_index).map(|ops| ops.program)
     }
 }
 
@@ -150,35 +150,35 @@ impl Cpu for Ap101 {
     }
 
     /// Without supply there is nothing to start.
-    fn reset(&mut self, why: Reset) {
-        if self.phase != Phase::Off {
-            self.hot.time.force();
-            self.start(why == Reset::PowerOn);
+    fn reset(&mut self, why: ResetCause) {
+        if self.phase != ProgramPhase::NoSupply {
+            self.core.clock.expire();
+            self.start(why == ResetCause::PowerOn);
         }
     }
 
     fn cycle(&self) -> u64 {
-        self.hot.time.now()
+        self.core.clock.now()
     }
 
     fn instructions(&self) -> u64 {
-        self.hot.time.instructions()
+        self.core.clock.instructions()
     }
 
     fn pc(&self) -> u32 {
-        self.hot.na % SPAN as u32
+        self.core.next_address % SPAN as u32
     }
 
     fn set_pc(&mut self, pc: u32) {
-        self.hot.na = pc % SPAN as u32;
-        (self.fetched, self.passing) = (None, None);
-        self.hot.time.force();
-        self.stir();
+        self.core.next_address = pc % SPAN as u32;
+        (self.fetched_word, self.breakpoint_to_pass) = (None, None);
+        self.core.clock.expire();
+        self.forget_repetition();
     }
 
     fn reg(&self, name: &str) -> Option<u32> {
         Some(match name.to_ascii_uppercase().as_str() {
-            "A" => self.hot.a.into(),
+            "A" => self.core.a.into(),
             "NA" => self.pc(),
             "RIC" => self.ric.into(),
             "RX" => self.program().map_or(0, |program| program.rx.into()),
@@ -190,14 +190,14 @@ impl Cpu for Ap101 {
 
     fn set_reg(&mut self, name: &str, value: u32) -> bool {
         match name.to_ascii_uppercase().as_str() {
-            "A" => self.hot.a = value & 1 != 0,
+            "A" => self.core.a = value & 1 != 0,
             "NA" => self.set_pc(value),
             "RIC" => self.ric = value as u16,
             "OVR" => self.overruns = value as u16,
             // The program table alone says what they are.
             _ => return false,
         }
-        self.stir();
+        self.forget_repetition();
         true
     }
 
@@ -207,12 +207,12 @@ impl Cpu for Ap101 {
         let module = |n: u32| self.soc.modules.get(n as usize);
         match space {
             "code" if addr < 2 * SPAN as u32 => byte(self.code.word(addr / 2)),
-            "i" if addr < u32::from(M) => Some(self.soc.get(n).into()),
+            "i" if addr < u32::from(M_START) => Some(self.soc.get(n).into()),
             "e" if addr < u32::from(OUTPUTS) => Some(self.soc.output(n).into()),
-            "m" if addr < 512 => Some(self.soc.get(M + n).into()),
+            "m" if addr < 512 => Some(self.soc.get(M_START + n).into()),
             "r" if addr < 384 => Some(match (module(addr % MODULES as u32)?, addr / MODULES as u32) {
                 (module, 0) => module.q(now).into(),
-                (module, 1) => module.running(now).into(),
+                (module, 1) => module.is_running(now).into(),
                 _ => 0,
             }),
             "preset" => byte(module(addr / 2)?.preset()),
@@ -231,9 +231,9 @@ impl Cpu for Ap101 {
                 bytes[addr as usize % 2] = value;
                 Arc::make_mut(&mut self.code).poke(addr / 2, u16::from_le_bytes(bytes));
             }
-            "i" if addr < u32::from(M) && !self.soc.live() => self.soc.set(n, bit),
-            "e" if addr < u32::from(OUTPUTS) => _ = self.soc.set_output(n, bit, Time::at(now)),
-            "m" if addr < 512 => self.soc.set(M + n, bit),
+            "i" if addr < u32::from(M_START) && !self.soc.reads_inputs_live() => self.soc.set(n, bit),
+            "e" if addr < u32::from(OUTPUTS) => _ = self.soc.set_output(n, bit, CycleTime::at(now)),
+            "m" if addr < 512 => self.soc.set(M_START + n, bit),
             "preset" if addr < 2 * MODULES as u32 => {
                 let module = self.soc.module_mut(n / 2);
                 let mut bytes = module.preset().to_le_bytes();
@@ -250,19 +250,19 @@ impl Cpu for Ap101 {
             }
             _ => return false,
         }
-        self.stir();
+        self.forget_repetition();
         true
     }
 
-    fn trap(&mut self, pc: u32, on: bool) {
+    fn set_breakpoint(&mut self, pc: u32, on: bool) {
         let pc = pc % SPAN as u32;
-        if self.code.has_trap(pc) != on {
-            Arc::make_mut(&mut self.code).trap(pc, on);
-            self.passing = self.passing.filter(|&passing| on || passing != pc);
+        if self.code.has_breakpoint(pc) != on {
+            Arc::make_mut(&mut self.code).set_breakpoint(pc, on);
+            self.breakpoint_to_pass = self.breakpoint_to_pass.filter(|&passing| on || passing != pc);
         }
     }
 
-    fn level(&self, pin: PinId) -> Level {
+    fn pin_level(&self, pin: PinId) -> PinLevel {
         self.soc.level(pin)
     }
 
@@ -270,52 +270,52 @@ impl Cpu for Ap101 {
         self.soc.has_pin(pin)
     }
 
-    fn shown_pins(&self) -> Vec<PinId> {
+    fn pins_to_show(&self) -> Vec<PinId> {
         let all = 0..self.chip().pins.len() as PinId;
         if !self.soc.has_all_channels() {
             return all.filter(|pin| self.has_pin(*pin)).collect();
         }
         let named = self.code.channels();
-        all.filter(|pin| *pin >= POWER && self.has_pin(*pin) || named.contains(pin)).collect()
+        all.filter(|pin| *pin >= POWER_PIN && self.has_pin(*pin) || named.contains(pin)).collect()
     }
 
-    fn drive(&mut self, at: Time, pin: PinId, level: Level) {
+    fn drive(&mut self, at: CycleTime, pin: PinId, level: PinLevel) {
         let clock = at.cycle.saturating_mul(CLOCKS).saturating_add(at.phase.into());
-        let now = CLOCKS * self.cycle() + u64::from(self.fetched.is_some());
+        let now = CLOCKS * self.cycle() + u64::from(self.fetched_word.is_some());
         self.soc.drive(clock.max(now).min(NEVER - 1), pin, level);
     }
 
     /// M is 0 after a cold start, so no bit of it is ever unknown.
-    fn ram_at(&self, _: u32) -> Option<u32> {
+    fn canonical_ram_address(&self, _: u32) -> Option<u32> {
         None
     }
 
     fn save(&self) -> Vec<u8> {
-        self.to_bytes()
+        self.to_snapshot()
     }
 
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), Damaged> {
-        *self = self.of_bytes(bytes)?;
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
+        *self = self.from_snapshot(bytes)?;
         Ok(())
     }
 
-    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
+    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
         self.run_to::<P, true>(until, probe)
     }
 
-    fn insist(&mut self, on: bool) {
-        self.looks.insists = on;
+    fn set_run_while_halted(&mut self, on: bool) {
+        self.repetition.run_while_halted = on;
     }
 
     /// Goes on also where nothing changes any more, and [`Cpu::run`] halts.
-    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
+    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
         let now = self.cycle();
         // Where no instruction is next, on to where one is, or to what is due before.
         let next = match self.phase {
-            _ if self.fetched.is_some() => now,
-            Phase::Reload { from, .. } => from + self.soc.channels(),
-            Phase::Ready { at } => at,
-            Phase::Off | Phase::Run { .. } => now,
+            _ if self.fetched_word.is_some() => now,
+            ProgramPhase::Reload { from, .. } => from + self.soc.channels(),
+            ProgramPhase::Ready { at } => at,
+            ProgramPhase::NoSupply | ProgramPhase::Run { .. } => now,
         };
         let due = self.soc.next().div_ceil(CLOCKS);
         self.run_to::<P, false>(next.min(due).min(until).max(now + 1), probe)

@@ -2,10 +2,10 @@
 
 use emu_core::machine::BitOps;
 
-use crate::operands::{A, Cell, D, Place, Target, X};
+use crate::operands::{A, CellOperand, D, BitAddress, JumpTarget, X};
 
 /// A machine that instructions run on.
-pub(crate) trait Ap101 {
+pub(crate) trait Ap101Machine {
     /// A bit.
     type Bit: BitOps;
 
@@ -22,143 +22,143 @@ pub(crate) trait Ap101 {
     /// Writes a bit of memory.
     fn set_cell(&mut self, cell: u16, bit: Self::Bit);
     /// Reads what stands at a place.
-    fn read(&mut self, place: Place) -> Self::Bit;
+    fn read_bit(&mut self, place: BitAddress) -> Self::Bit;
     /// Writes to a place where `condition` holds; else nothing is written.
-    fn write_if(&mut self, condition: Self::Bit, place: Place, bit: Self::Bit);
+    fn write_bit_if(&mut self, condition: Self::Bit, place: BitAddress, bit: Self::Bit);
     /// Writes to a place. `orders`: a preset port takes it for an order to read the word behind.
-    fn store(&mut self, place: Place, bit: Self::Bit, orders: bool);
+    fn store_bit(&mut self, place: BitAddress, bit: Self::Bit, orders: bool);
     /// NA becomes `target` where `condition` holds.
     fn jump_if(&mut self, condition: Self::Bit, target: u16);
 }
 
 /// An address in whatever form an op has it.
-pub(crate) trait Address: Copy {
+pub(crate) trait BitOperand: Copy {
     /// Reads the bit.
-    fn read<M: Ap101>(self, m: &mut M) -> M::Bit;
+    fn read<M: Ap101Machine>(self, m: &mut M) -> M::Bit;
     /// Stores a bit; `orders` as in [`Ap101::store`].
-    fn store<M: Ap101>(self, m: &mut M, bit: M::Bit, orders: bool);
+    fn store<M: Ap101Machine>(self, m: &mut M, bit: M::Bit, orders: bool);
     /// Writes a bit where `condition` holds.
-    fn write_if<M: Ap101>(self, m: &mut M, condition: M::Bit, bit: M::Bit);
+    fn write_if<M: Ap101Machine>(self, m: &mut M, condition: M::Bit, bit: M::Bit);
 }
 
 macro_rules! addresses {
     ($($name:ident)*) => { $(
-        impl Address for $name {
+        impl BitOperand for $name {
             #[inline(always)]
-            fn read<M: Ap101>(self, m: &mut M) -> M::Bit {
-                m.read(self.0)
+            fn read<M: Ap101Machine>(self, m: &mut M) -> M::Bit {
+                m.read_bit(self.0)
             }
             #[inline(always)]
-            fn store<M: Ap101>(self, m: &mut M, bit: M::Bit, orders: bool) {
-                m.store(self.0, bit, orders);
+            fn store<M: Ap101Machine>(self, m: &mut M, bit: M::Bit, orders: bool) {
+                m.store_bit(self.0, bit, orders);
             }
             #[inline(always)]
-            fn write_if<M: Ap101>(self, m: &mut M, condition: M::Bit, bit: M::Bit) {
-                m.write_if(condition, self.0, bit);
+            fn write_if<M: Ap101Machine>(self, m: &mut M, condition: M::Bit, bit: M::Bit) {
+                m.write_bit_if(condition, self.0, bit);
             }
         }
     )* };
 }
 addresses! { A X }
 
-impl Address for Cell {
+impl BitOperand for CellOperand {
     #[inline(always)]
-    fn read<M: Ap101>(self, m: &mut M) -> M::Bit {
+    fn read<M: Ap101Machine>(self, m: &mut M) -> M::Bit {
         m.cell(self.0)
     }
     #[inline(always)]
-    fn store<M: Ap101>(self, m: &mut M, bit: M::Bit, _: bool) {
+    fn store<M: Ap101Machine>(self, m: &mut M, bit: M::Bit, _: bool) {
         m.set_cell(self.0, bit);
     }
     #[inline(always)]
-    fn write_if<M: Ap101>(self, m: &mut M, condition: M::Bit, bit: M::Bit) {
+    fn write_if<M: Ap101Machine>(self, m: &mut M, condition: M::Bit, bit: M::Bit) {
         let old = m.cell(self.0);
         m.set_cell(self.0, (old & !condition) | (bit & condition));
     }
 }
 
 #[inline(always)]
-pub(crate) fn load<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn load<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = a.read(m);
     m.set_a(bit);
 }
 
 #[inline(always)]
-pub(crate) fn load_not<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn load_not<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = a.read(m);
     m.set_a(!bit);
 }
 
 #[inline(always)]
-pub(crate) fn store<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn store<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = m.a();
     a.store(m, bit, true);
 }
 
 #[inline(always)]
-pub(crate) fn store_not<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn store_not<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = !m.a();
     a.store(m, bit, false);
 }
 
 #[inline(always)]
-pub(crate) fn put_if<M: Ap101>(m: &mut M, a: impl Address, value: bool) {
+pub(crate) fn store_if<M: Ap101Machine>(m: &mut M, a: impl BitOperand, value: bool) {
     let condition = m.a();
     a.write_if(m, condition, M::bit(value));
 }
 
 #[inline(always)]
-pub(crate) fn and<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn and<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = a.read(m);
     m.set_a(m.a() & bit);
 }
 
 #[inline(always)]
-pub(crate) fn and_not<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn and_not<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = a.read(m);
     m.set_a(m.a() & !bit);
 }
 
 #[inline(always)]
-pub(crate) fn or<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn or<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = a.read(m);
     m.set_a(m.a() | bit);
 }
 
 #[inline(always)]
-pub(crate) fn or_not<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn or_not<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = a.read(m);
     m.set_a(m.a() | !bit);
 }
 
 #[inline(always)]
-pub(crate) fn xor<M: Ap101>(m: &mut M, a: impl Address) {
+pub(crate) fn xor<M: Ap101Machine>(m: &mut M, a: impl BitOperand) {
     let bit = a.read(m);
     m.set_a(m.a() ^ bit);
 }
 
 #[inline(always)]
-pub(crate) fn not<M: Ap101>(m: &mut M) {
+pub(crate) fn not<M: Ap101Machine>(m: &mut M) {
     m.set_a(!m.a());
 }
 
 #[inline(always)]
-pub(crate) fn clear<M: Ap101>(m: &mut M) {
+pub(crate) fn clear<M: Ap101Machine>(m: &mut M) {
     m.set_a(M::bit(false));
 }
 
 #[inline(always)]
-pub(crate) fn jump<M: Ap101>(m: &mut M, t: Target) {
+pub(crate) fn jump<M: Ap101Machine>(m: &mut M, t: JumpTarget) {
     m.jump_if(M::bit(true), t.0);
 }
 
 #[inline(always)]
-pub(crate) fn jump_if<M: Ap101>(m: &mut M, t: Target) {
+pub(crate) fn jump_if<M: Ap101Machine>(m: &mut M, t: JumpTarget) {
     m.jump_if(m.a(), t.0);
 }
 
 #[inline(always)]
-pub(crate) fn nop<M: Ap101>(_: &mut M) {}
+pub(crate) fn nop<M: Ap101Machine>(_: &mut M) {}
 
 #[inline(always)]
-pub(crate) fn data<M: Ap101>(_: &mut M, _: D) {}
+pub(crate) fn data<M: Ap101Machine>(_: &mut M, _: D) {}

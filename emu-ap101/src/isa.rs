@@ -4,10 +4,10 @@
 //! instruction with an address has two rows, one for each addressing mode: direct, and relative to the index register. A direct
 //! address that is a plain bit of memory has a kind of its own.
 
-use emu_core::chip::Isa;
-use emu_core::table::{Alias, EncodeError, Flow, Line, Op, Row, Site, disassemble as disassemble_line};
+use emu_core::chip::InstructionSet;
+use emu_core::table::{SyntaxAlias, EncodeError, FlowKind, DisassembledInstruction, PredecodedOp, InstructionRow, InstructionLocation, disassemble as disassemble_line};
 
-use crate::operands::{A, D, Target, X};
+use crate::operands::{A, D, JumpTarget, X};
 
 /// Hands every row to `callback!`, after the tokens of `{ .. }`. Columns: name, mnemonic, syntax, pattern, operands, machine cycles,
 /// registers written, body, kind for plain bits of memory.
@@ -34,13 +34,13 @@ macro_rules! ap101_table {
     /// Store the complement of A, relative to RX.
     StocX   "stoc"  "a,X"  "0011 1aaa aaaa aaaa" (a: X)       "1"  ""   => store_not(a);
     /// Set the bit if A is 1.
-    Stc     "stc"   "a"    "0100 0aaa aaaa aaaa" (a: A)       "1"  ""   => put_if(a, true), StcCell;
+    Stc     "stc"   "a"    "0100 0aaa aaaa aaaa" (a: A)       "1"  ""   => store_if(a, true), StcCell;
     /// Set the bit if A is 1, relative to RX.
-    StcX    "stc"   "a,X"  "0100 1aaa aaaa aaaa" (a: X)       "1"  ""   => put_if(a, true);
+    StcX    "stc"   "a,X"  "0100 1aaa aaaa aaaa" (a: X)       "1"  ""   => store_if(a, true);
     /// Clear the bit if A is 1.
-    Rtc     "rtc"   "a"    "0101 0aaa aaaa aaaa" (a: A)       "1"  ""   => put_if(a, false), RtcCell;
+    Rtc     "rtc"   "a"    "0101 0aaa aaaa aaaa" (a: A)       "1"  ""   => store_if(a, false), RtcCell;
     /// Clear the bit if A is 1, relative to RX.
-    RtcX    "rtc"   "a,X"  "0101 1aaa aaaa aaaa" (a: X)       "1"  ""   => put_if(a, false);
+    RtcX    "rtc"   "a,X"  "0101 1aaa aaaa aaaa" (a: X)       "1"  ""   => store_if(a, false);
     /// And A with the bit.
     And     "and"   "a"    "0110 0aaa aaaa aaaa" (a: A)       "1"  "A"  => and(a), AndCell;
     /// And A with the bit, relative to RX.
@@ -66,13 +66,13 @@ macro_rules! ap101_table {
     /// Clear A.
     Clr     "clr"   ""     "1100 ---- ---- ----" ()           "1"  "A"  => clear();
     /// Jump.
-    Jmp     "jmp"   "t"    "1101 0ttt tttt tttt" (t: Target)  "1"  ""   => jump(t);
+    Jmp     "jmp"   "t"    "1101 0ttt tttt tttt" (t: JumpTarget)  "1"  ""   => jump(t);
     /// Jump, relative to RX.
-    JmpX    "jmp"   "t,X"  "1101 1ttt tttt tttt" (t: Target)  "1"  ""   => jump(t);
+    JmpX    "jmp"   "t,X"  "1101 1ttt tttt tttt" (t: JumpTarget)  "1"  ""   => jump(t);
     /// Jump if A is 1.
-    Jmpc    "jmpc"  "t"    "1110 0ttt tttt tttt" (t: Target)  "1"  ""   => jump_if(t);
+    Jmpc    "jmpc"  "t"    "1110 0ttt tttt tttt" (t: JumpTarget)  "1"  ""   => jump_if(t);
     /// Jump if A is 1, relative to RX.
-    JmpcX   "jmpc"  "t,X"  "1110 1ttt tttt tttt" (t: Target)  "1"  ""   => jump_if(t);
+    JmpcX   "jmpc"  "t,X"  "1110 1ttt tttt tttt" (t: JumpTarget)  "1"  ""   => jump_if(t);
     /// No operation.
     Nop     "nop"   ""     "1111 1111 1111 1111" ()           "1"  ""   => nop();
     /// No operation; with bit 11 clear the field is what a store into a preset port before it takes. Written as a word.
@@ -84,17 +84,17 @@ pub(crate) use ap101_table;
 ap101_table!(emu_core::define_isa {});
 
 /// The table as tools see it. A blank memory is NOPs.
-pub const ISA: Isa = Isa {
+pub const ISA: InstructionSet = InstructionSet {
     disassemble,
-    erased: NOP,
+    erased_word: NOP,
     rows: ROWS,
     word_bits: WORD_BITS,
     aliases: ALIASES,
-    site: |pc, _| site(pc),
-    lacks: |_| false,
+    locate: |pc, _| site(pc),
+    is_missing: |_| false,
     flow: |row| match KINDS.get(row) {
-        Some(Kind::Jmpc | Kind::JmpcX) => Flow::Either,
-        _ => Flow::Straight,
+        Some(Kind::Jmpc | Kind::JmpcX) => FlowKind::Conditional,
+        _ => FlowKind::Straight,
     },
 };
 
@@ -102,7 +102,7 @@ pub const ISA: Isa = Isa {
 pub const NOP: u16 = 0xFFFF;
 
 /// Other spellings that the assembler takes: none.
-pub const ALIASES: &[Alias] = &[];
+pub const ALIASES: &[SyntaxAlias] = &[];
 
 /// Bits of a program word.
 pub const WORD_BITS: u32 = 16;
@@ -115,13 +115,13 @@ pub const INDEXED: u16 = 0x800;
 
 /// The row of the instruction `word`, and its kind. Every word is an instruction.
 #[must_use]
-pub fn row_of(word: u16) -> (&'static Row, Kind) {
-    let (i, _) = emu_core::table::find(ROWS, WORD_BITS, &[word]).unwrap_or((ROWS.len() - 1, 0));
+pub fn find_row(word: u16) -> (&'static InstructionRow, Kind) {
+    let (i, _) = emu_core::table::find_row(ROWS, WORD_BITS, &[word]).unwrap_or((ROWS.len() - 1, 0));
     (&ROWS[i], KINDS[i])
 }
 
-const fn site(pc: u32) -> Site {
-    Site { pc, len: 1, next_len: 1, pc_mask: SPAN as u32 - 1 }
+const fn site(pc: u32) -> InstructionLocation {
+    InstructionLocation { pc, len: 1, next_len: 1, pc_mask: SPAN as u32 - 1 }
 }
 
 /// The word of an instruction. Operands come in row order: addresses and targets by their eleven bits.
@@ -135,7 +135,7 @@ pub fn encode(kind: Kind, operands: &[i32]) -> Result<u16, EncodeError> {
 
 /// Disassembles the instruction at the front of `words`, which stands at `pc`, with its mnemonic in capitals, as the source has them.
 #[must_use]
-pub fn disassemble(words: &[u16], pc: u32) -> Line {
+pub fn disassemble(words: &[u16], pc: u32) -> DisassembledInstruction {
     let mut line = disassemble_line(ROWS, WORD_BITS, words, &site(pc));
     // Behind a word that is written as such the instruction is a comment.
     let first = line.text.find("; ").map_or(0, |comment| comment + 2);
@@ -149,7 +149,7 @@ pub fn disassemble(words: &[u16], pc: u32) -> Line {
 }
 
 /// A predecoded instruction.
-pub type Ap101Op = Op<Kind>;
+pub type Ap101Op = PredecodedOp<Kind>;
 
 #[cfg(test)]
 mod tests {
@@ -162,6 +162,6 @@ mod tests {
 
     #[test]
     fn every_word_is_an_instruction() {
-        assert!((0..=u16::MAX).all(|word| emu_core::table::find(ROWS, WORD_BITS, &[word]).is_some()));
+        assert!((0..=u16::MAX).all(|word| emu_core::table::find_row(ROWS, WORD_BITS, &[word]).is_some()));
     }
 }

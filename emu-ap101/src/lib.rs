@@ -13,14 +13,14 @@ pub mod isa;
 pub mod modules;
 pub mod operands;
 
-mod boundary;
+mod program_cycle;
 mod cpu;
 mod exec;
 mod predecode;
 mod soc;
 mod state;
-mod steady;
-mod turn;
+mod repetition;
+mod executor;
 
-pub use config::{Config, Inputs};
+pub use config::{Ap101Config, InputSampling};
 pub use cpu::{Ap101, Options};

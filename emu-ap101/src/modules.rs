@@ -5,11 +5,11 @@
 //! same name of ladder diagrams (docs/semantics.md, dialect `ldmicro-2.3`) with the preset as P: numbers of 16 bits with a sign.
 
 use emu_core::NEVER;
-use emu_core::state::{Damaged, State, Tape};
+use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 
 /// What a module is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kind {
+pub enum ModuleKind {
     /// Nothing.
     None,
     /// On-delay.
@@ -28,20 +28,20 @@ pub enum Kind {
     Ctc,
 }
 
-impl Kind {
+impl ModuleKind {
     /// By the numbers that the configuration has for them.
-    pub const ALL: [Kind; 8] = [Kind::None, Kind::Ton, Kind::Tof, Kind::Rto, Kind::Tp, Kind::Ctu, Kind::Ctd, Kind::Ctc];
+    pub const ALL: [ModuleKind; 8] = [ModuleKind::None, ModuleKind::Ton, ModuleKind::Tof, ModuleKind::Rto, ModuleKind::Tp, ModuleKind::Ctu, ModuleKind::Ctd, ModuleKind::Ctc];
 
     /// It counts rising edges of what is written.
     #[must_use]
-    pub const fn counts(self) -> bool {
-        matches!(self, Kind::Ctu | Kind::Ctd | Kind::Ctc)
+    pub const fn is_counter(self) -> bool {
+        matches!(self, ModuleKind::Ctu | ModuleKind::Ctd | ModuleKind::Ctc)
     }
 }
 
 /// In what a module times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Unit {
+pub enum ModuleTimeUnit {
     /// Program cycles in which it is written.
     Cycle,
     /// 1 ms.
@@ -52,36 +52,36 @@ pub enum Unit {
     Ms100,
 }
 
-impl Unit {
+impl ModuleTimeUnit {
     /// By the numbers that the configuration has for them.
-    pub const ALL: [Unit; 4] = [Unit::Cycle, Unit::Ms1, Unit::Ms10, Unit::Ms100];
+    pub const ALL: [ModuleTimeUnit; 4] = [ModuleTimeUnit::Cycle, ModuleTimeUnit::Ms1, ModuleTimeUnit::Ms10, ModuleTimeUnit::Ms100];
 
     /// Milliseconds; 0 for program cycles.
     #[must_use]
     pub const fn ms(self) -> u64 {
         match self {
-            Unit::Cycle => 0,
-            Unit::Ms1 => 1,
-            Unit::Ms10 => 10,
-            Unit::Ms100 => 100,
+            ModuleTimeUnit::Cycle => 0,
+            ModuleTimeUnit::Ms1 => 1,
+            ModuleTimeUnit::Ms10 => 10,
+            ModuleTimeUnit::Ms100 => 100,
         }
     }
 }
 
 /// How a module is configured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Settings {
+pub struct ModuleSettings {
     /// What it is.
-    pub kind: Kind,
+    pub kind: ModuleKind,
     /// In what it times; of no meaning to counters.
-    pub unit: Unit,
+    pub unit: ModuleTimeUnit,
     /// Units, or the count, at which it switches.
     pub preset: u16,
 }
 
-impl Settings {
+impl ModuleSettings {
     /// No module.
-    pub const NONE: Settings = Settings { kind: Kind::None, unit: Unit::Cycle, preset: 0 };
+    pub const NONE: ModuleSettings = ModuleSettings { kind: ModuleKind::None, unit: ModuleTimeUnit::Cycle, preset: 0 };
 }
 
 /// A thousand clocks are this many machine cycles: a machine cycle has two.
@@ -89,71 +89,71 @@ const CYCLES_PER_1000_CLOCKS: u64 = 500;
 
 /// A module. Times are machine cycles.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Module {
-    settings: Settings,
+pub struct Ap101Module {
+    settings: ModuleSettings,
     hz: u64,
     preset: u16,
     /// What was written last: its enable, or the input of a counter.
-    level: bool,
+    input: bool,
     /// TOF: it has fallen and not risen since. TP: a pulse was begun.
     begun: bool,
     /// The cycle from which it measures.
     since: u64,
     /// RTO: cycles measured before that.
-    kept: u64,
+    accumulated: u64,
     /// Program cycles or edges.
     count: i16,
     /// Q as the last write left it, where that decides.
-    out: bool,
+    output: bool,
     /// TOF in program cycles: it has been written before.
-    ran: bool,
+    was_written: bool,
     /// The program cycle in which it advanced last, by its first machine cycle.
-    advanced: Option<u64>,
+    advanced_in: Option<u64>,
 }
 
 /// That it has advanced counts only in the program cycle that has begun at [`Tape::now`].
-impl State for Module {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
-        let Module { settings: _, hz: _, preset, level, begun, since, kept, count, out, ran, advanced } = self;
+impl SnapshotState for Ap101Module {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        let Ap101Module { settings: _, hz: _, preset, input: level, begun, since, accumulated: kept, count, output: out, was_written: ran, advanced_in: advanced } = self;
         let mut word = *count as u16;
-        preset.state(tape)?;
-        level.state(tape)?;
-        begun.state(tape)?;
-        since.state(tape)?;
-        kept.state(tape)?;
-        word.state(tape)?;
-        out.state(tape)?;
-        ran.state(tape)?;
-        let this = tape.flag(*advanced == Some(tape.now()))?;
+        preset.pass_state(tape)?;
+        level.pass_state(tape)?;
+        begun.pass_state(tape)?;
+        since.pass_state(tape)?;
+        kept.pass_state(tape)?;
+        word.pass_state(tape)?;
+        out.pass_state(tape)?;
+        ran.pass_state(tape)?;
+        let this = tape.pass_flag(*advanced == Some(tape.now()))?;
         *advanced = this.then_some(tape.now());
         *count = word as i16;
-        tape.demand(*since != NEVER && *kept != NEVER)
+        tape.require(*since != NEVER && *kept != NEVER)
     }
 }
 
-impl Module {
+impl Ap101Module {
     /// A module at zero, on a machine with a clock of `hz`.
     #[must_use]
-    pub const fn new(settings: Settings, hz: u64) -> Module {
-        Module {
+    pub const fn new(settings: ModuleSettings, hz: u64) -> Ap101Module {
+        Ap101Module {
             settings,
             hz,
             preset: settings.preset,
-            level: false,
+            input: false,
             begun: false,
             since: 0,
-            kept: 0,
+            accumulated: 0,
             count: 0,
-            out: false,
-            ran: false,
-            advanced: None,
+            output: false,
+            was_written: false,
+            advanced_in: None,
         }
     }
 
     /// There is one.
     #[must_use]
     pub fn exists(&self) -> bool {
-        self.settings.kind != Kind::None
+        self.settings.kind != ModuleKind::None
     }
 
     /// The preset as it stands.
@@ -168,23 +168,23 @@ impl Module {
     }
 
     /// It measures time.
-    fn timed(&self) -> bool {
-        !self.settings.kind.counts() && self.settings.unit != Unit::Cycle
+    fn is_timed_in_ms(&self) -> bool {
+        !self.settings.kind.is_counter() && self.settings.unit != ModuleTimeUnit::Cycle
     }
 
     /// Machine cycles that it has measured by `cycle`.
     fn elapsed(&self, cycle: u64) -> u64 {
         let measured = cycle.saturating_sub(self.since);
         match self.settings.kind {
-            Kind::Ton if self.level => measured,
-            Kind::Tof | Kind::Tp if self.begun => measured,
-            Kind::Rto => self.kept + if self.level { measured } else { 0 },
+            ModuleKind::Ton if self.input => measured,
+            ModuleKind::Tof | ModuleKind::Tp if self.begun => measured,
+            ModuleKind::Rto => self.accumulated + if self.input { measured } else { 0 },
             _ => 0,
         }
     }
 
     /// As many units have passed as the preset has: elapsed clocks / hz >= preset * unit.
-    fn reached(&self, cycle: u64) -> bool {
+    fn has_elapsed(&self, cycle: u64) -> bool {
         let wanted = u64::from(self.preset) * self.settings.unit.ms() * self.hz;
         self.elapsed(cycle) >= wanted.div_ceil(1_000_000 / CYCLES_PER_1000_CLOCKS)
     }
@@ -192,34 +192,34 @@ impl Module {
     /// Q at a machine cycle.
     #[must_use]
     pub fn q(&self, cycle: u64) -> bool {
-        if !self.timed() {
-            return self.out;
+        if !self.is_timed_in_ms() {
+            return self.output;
         }
         match self.settings.kind {
-            Kind::Ton => self.level && self.reached(cycle),
-            Kind::Tof => self.level || self.begun && !self.reached(cycle),
-            Kind::Rto => self.reached(cycle),
-            Kind::Tp => self.begun && !self.reached(cycle),
+            ModuleKind::Ton => self.input && self.has_elapsed(cycle),
+            ModuleKind::Tof => self.input || self.begun && !self.has_elapsed(cycle),
+            ModuleKind::Rto => self.has_elapsed(cycle),
+            ModuleKind::Tp => self.begun && !self.has_elapsed(cycle),
             _ => false,
         }
     }
 
     /// It is timing, or has a count that is not 0.
     #[must_use]
-    pub fn running(&self, cycle: u64) -> bool {
+    pub fn is_running(&self, cycle: u64) -> bool {
         match self.settings.kind {
-            Kind::Ton | Kind::Rto => self.level && !self.q(cycle),
-            Kind::Tof => !self.level && self.q(cycle),
-            Kind::Tp => self.q(cycle),
-            Kind::Ctu | Kind::Ctd | Kind::Ctc => self.count != 0,
-            Kind::None => false,
+            ModuleKind::Ton | ModuleKind::Rto => self.input && !self.q(cycle),
+            ModuleKind::Tof => !self.input && self.q(cycle),
+            ModuleKind::Tp => self.q(cycle),
+            ModuleKind::Ctu | ModuleKind::Ctd | ModuleKind::Ctc => self.count != 0,
+            ModuleKind::None => false,
         }
     }
 
     /// Whole units that it has measured, at most 65,535; the count.
     #[must_use]
     pub fn value(&self, cycle: u64) -> u16 {
-        if !self.timed() {
+        if !self.is_timed_in_ms() {
             return self.count as u16;
         }
         let unit = u128::from(self.settings.unit.ms()) * u128::from(self.hz);
@@ -229,14 +229,14 @@ impl Module {
 
     /// From the machine cycle `now` on it does what `before`, itself as it was then, did from the earlier cycle `then` on, if presets
     /// stay and it is written alike: it began to measure anew on the way, or has no more to wait for.
-    pub(crate) fn goes_on_as(&self, now: u64, before: &Module, then: u64) -> bool {
-        let since = |since| Module { since, advanced: self.advanced, ..before.clone() };
-        let waits = self.timed() && !before.reached(then) && self.elapsed(now) != before.elapsed(then);
+    pub(crate) fn repeats_as(&self, now: u64, before: &Ap101Module, then: u64) -> bool {
+        let since = |since| Ap101Module { since, advanced_in: self.advanced_in, ..before.clone() };
+        let waits = self.is_timed_in_ms() && !before.has_elapsed(then) && self.elapsed(now) != before.elapsed(then);
         *self == since(before.since + (now - then)) || !waits && *self == since(before.since)
     }
 
     /// It has done for `cycles` more, round by round, what it did in a round that began at the cycle `then`.
-    pub(crate) const fn repeat(&mut self, then: u64, cycles: u64) {
+    pub(crate) const fn shift_time(&mut self, then: u64, cycles: u64) {
         if self.since > then {
             self.since += cycles;
         }
@@ -244,23 +244,23 @@ impl Module {
 
     /// It is written; the new level holds from the machine cycle `cycle` on, in the program cycle that began at `begun`.
     pub fn write(&mut self, level: bool, cycle: u64, begun: u64) {
-        let (rises, falls) = (level && !self.level, !level && self.level);
-        if self.settings.kind.counts() {
-            self.count(level, rises);
-        } else if self.timed() {
-            self.time(rises, falls, cycle);
-        } else if self.advanced.replace(begun) != Some(begun) {
+        let (rises, falls) = (level && !self.input, !level && self.input);
+        if self.settings.kind.is_counter() {
+            self.update_counter(level, rises);
+        } else if self.is_timed_in_ms() {
+            self.update_timer(rises, falls, cycle);
+        } else if self.advanced_in.replace(begun) != Some(begun) {
             self.advance(level, rises);
         }
-        self.level = level;
+        self.input = level;
     }
 
-    fn time(&mut self, rises: bool, falls: bool, cycle: u64) {
+    fn update_timer(&mut self, rises: bool, falls: bool, cycle: u64) {
         match self.settings.kind {
-            Kind::Ton | Kind::Rto if rises => self.since = cycle,
-            Kind::Rto if falls => self.kept = self.elapsed(cycle),
-            Kind::Tof if rises || falls => (self.begun, self.since) = (falls, cycle),
-            Kind::Tp if rises && !self.q(cycle) => (self.begun, self.since) = (true, cycle),
+            ModuleKind::Ton | ModuleKind::Rto if rises => self.since = cycle,
+            ModuleKind::Rto if falls => self.accumulated = self.elapsed(cycle),
+            ModuleKind::Tof if rises || falls => (self.begun, self.since) = (falls, cycle),
+            ModuleKind::Tp if rises && !self.q(cycle) => (self.begun, self.since) = (true, cycle),
             _ => {}
         }
     }
@@ -270,78 +270,78 @@ impl Module {
         self.preset as i16
     }
 
-    fn count(&mut self, level: bool, rises: bool) {
+    fn update_counter(&mut self, level: bool, rises: bool) {
         let n = self.count;
         self.count = match self.settings.kind {
-            Kind::Ctu if rises => n.wrapping_add(1),
-            Kind::Ctd if rises => n.wrapping_sub(1),
-            Kind::Ctc if rises && n >= self.limit() => 0,
-            Kind::Ctc if rises => n + 1,
+            ModuleKind::Ctu if rises => n.wrapping_add(1),
+            ModuleKind::Ctd if rises => n.wrapping_sub(1),
+            ModuleKind::Ctc if rises && n >= self.limit() => 0,
+            ModuleKind::Ctc if rises => n + 1,
             _ => n,
         };
-        self.out = if self.settings.kind == Kind::Ctc { level } else { self.count >= self.limit() };
+        self.output = if self.settings.kind == ModuleKind::Ctc { level } else { self.count >= self.limit() };
     }
 
     /// One program cycle of a timer.
     fn advance(&mut self, level: bool, rises: bool) {
         let limit = self.limit();
         // The first time that a TOF runs it has run out already.
-        if !std::mem::replace(&mut self.ran, true) && self.settings.kind == Kind::Tof {
+        if !std::mem::replace(&mut self.was_written, true) && self.settings.kind == ModuleKind::Tof {
             self.count = limit;
         }
         let full = self.count >= limit;
         let busy = match self.settings.kind {
-            Kind::Ton => {
-                self.out = level && full;
+            ModuleKind::Ton => {
+                self.output = level && full;
                 level && !full
             }
-            Kind::Tof => {
-                self.out = level || !full;
+            ModuleKind::Tof => {
+                self.output = level || !full;
                 !level && !full
             }
-            Kind::Rto => {
-                self.out = full;
+            ModuleKind::Rto => {
+                self.output = full;
                 level && !full
             }
-            Kind::Tp => {
+            ModuleKind::Tp => {
                 let again = rises && (full || !self.begun);
                 self.count = if again { 0 } else { self.count };
                 self.begun = if again { 0 < limit } else { self.begun && !full };
-                self.out = self.begun;
+                self.output = self.begun;
                 self.begun
             }
             _ => false,
         };
-        let cleared = self.settings.kind == Kind::Ton && !level || self.settings.kind == Kind::Tof && level;
+        let cleared = self.settings.kind == ModuleKind::Ton && !level || self.settings.kind == ModuleKind::Tof && level;
         self.count = if cleared { 0 } else { self.count + i16::from(busy) };
     }
 
     /// A 1 was written to its running bit: from the machine cycle `cycle` on it has measured and counted nothing.
     pub fn clear(&mut self, cycle: u64) {
-        (self.since, self.kept) = (cycle, 0);
+        (self.since, self.accumulated) = (cycle, 0);
         self.set_count(0);
-        if self.settings.kind == Kind::Tp {
-            (self.begun, self.out) = (false, false);
+        if self.settings.kind == ModuleKind::Tp {
+            (self.begun, self.output) = (false, false);
         }
     }
 
     /// Changes what it has counted, program cycles or edges, and Q to what that makes of it. A module in a unit of time counts nothing:
     /// then nothing changes, and it is false.
     pub fn poke(&mut self, count: i16) -> bool {
-        if !self.timed() {
+        if !self.is_timed_in_ms() {
             self.set_count(count);
         }
-        !self.timed()
+        !self.is_timed_in_ms()
     }
 
     fn set_count(&mut self, count: i16) {
         self.count = count;
         let full = count >= self.limit();
         match self.settings.kind {
-            Kind::Ton => self.out = self.level && full,
-            Kind::Tof => self.out = self.ran && (self.level || !full),
-            Kind::Rto | Kind::Ctu | Kind::Ctd => self.out = full,
-            Kind::Tp | Kind::Ctc | Kind::None => {}
+            ModuleKind::Ton => self.output = self.input && full,
+            ModuleKind::Tof => self.output = self.was_written && (self.input || !full),
+            ModuleKind::Rto | ModuleKind::Ctu | ModuleKind::Ctd => self.output = full,
+            ModuleKind::Tp | ModuleKind::Ctc | ModuleKind::None => {}
         }
     }
 }

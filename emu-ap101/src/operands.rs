@@ -2,29 +2,29 @@
 
 use std::fmt::Write;
 
-use emu_core::table::{InRam, Op, Operand, OperandKind};
+use emu_core::table::{RamOperand, PredecodedOp, Operand, OperandKind};
 
 /// Letters of the zones, by bits 10 and 9 of an address.
-pub const ZONES: [char; 4] = ['I', 'E', 'R', 'M'];
+pub const ZONE_LETTERS: [char; 4] = ['I', 'E', 'R', 'M'];
 
 /// Addresses of a zone.
-pub const ZONE: u16 = 512;
+pub const ZONE_BITS: u16 = 512;
 
 /// Bits of memory that are read and written as they stand: input latches, then M with the images of the outputs.
-pub const CELLS: usize = 1024;
+pub const CELL_COUNT: usize = 1024;
 
 /// The first cell of M, and the first one of the images.
-pub const M: u16 = 512;
+pub const M_START: u16 = 512;
 /// See [`M`].
-pub const IMAGE: u16 = M + 256;
+pub const IMAGE_START: u16 = M_START + 256;
 
 /// What an address is on a machine with its channels and modules.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Place(pub u16);
+pub struct BitAddress(pub u16);
 
 /// What a [`Place`] is, taken apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Spot {
+pub enum BitLocation {
     /// A cell: below 512 an input latch, from 512 on M.
     Cell(u16),
     /// An output channel.
@@ -39,51 +39,51 @@ pub enum Spot {
     Nothing(u16),
 }
 
-impl Place {
+impl BitAddress {
     /// Puts a spot into 16 bits.
     #[must_use]
-    pub const fn of(spot: Spot) -> Place {
-        Place(match spot {
-            Spot::Cell(cell) => cell % CELLS as u16,
-            Spot::Output(n) => 0x400 + n % 256,
-            Spot::Module(n) => 0x500 + n % 128,
-            Spot::Running(n) => 0x580 + n % 128,
-            Spot::Port(n) => 0x600 + n % 128,
-            Spot::Nothing(addr) => 0x800 + addr % 0x800,
+    pub const fn from_location(spot: BitLocation) -> BitAddress {
+        BitAddress(match spot {
+            BitLocation::Cell(cell) => cell % CELL_COUNT as u16,
+            BitLocation::Output(n) => 0x400 + n % 256,
+            BitLocation::Module(n) => 0x500 + n % 128,
+            BitLocation::Running(n) => 0x580 + n % 128,
+            BitLocation::Port(n) => 0x600 + n % 128,
+            BitLocation::Nothing(addr) => 0x800 + addr % 0x800,
         })
     }
 
     /// Takes it apart.
     #[inline(always)]
     #[must_use]
-    pub const fn spot(self) -> Spot {
+    pub const fn location(self) -> BitLocation {
         match self.0 {
-            0..=0x3FF => Spot::Cell(self.0),
-            0x400..=0x4FF => Spot::Output(self.0 % 256),
-            0x500..=0x57F => Spot::Module(self.0 % 128),
-            0x580..=0x5FF => Spot::Running(self.0 % 128),
-            0x600..=0x67F => Spot::Port(self.0 % 128),
-            _ => Spot::Nothing(self.0 % 0x800),
+            0..=0x3FF => BitLocation::Cell(self.0),
+            0x400..=0x4FF => BitLocation::Output(self.0 % 256),
+            0x500..=0x57F => BitLocation::Module(self.0 % 128),
+            0x580..=0x5FF => BitLocation::Running(self.0 % 128),
+            0x600..=0x67F => BitLocation::Port(self.0 % 128),
+            _ => BitLocation::Nothing(self.0 % 0x800),
         }
     }
 }
 
 /// Address of a bit: as a value the eleven bits of the instruction, in an op (and here) what is there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct A(pub Place);
+pub struct A(pub BitAddress);
 
 /// Address of a bit that is a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Cell(pub u16);
+pub struct CellOperand(pub u16);
 
 /// Address relative to RX: as a value the eleven bits of the instruction, in an op (and here) what is there once the index has
 /// been added, which is known while a program runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct X(pub Place);
+pub struct X(pub BitAddress);
 
 /// Target of a jump; in an op (and here) with the index added where the instruction says so.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Target(pub u16);
+pub struct JumpTarget(pub u16);
 
 /// Data behind an instruction that takes some.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,8 +98,8 @@ macro_rules! operands {
 
         impl Operand for $name {
             const KIND: OperandKind = OperandKind {
-                name: $label, wide: true, value: |raw, _, _| raw as i32, raw: $raw, text: $text, named: $named,
-                number: OperandKind::itself, register: OperandKind::its_address,
+                name: $label, wide: true, decode: |raw, _, _| raw as i32, encode: $raw, write_text: $text, parse_name: $named,
+                check_number: OperandKind::same_number, check_register: OperandKind::same_address,
             };
             #[inline(always)]
             fn from_value(value: u16) -> Self {
@@ -110,41 +110,41 @@ macro_rules! operands {
 }
 
 operands! {
-    A "bit" |v| A(Place(v)), raw |v, b, _| fits(v, b, "address"), text address, named zone;
-    X "bit behind RX" |v| X(Place(v)), raw |v, b, _| fits(v, b, "address"), text address, named zone;
-    Target "target" Target, raw |v, b, _| fits(v, b, "target"), text |v, out| { let _ = write!(out, "0x{v:03X}"); },
-        named OperandKind::no_name;
+    A "bit" |v| A(BitAddress(v)), raw |v, b, _| check_range(v, b, "address"), text write_address, named parse_zone;
+    X "bit behind RX" |v| X(BitAddress(v)), raw |v, b, _| check_range(v, b, "address"), text write_address, named parse_zone;
+    JumpTarget "target" JumpTarget, raw |v, b, _| check_range(v, b, "target"), text |v, out| { let _ = write!(out, "0x{v:03X}"); },
+        named OperandKind::never_a_name;
     D "data" D, raw |v, _, _| Err(format!("a NOP with data in it is written .word 0x{:04X}", 0xF000 | v & 0xFFF)),
-        text |v, out| { let _ = write!(out, "{v}"); }, named OperandKind::no_name;
+        text |v, out| { let _ = write!(out, "{v}"); }, named OperandKind::never_a_name;
 }
 
-impl InRam for A {
-    type Ram = Cell;
+impl RamOperand for A {
+    type Ram = CellOperand;
     #[inline(always)]
-    fn take_in_ram<K>(op: &Op<K>, at: &mut usize) -> Cell {
-        Cell(A::take(op, at).0.0)
+    fn decode_next_in_ram<K>(op: &PredecodedOp<K>, at: &mut usize) -> CellOperand {
+        CellOperand(A::decode_next(op, at).0.0)
     }
 }
 
-fn fits(value: i32, bits: u32, what: &str) -> Result<u32, String> {
+fn check_range(value: i32, bits: u32, what: &str) -> Result<u32, String> {
     let most = (1 << bits) - 1;
     if (0..=most).contains(&value) { Ok(value as u32) } else { Err(format!("{what} {value} is not in 0..={most}")) }
 }
 
 /// `I5`, `E300`, `R129`, `M256`.
-fn address(value: i32, out: &mut String) {
-    let (zone, offset) = (value as usize / usize::from(ZONE) % 4, value as u16 % ZONE);
-    let _ = write!(out, "{}{offset}", ZONES[zone]);
+fn write_address(value: i32, out: &mut String) {
+    let (zone, offset) = (value as usize / usize::from(ZONE_BITS) % 4, value as u16 % ZONE_BITS);
+    let _ = write!(out, "{}{offset}", ZONE_LETTERS[zone]);
 }
 
 /// The address that a letter and a number stand for (case aside): `I5`, `I_5`, `I₅`. T is R and O is E; that these two are only
 /// read the assembler knows.
-fn zone(text: &str) -> Option<i32> {
+fn parse_zone(text: &str) -> Option<i32> {
     let letter = text.chars().next()?.to_ascii_uppercase();
     let zone = match letter {
         'T' => 2,
         'O' => 1,
-        _ => ZONES.iter().position(|&zone| zone == letter)? as i32,
+        _ => ZONE_LETTERS.iter().position(|&zone| zone == letter)? as i32,
     };
     let number = text.get(1..)?;
     let number = number.strip_prefix('_').unwrap_or(number);
@@ -154,6 +154,6 @@ fn zone(text: &str) -> Option<i32> {
         _ => None,
     };
     let digits: String = number.chars().map(digit).collect::<Option<String>>()?;
-    let offset = digits.parse::<u16>().ok().filter(|&offset| offset < ZONE)?;
-    Some(zone * i32::from(ZONE) + i32::from(offset))
+    let offset = digits.parse::<u16>().ok().filter(|&offset| offset < ZONE_BITS)?;
+    Some(zone * i32::from(ZONE_BITS) + i32::from(offset))
 }

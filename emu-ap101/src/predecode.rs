@@ -4,60 +4,60 @@
 use std::collections::BTreeSet;
 
 use emu_core::pins::PinId;
-use emu_core::state::Changes;
-use emu_core::table::{Op, Site};
+use emu_core::state::MemoryChanges;
+use emu_core::table::{PredecodedOp, InstructionLocation};
 
 use crate::chips::FIRST_OUTPUT;
-use crate::config::{Config, Inputs, MODULES, Program};
-use crate::isa::{Ap101Op, INDEXED, Kind, SHAPES, SPAN, row_of};
-use crate::operands::{IMAGE, M, Place, Spot, ZONE};
+use crate::config::{Ap101Config, InputSampling, MODULES, ProgramEntry};
+use crate::isa::{Ap101Op, INDEXED, Kind, SHAPES, SPAN, find_row};
+use crate::operands::{IMAGE_START, M_START, BitAddress, BitLocation, ZONE_BITS};
 
 /// Ops of a program: those behind the end of program memory leave the hot loop, so that NA needs no look at each step.
-pub(crate) const OPS: usize = 2 * SPAN;
+pub(crate) const OP_COUNT: usize = 2 * SPAN;
 
 /// What leaves the hot loop.
-const SLOW: Ap101Op = Op { kind: Kind::Slow, arg: [0; 3] };
+const SLOW_OP: Ap101Op = PredecodedOp { kind: Kind::Slow, args: [0; 3] };
 
 /// What there is around the core, as far as addresses are concerned.
 #[derive(Debug, Clone)]
-pub(crate) struct Wiring {
+pub(crate) struct AddressMap {
     inputs: u16,
     outputs: u16,
     live: bool,
     modules: [bool; MODULES],
 }
 
-impl Wiring {
+impl AddressMap {
     /// By the configuration; `inputs` may be read otherwise than it says.
-    pub(crate) fn new(config: &Config, inputs: Inputs) -> Wiring {
-        Wiring {
+    pub(crate) fn new(config: &Ap101Config, inputs: InputSampling) -> AddressMap {
+        AddressMap {
             inputs: config.input_channels,
             outputs: config.output_channels,
-            live: inputs == Inputs::Live,
-            modules: config.modules.map(|settings| settings.kind != crate::modules::Kind::None),
+            live: inputs == InputSampling::Live,
+            modules: config.modules.map(|settings| settings.kind != crate::modules::ModuleKind::None),
         }
     }
 
     /// What stands at an address of eleven bits.
-    pub(crate) fn spot(&self, addr: u16) -> Spot {
-        let offset = addr % ZONE;
+    pub(crate) fn locate(&self, addr: u16) -> BitLocation {
+        let offset = addr % ZONE_BITS;
         let there = |n: u16| self.modules.get(usize::from(n)).copied().unwrap_or(false);
-        match (addr / ZONE, offset / 128) {
-            (0, _) if offset < self.inputs => Spot::Cell(offset),
-            (1, _) if offset < self.outputs => Spot::Output(offset),
-            (2, 0) if there(offset) => Spot::Module(offset),
-            (2, 1) if there(offset - 128) => Spot::Running(offset - 128),
-            (2, 2) if there(offset - 256) => Spot::Port(offset - 256),
-            (3, _) => Spot::Cell(M + offset),
-            _ => Spot::Nothing(addr),
+        match (addr / ZONE_BITS, offset / 128) {
+            (0, _) if offset < self.inputs => BitLocation::Cell(offset),
+            (1, _) if offset < self.outputs => BitLocation::Output(offset),
+            (2, 0) if there(offset) => BitLocation::Module(offset),
+            (2, 1) if there(offset - 128) => BitLocation::Running(offset - 128),
+            (2, 2) if there(offset - 256) => BitLocation::Port(offset - 256),
+            (3, _) => BitLocation::Cell(M_START + offset),
+            _ => BitLocation::Nothing(addr),
         }
     }
 }
 
 /// An address with the index added, within its part of its zone: an index leads from no kind of thing to another.
-const fn indexed(addr: u16, rx: u16) -> u16 {
-    let (zone, offset) = (addr / ZONE * ZONE, addr % ZONE);
-    let size = match (addr / ZONE, offset) {
+const fn add_index(addr: u16, rx: u16) -> u16 {
+    let (zone, offset) = (addr / ZONE_BITS * ZONE_BITS, addr % ZONE_BITS);
+    let size = match (addr / ZONE_BITS, offset) {
         (0, _) => 512,
         (1 | 3, _) => 256,
         _ => 128,
@@ -68,38 +68,38 @@ const fn indexed(addr: u16, rx: u16) -> u16 {
 
 /// A program of the table with its ops, one a word.
 #[derive(Debug, Clone)]
-pub(crate) struct Ops {
-    pub program: Program,
-    pub ops: Box<[Ap101Op; OPS]>,
+pub(crate) struct ProgramOps {
+    pub program: ProgramEntry,
+    pub ops: Box<[Ap101Op; OP_COUNT]>,
 }
 
 /// What an instruction does to NA.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Flow {
+pub(crate) enum ProgramFlow {
     /// It goes on, or jumps within the program.
-    On,
+    WithinProgram,
     /// It jumps to the program's first word, which ends the program cycle.
-    Start,
+    EndsCycle,
     /// It jumps out of the program, to this word.
-    Out(u16),
+    LeavesProgram(u16),
 }
 
 /// Program memory in both forms.
 #[derive(Debug, Clone)]
-pub(crate) struct Code {
+pub(crate) struct CodeMemory {
     pub words: Box<[u16; SPAN]>,
-    pub programs: Vec<Ops>,
-    pub wiring: Wiring,
-    traps: BTreeSet<u32>,
+    pub programs: Vec<ProgramOps>,
+    pub address_map: AddressMap,
+    breakpoints: BTreeSet<u32>,
     /// What differs from the words that it was built with.
-    pub changes: Changes<u16>,
+    pub changes: MemoryChanges<u16>,
 }
 
-impl Code {
+impl CodeMemory {
     /// Program memory filled with `words`, which has `programs`.
-    pub(crate) fn new(words: Box<[u16; SPAN]>, programs: &[Program], wiring: Wiring) -> Code {
-        let programs = programs.iter().map(|&program| Ops { program, ops: Box::new([SLOW; OPS]) }).collect();
-        let mut code = Code { words, programs, wiring, traps: BTreeSet::new(), changes: Changes::NONE };
+    pub(crate) fn new(words: Box<[u16; SPAN]>, programs: &[ProgramEntry], wiring: AddressMap) -> CodeMemory {
+        let programs = programs.iter().map(|&program| ProgramOps { program, ops: Box::new([SLOW_OP; OP_COUNT]) }).collect();
+        let mut code = CodeMemory { words, programs, address_map: wiring, breakpoints: BTreeSet::new(), changes: MemoryChanges::NONE };
         for pc in 0..SPAN as u32 {
             code.predecode(pc);
         }
@@ -114,41 +114,41 @@ impl Code {
     /// Changes a word.
     pub(crate) fn poke(&mut self, pc: u32, word: u16) {
         let old = std::mem::replace(&mut self.words[pc as usize % SPAN], word);
-        self.changes.note(pc as usize % SPAN, old, word);
+        self.changes.record(pc as usize % SPAN, old, word);
         self.predecode(pc);
     }
 
     /// Sets or clears a trap.
-    pub(crate) fn trap(&mut self, pc: u32, on: bool) {
+    pub(crate) fn set_breakpoint(&mut self, pc: u32, on: bool) {
         let pc = pc % SPAN as u32;
         if on {
-            self.traps.insert(pc);
+            self.breakpoints.insert(pc);
         } else {
-            self.traps.remove(&pc);
+            self.breakpoints.remove(&pc);
         }
         self.predecode(pc);
     }
 
     /// Traps are set.
-    pub(crate) fn has_traps(&self) -> bool {
-        !self.traps.is_empty()
+    pub(crate) fn has_breakpoints(&self) -> bool {
+        !self.breakpoints.is_empty()
     }
 
     /// A trap stands there.
-    pub(crate) fn has_trap(&self, pc: u32) -> bool {
-        self.traps.contains(&pc)
+    pub(crate) fn has_breakpoint(&self, pc: u32) -> bool {
+        self.breakpoints.contains(&pc)
     }
 
     /// NA has passed the last word of the program at position `which`.
-    pub(crate) fn ended(&self, which: usize, na: u32) -> bool {
+    pub(crate) fn is_past_end(&self, which: usize, na: u32) -> bool {
         self.programs.get(which).is_some_and(|ops| na == u32::from(ops.program.last) + 1)
     }
 
     fn predecode(&mut self, pc: u32) {
         for which in 0..self.programs.len() {
             let word = self.word(pc);
-            let slow = self.traps.contains(&pc) || self.ended(which, pc) || self.flow(which, word) != Flow::On;
-            let op = if slow { SLOW } else { self.op(which, word, true) };
+            let slow = self.breakpoints.contains(&pc) || self.is_past_end(which, pc) || self.flow(which, word) != ProgramFlow::WithinProgram;
+            let op = if slow { SLOW_OP } else { self.op(which, word, true) };
             if let Some(place) = self.programs.get_mut(which).and_then(|ops| ops.ops.get_mut(pc as usize)) {
                 *place = op;
             }
@@ -156,7 +156,7 @@ impl Code {
     }
 
     /// The index register of a program.
-    fn rx(&self, which: usize) -> u16 {
+    fn index_of(&self, which: usize) -> u16 {
         self.programs.get(which).map_or(0, |ops| ops.program.rx)
     }
 
@@ -167,69 +167,69 @@ impl Code {
             self.words.get(all).unwrap_or_default().iter().map(move |word| (which, *word))
         });
         words
-            .filter_map(|(which, word)| match self.spot(which, word)? {
-                Spot::Cell(cell) if cell < M => Some(cell),
-                Spot::Output(n) => Some(FIRST_OUTPUT + n),
+            .filter_map(|(which, word)| match self.operand_location(which, word)? {
+                BitLocation::Cell(cell) if cell < M_START => Some(cell),
+                BitLocation::Output(n) => Some(FIRST_OUTPUT + n),
                 _ => None,
             })
             .collect()
     }
 
     /// What the address of an instruction of a program is; none where it has no such address.
-    fn spot(&self, which: usize, word: u16) -> Option<Spot> {
-        match row_of(word).1 {
+    fn operand_location(&self, which: usize, word: u16) -> Option<BitLocation> {
+        match find_row(word).1 {
             Kind::Jmp | Kind::JmpX | Kind::Jmpc | Kind::JmpcX | Kind::Not | Kind::Clr | Kind::Nop | Kind::NopData => {
                 None
             }
             _ => {
                 let field = word % SPAN as u16;
-                let addr = if word & INDEXED == 0 { field } else { indexed(field, self.rx(which)) };
-                Some(self.wiring.spot(addr))
+                let addr = if word & INDEXED == 0 { field } else { add_index(field, self.index_of(which)) };
+                Some(self.address_map.locate(addr))
             }
         }
     }
 
     /// What an instruction of a program does to NA, if it is a jump that is taken.
-    pub(crate) fn flow(&self, which: usize, word: u16) -> Flow {
-        let kind = row_of(word).1;
-        let Some(ops) = self.programs.get(which) else { return Flow::On };
+    pub(crate) fn flow(&self, which: usize, word: u16) -> ProgramFlow {
+        let kind = find_row(word).1;
+        let Some(ops) = self.programs.get(which) else { return ProgramFlow::WithinProgram };
         if !matches!(kind, Kind::Jmp | Kind::JmpX | Kind::Jmpc | Kind::JmpcX) {
-            return Flow::On;
+            return ProgramFlow::WithinProgram;
         }
-        let target = self.target(which, word);
+        let target = self.jump_target(which, word);
         match target {
-            _ if target == ops.program.start => Flow::Start,
-            _ if (ops.program.start..=ops.program.last).contains(&target) => Flow::On,
-            _ => Flow::Out(target),
+            _ if target == ops.program.start => ProgramFlow::EndsCycle,
+            _ if (ops.program.start..=ops.program.last).contains(&target) => ProgramFlow::WithinProgram,
+            _ => ProgramFlow::LeavesProgram(target),
         }
     }
 
     /// Where a jump goes.
-    fn target(&self, which: usize, word: u16) -> u16 {
-        let index = if word & INDEXED == 0 { 0 } else { self.rx(which) };
+    fn jump_target(&self, which: usize, word: u16) -> u16 {
+        let index = if word & INDEXED == 0 { 0 } else { self.index_of(which) };
         (word + index) % SPAN as u16
     }
 
     /// The op of an instruction in a program; `quick`: with what lies in plain memory as such.
     pub(crate) fn op(&self, which: usize, word: u16, quick: bool) -> Ap101Op {
-        let (row, kind) = row_of(word);
-        let op = row.op(kind, word.into(), &Site::default());
+        let (row, kind) = find_row(word);
+        let op = row.predecode(kind, word.into(), &InstructionLocation::default());
         match kind {
-            Kind::Jmp | Kind::JmpX | Kind::Jmpc | Kind::JmpcX => with(kind, self.target(which, word)),
+            Kind::Jmp | Kind::JmpX | Kind::Jmpc | Kind::JmpcX => op_with_value(kind, self.jump_target(which, word)),
             _ => {
-                let Some(spot) = self.spot(which, word) else { return op };
+                let Some(spot) = self.operand_location(which, word) else { return op };
                 let writes = matches!(kind, Kind::Sto | Kind::Stoc | Kind::Stc | Kind::Rtc);
                 // What takes a second look when it is written to an input stays away from the short way.
                 let (plain, cell) = match spot {
-                    Spot::Cell(cell) => {
-                        (cell >= M || !writes || matches!(kind, Kind::Sto | Kind::Stoc) && !self.wiring.live, cell)
+                    BitLocation::Cell(cell) => {
+                        (cell >= M_START || !writes || matches!(kind, Kind::Sto | Kind::Stoc) && !self.address_map.live, cell)
                     }
-                    Spot::Output(n) => (!writes, IMAGE + n),
+                    BitLocation::Output(n) => (!writes, IMAGE_START + n),
                     _ => (false, 0),
                 };
                 match SHAPES.get(kind as usize).copied().flatten() {
-                    Some(shape) if quick && plain => with(shape, cell),
-                    _ => with(kind, Place::of(spot).0),
+                    Some(shape) if quick && plain => op_with_value(shape, cell),
+                    _ => op_with_value(kind, BitAddress::from_location(spot).0),
                 }
             }
         }
@@ -237,7 +237,7 @@ impl Code {
 }
 
 /// An op with one operand.
-const fn with(kind: Kind, value: u16) -> Ap101Op {
+const fn op_with_value(kind: Kind, value: u16) -> Ap101Op {
     let [low, high] = value.to_le_bytes();
-    Op { kind, arg: [low, high, 0] }
+    PredecodedOp { kind, args: [low, high, 0] }
 }

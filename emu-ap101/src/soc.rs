@@ -1,92 +1,92 @@
 //! What lies around the core: input latches, M, output channels, modules, and the pins of all that.
 
-use emu_core::outside::{Drives, Log};
-use emu_core::pins::{Event, Level, PinId, Time};
-use emu_core::state::{Damaged, State, Tape};
+use emu_core::external_io::{DriveQueue, EventLog};
+use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 
-use crate::chips::{CLEAR, FIRST_OUTPUT, PINS, POWER};
-use crate::config::{Config, INPUTS, Inputs, MODULES, OUTPUTS};
-use crate::modules::Module;
-use crate::operands::{CELLS, IMAGE, M};
+use crate::chips::{CLEAR_PIN, FIRST_OUTPUT, PIN_COUNT, POWER_PIN};
+use crate::config::{Ap101Config, INPUTS, InputSampling, MODULES, OUTPUTS};
+use crate::modules::Ap101Module;
+use crate::operands::{CELL_COUNT, IMAGE_START, M_START};
 
 /// Clocks of a machine cycle.
 pub(crate) const CLOCKS: u64 = 2;
 
 /// The first bit of M that enables a program.
-const ENABLES: u16 = M + 248;
+const ENABLES: u16 = M_START + 248;
 
 /// Channels, memory and modules.
 #[derive(Debug, Clone)]
-pub(crate) struct Soc {
+pub(crate) struct Ap101Soc {
     /// Input latches, then M with the images of outputs. Where inputs are live, a latch is what stands on the pin.
-    pub cells: [bool; CELLS],
+    pub cells: [bool; CELL_COUNT],
     /// The bistables of the outputs.
     outputs: [bool; OUTPUTS as usize],
     /// Those that the running program cycle has written.
-    written: [bool; OUTPUTS as usize],
-    pub modules: Box<[Module; MODULES]>,
+    written_outputs: [bool; OUTPUTS as usize],
+    pub modules: Box<[Ap101Module; MODULES]>,
     /// What stands on the pins from outside.
-    outside: Box<[Level; PINS]>,
+    driven_levels: Box<[PinLevel; PIN_COUNT]>,
     /// By clocks.
-    drives: Drives,
-    pub log: Log,
+    drives: DriveQueue,
+    pub log: EventLog,
     input_channels: u16,
     output_channels: u16,
-    live: bool,
+    reads_inputs_live: bool,
     /// The first machine cycle of the running program cycle.
-    begun: u64,
+    cycle_start: u64,
     /// An output has moved, or the program has changed a preset: what the state of the machine at a later moment need not show.
-    pub moved: bool,
+    pub has_changed: bool,
     /// Since the last boundary the supply was gone.
-    dipped: bool,
+    supply_was_lost: bool,
     /// Since the last boundary a cold start was asked for.
-    rose: bool,
+    cold_start_requested: bool,
 }
 
-impl State for Soc {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+impl SnapshotState for Ap101Soc {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         #[rustfmt::skip]
-        let Soc {
-            log, input_channels: _, output_channels: _, live: _, cells, outputs, written, modules, outside, drives, begun, moved, dipped, rose,
+        let Ap101Soc {
+            log, input_channels: _, output_channels: _, reads_inputs_live: _, cells, outputs, written_outputs: written, modules, driven_levels: outside, drives, cycle_start: begun, has_changed: moved, supply_was_lost: dipped, cold_start_requested: rose,
         } = self;
         *begun = tape.now();
-        cells.state(tape)?;
-        outputs.state(tape)?;
-        written.state(tape)?;
-        tape.all(modules.as_mut_slice())?;
-        tape.all(outside.as_mut_slice())?;
-        drives.state(tape)?;
-        moved.state(tape)?;
-        dipped.state(tape)?;
-        rose.state(tape)?;
-        *log = Log::OFF;
+        cells.pass_state(tape)?;
+        outputs.pass_state(tape)?;
+        written.pass_state(tape)?;
+        tape.pass_slice(modules.as_mut_slice())?;
+        tape.pass_slice(outside.as_mut_slice())?;
+        drives.pass_state(tape)?;
+        moved.pass_state(tape)?;
+        dipped.pass_state(tape)?;
+        rose.pass_state(tape)?;
+        *log = EventLog::OFF;
         Ok(())
     }
 }
 
 /// What stands on a pin, as a bit: nothing reads 0.
-const fn high(level: Level) -> bool {
-    matches!(level, Level::High | Level::PullUp)
+const fn is_high(level: PinLevel) -> bool {
+    matches!(level, PinLevel::High | PinLevel::PullUp)
 }
 
-impl Soc {
+impl Ap101Soc {
     /// Without supply, all bits 0.
-    pub(crate) fn new(config: &Config, inputs: Inputs, hz: u64) -> Soc {
-        Soc {
-            cells: [false; CELLS],
+    pub(crate) fn new(config: &Ap101Config, inputs: InputSampling, hz: u64) -> Ap101Soc {
+        Ap101Soc {
+            cells: [false; CELL_COUNT],
             outputs: [false; OUTPUTS as usize],
-            written: [false; OUTPUTS as usize],
-            modules: Box::new(config.modules.map(|settings| Module::new(settings, hz))),
-            outside: Box::new([Level::Float; PINS]),
-            drives: Drives::NONE,
-            log: Log::OFF,
+            written_outputs: [false; OUTPUTS as usize],
+            modules: Box::new(config.modules.map(|settings| Ap101Module::new(settings, hz))),
+            driven_levels: Box::new([PinLevel::Float; PIN_COUNT]),
+            drives: DriveQueue::NONE,
+            log: EventLog::OFF,
             input_channels: config.input_channels,
             output_channels: config.output_channels,
-            live: inputs == Inputs::Live,
-            begun: 0,
-            moved: false,
-            dipped: false,
-            rose: false,
+            reads_inputs_live: inputs == InputSampling::Live,
+            cycle_start: 0,
+            has_changed: false,
+            supply_was_lost: false,
+            cold_start_requested: false,
         }
     }
 
@@ -94,8 +94,8 @@ impl Soc {
     pub(crate) fn has_pin(&self, pin: PinId) -> bool {
         match pin {
             0..INPUTS => pin < self.input_channels,
-            FIRST_OUTPUT..POWER => pin - FIRST_OUTPUT < self.output_channels,
-            _ => pin <= CLEAR,
+            FIRST_OUTPUT..POWER_PIN => pin - FIRST_OUTPUT < self.output_channels,
+            _ => pin <= CLEAR_PIN,
         }
     }
 
@@ -105,98 +105,98 @@ impl Soc {
     }
 
     /// What stands on a pin.
-    pub(crate) fn level(&self, pin: PinId) -> Level {
+    pub(crate) fn level(&self, pin: PinId) -> PinLevel {
         match pin {
-            FIRST_OUTPUT..POWER if self.has_pin(pin) => Level::of(self.output(pin - FIRST_OUTPUT)),
-            FIRST_OUTPUT..POWER => Level::Float,
-            _ => match self.outside.get(usize::from(pin)) {
-                None | Some(Level::Float) => Level::Float,
-                Some(&level) => Level::of(high(level)),
+            FIRST_OUTPUT..POWER_PIN if self.has_pin(pin) => PinLevel::from_bit(self.output(pin - FIRST_OUTPUT)),
+            FIRST_OUTPUT..POWER_PIN => PinLevel::Float,
+            _ => match self.driven_levels.get(usize::from(pin)) {
+                None | Some(PinLevel::Float) => PinLevel::Float,
+                Some(&level) => PinLevel::from_bit(is_high(level)),
             },
         }
     }
 
     /// The outside will drive a pin at a clock.
-    pub(crate) fn drive(&mut self, clock: u64, pin: PinId, level: Level) {
-        self.drives.add(clock, (pin, level));
+    pub(crate) fn drive(&mut self, clock: u64, pin: PinId, level: PinLevel) {
+        self.drives.push(clock, (pin, level));
     }
 
     /// The clock of the next drive, [`NEVER`](emu_core::cpu::NEVER) where there is none.
     #[inline(always)]
     pub(crate) fn next(&self) -> u64 {
-        self.drives.next()
+        self.drives.next_cycle()
     }
 
     /// Drives pins up to the clock `now`; true when there was something to drive. `supplied`: the machine has its supply.
     #[inline(always)]
     pub(crate) fn fire(&mut self, now: u64, supplied: bool) -> bool {
-        self.drives.next() <= now && self.drive_up_to(now, supplied)
+        self.drives.next_cycle() <= now && self.drive_up_to(now, supplied)
     }
 
     /// The same where there is something.
     #[cold]
     fn drive_up_to(&mut self, now: u64, supplied: bool) -> bool {
         let mut fired = false;
-        while self.drives.next() <= now {
-            let clock = self.drives.next();
-            let Some((pin, level)) = self.drives.take(now) else { break };
-            let at = Time { cycle: clock / CLOCKS, phase: (clock % CLOCKS) as u8 };
-            self.put(at, pin, level, supplied);
+        while self.drives.next_cycle() <= now {
+            let clock = self.drives.next_cycle();
+            let Some((pin, level)) = self.drives.pop_due(now) else { break };
+            let at = CycleTime { cycle: clock / CLOCKS, phase: (clock % CLOCKS) as u8 };
+            self.apply_level(at, pin, level, supplied);
             fired = true;
         }
         fired
     }
 
     /// A pin is driven.
-    fn put(&mut self, at: Time, pin: PinId, level: Level, supplied: bool) {
-        if (FIRST_OUTPUT..POWER).contains(&pin) {
+    fn apply_level(&mut self, at: CycleTime, pin: PinId, level: PinLevel, supplied: bool) {
+        if (FIRST_OUTPUT..POWER_PIN).contains(&pin) {
             // A bistable is struck, its image not; what does not drive, or hits no supply, does nothing.
-            if matches!(level, Level::Low | Level::High) && supplied && self.has_pin(pin) {
-                self.set_output(pin - FIRST_OUTPUT, level == Level::High, at);
+            if matches!(level, PinLevel::Low | PinLevel::High) && supplied && self.has_pin(pin) {
+                self.set_output(pin - FIRST_OUTPUT, level == PinLevel::High, at);
             }
             return;
         }
         let before = self.level(pin);
-        let Some(outside) = self.outside.get_mut(usize::from(pin)) else { return };
-        let was_high = high(*outside);
+        let Some(outside) = self.driven_levels.get_mut(usize::from(pin)) else { return };
+        let was_high = is_high(*outside);
         *outside = level;
         let after = self.level(pin);
         if after != before {
-            self.log.note(Event::Edge { at, pin, level: after });
+            self.log.record(ChipEvent::Edge { at, pin, level: after });
         }
         match pin {
-            POWER => self.dipped |= after == Level::Low,
-            CLEAR => self.rose |= supplied && high(level) && !was_high,
-            _ if self.live && pin < self.input_channels => self.set(pin, high(level)),
+            POWER_PIN => self.supply_was_lost |= after == PinLevel::Low,
+            CLEAR_PIN => self.cold_start_requested |= supplied && is_high(level) && !was_high,
+            _ if self.reads_inputs_live && pin < self.input_channels => self.set(pin, is_high(level)),
             _ => {}
         }
     }
 
     /// The supply is there.
-    pub(crate) fn supplied(&self) -> bool {
-        self.level(POWER) != Level::Low
+    pub(crate) fn has_supply(&self) -> bool {
+        self.level(POWER_PIN) != PinLevel::Low
     }
 
     /// CLEAR asks for a cold start.
-    pub(crate) fn asks_to_clear(&self) -> bool {
-        self.level(CLEAR) == Level::High
+    pub(crate) fn has_clear_request(&self) -> bool {
+        self.level(CLEAR_PIN) == PinLevel::High
     }
 
     /// Since it was last asked: the supply was gone; a cold start was asked for.
-    pub(crate) fn take_troubles(&mut self) -> (bool, bool) {
-        (std::mem::take(&mut self.dipped), std::mem::take(&mut self.rose))
+    pub(crate) fn take_supply_events(&mut self) -> (bool, bool) {
+        (std::mem::take(&mut self.supply_was_lost), std::mem::take(&mut self.cold_start_requested))
     }
 
     /// A bit of memory.
     #[inline(always)]
     pub(crate) const fn get(&self, cell: u16) -> bool {
-        self.cells[cell as usize % CELLS]
+        self.cells[cell as usize % CELL_COUNT]
     }
 
     /// Changes a bit of memory.
     #[inline(always)]
     pub(crate) const fn set(&mut self, cell: u16, bit: bool) {
-        self.cells[cell as usize % CELLS] = bit;
+        self.cells[cell as usize % CELL_COUNT] = bit;
     }
 
     /// The bistable of an output.
@@ -206,12 +206,12 @@ impl Soc {
 
     /// Changes the bistable of an output; true when it was the other way.
     #[inline(always)]
-    pub(crate) fn set_output(&mut self, n: u16, bit: bool, at: Time) -> bool {
+    pub(crate) fn set_output(&mut self, n: u16, bit: bool, at: CycleTime) -> bool {
         let changed = std::mem::replace(&mut self.outputs[usize::from(n % OUTPUTS)], bit) != bit;
         if changed {
-            self.moved = true;
-            if self.log.is_on() {
-                self.log.note(Event::Edge { at, pin: FIRST_OUTPUT + n % OUTPUTS, level: Level::of(bit) });
+            self.has_changed = true;
+            if self.log.is_enabled() {
+                self.log.record(ChipEvent::Edge { at, pin: FIRST_OUTPUT + n % OUTPUTS, level: PinLevel::from_bit(bit) });
             }
         }
         changed
@@ -220,40 +220,40 @@ impl Soc {
     /// The program writes an output: bistable and image. It shows from the machine cycle `cycle` on.
     #[inline(always)]
     pub(crate) fn write_output(&mut self, n: u16, bit: bool, cycle: u64) -> bool {
-        self.set(IMAGE + n, bit);
-        self.written[usize::from(n % OUTPUTS)] = true;
-        self.set_output(n, bit, Time::at(cycle))
+        self.set(IMAGE_START + n, bit);
+        self.written_outputs[usize::from(n % OUTPUTS)] = true;
+        self.set_output(n, bit, CycleTime::at(cycle))
     }
 
     /// A module.
-    pub(crate) fn module(&self, n: u16) -> &Module {
+    pub(crate) fn module(&self, n: u16) -> &Ap101Module {
         &self.modules[usize::from(n) % MODULES]
     }
 
     /// The same to change it.
-    pub(crate) fn module_mut(&mut self, n: u16) -> &mut Module {
+    pub(crate) fn module_mut(&mut self, n: u16) -> &mut Ap101Module {
         &mut self.modules[usize::from(n) % MODULES]
     }
 
     /// The program gives a module a preset.
     pub(crate) fn set_preset(&mut self, n: u16, preset: u16) {
-        self.moved |= self.module(n).preset() != preset;
+        self.has_changed |= self.module(n).preset() != preset;
         self.module_mut(n).set_preset(preset);
     }
 
     /// The modules that there are.
-    pub(crate) fn fitted(&self) -> impl Iterator<Item = &Module> {
+    pub(crate) fn existing_modules(&self) -> impl Iterator<Item = &Ap101Module> {
         self.modules.iter().filter(|module| module.exists())
     }
 
     /// The first machine cycle of the running program cycle.
-    pub(crate) const fn begun(&self) -> u64 {
-        self.begun
+    pub(crate) const fn cycle_start(&self) -> u64 {
+        self.cycle_start
     }
 
     /// Inputs are read as they are now.
-    pub(crate) const fn live(&self) -> bool {
-        self.live
+    pub(crate) const fn reads_inputs_live(&self) -> bool {
+        self.reads_inputs_live
     }
 
     /// Output channels, and so the machine cycles of a reload.
@@ -263,17 +263,17 @@ impl Soc {
 
     /// A program cycle begins: inputs are latched, no output is written yet.
     pub(crate) fn begin(&mut self, cycle: u64) {
-        self.begun = cycle;
-        self.written = [false; OUTPUTS as usize];
-        if !self.live {
-            self.latch();
+        self.cycle_start = cycle;
+        self.written_outputs = [false; OUTPUTS as usize];
+        if !self.reads_inputs_live {
+            self.latch_inputs();
         }
     }
 
     /// Latches take what stands on the pins.
-    fn latch(&mut self) {
-        for (latch, &level) in self.cells.iter_mut().zip(self.outside.iter()).take(self.input_channels.into()) {
-            *latch = high(level);
+    fn latch_inputs(&mut self) {
+        for (latch, &level) in self.cells.iter_mut().zip(self.driven_levels.iter()).take(self.input_channels.into()) {
+            *latch = is_high(level);
         }
     }
 
@@ -281,10 +281,10 @@ impl Soc {
     /// `first`: what was not written becomes what its image is, each at the end of its cycle.
     pub(crate) fn reload(&mut self, first: u64, from: u64, to: u64) {
         let channels = (from - first) as usize..(to - first).min(self.channels()) as usize;
-        let images = usize::from(IMAGE)..usize::from(IMAGE + OUTPUTS);
+        let images = usize::from(IMAGE_START)..usize::from(IMAGE_START + OUTPUTS);
         let (Some(outputs), Some(written), Some(images)) = (
             self.outputs.get(channels.clone()),
-            self.written.get(channels.clone()),
+            self.written_outputs.get(channels.clone()),
             self.cells.get(images).and_then(|images| images.get(channels.clone())),
         ) else {
             return;
@@ -294,35 +294,35 @@ impl Soc {
             return;
         }
         for n in channels {
-            let image = self.get(IMAGE + n as u16);
-            if !self.written.get(n).copied().unwrap_or(true) {
-                self.set_output(n as u16, image, Time::at(first + n as u64 + 1));
+            let image = self.get(IMAGE_START + n as u16);
+            if !self.written_outputs.get(n).copied().unwrap_or(true) {
+                self.set_output(n as u16, image, CycleTime::at(first + n as u64 + 1));
             }
         }
     }
 
     /// The bit of M that enables the program `entry` of the table.
-    pub(crate) const fn enabled(&self, entry: u8) -> bool {
+    pub(crate) const fn is_enabled(&self, entry: u8) -> bool {
         self.get(ENABLES + entry as u16)
     }
 
     /// The supply goes at a machine cycle: what is not protected is 0.
-    pub(crate) fn lose(&mut self, config: &Config, hz: u64, cycle: u64) {
+    pub(crate) fn reset_on_power_loss(&mut self, config: &Ap101Config, hz: u64, cycle: u64) {
         for n in 0..OUTPUTS {
-            self.set_output(n, false, Time::at(cycle));
+            self.set_output(n, false, CycleTime::at(cycle));
         }
         for (module, settings) in self.modules.iter_mut().zip(config.modules) {
-            *module = Module::new(settings, hz);
+            *module = Ap101Module::new(settings, hz);
         }
-        self.written = [false; OUTPUTS as usize];
-        if !self.live {
-            self.cells[..usize::from(M)].fill(false);
+        self.written_outputs = [false; OUTPUTS as usize];
+        if !self.reads_inputs_live {
+            self.cells[..usize::from(M_START)].fill(false);
         }
     }
 
     /// A cold start clears M, and enables programs where they can be.
-    pub(crate) fn clear(&mut self, config: &Config) {
-        self.cells[usize::from(M)..].fill(false);
+    pub(crate) fn clear(&mut self, config: &Ap101Config) {
+        self.cells[usize::from(M_START)..].fill(false);
         if config.reconfigurable {
             for (bit, &enabled) in (ENABLES..).zip(&config.enabled) {
                 self.set(bit, enabled);

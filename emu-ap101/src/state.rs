@@ -2,66 +2,66 @@
 
 use std::sync::Arc;
 
-use emu_core::state::{Damaged, State, Tape, load, save};
+use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape, load_state, save_state};
 
-use crate::boundary::Phase;
+use crate::program_cycle::ProgramPhase;
 use crate::cpu::Ap101;
 use crate::isa::SPAN;
 
 impl Ap101 {
     /// The bytes of this machine.
-    pub(crate) fn to_bytes(&self) -> Vec<u8> {
-        save(&mut self.clone())
+    pub(crate) fn to_snapshot(&self) -> Vec<u8> {
+        save_state(&mut self.clone())
     }
 
     /// This machine as the bytes have it.
-    pub(crate) fn of_bytes(&self, bytes: &[u8]) -> Result<Ap101, Damaged> {
+    pub(crate) fn from_snapshot(&self, bytes: &[u8]) -> Result<Ap101, SnapshotDamaged> {
         let mut copy = self.clone();
-        load(&mut copy, bytes)?;
+        load_state(&mut copy, bytes)?;
         Ok(copy)
     }
 }
 
-impl State for Ap101 {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
-        self.hot.time.state(tape)?;
-        self.hot.a.state(tape)?;
-        let mut na = (self.hot.na % SPAN as u32) as u16;
-        na.state(tape)?;
-        tape.demand(usize::from(na) < SPAN)?;
+impl SnapshotState for Ap101 {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        self.core.clock.pass_state(tape)?;
+        self.core.a.pass_state(tape)?;
+        let mut na = (self.core.next_address % SPAN as u32) as u16;
+        na.pass_state(tape)?;
+        tape.require(usize::from(na) < SPAN)?;
         // A program cycle that has come to its end stands behind it, which may be behind memory.
-        let behind = tape.flag(self.hot.na >= SPAN as u32)?;
-        self.hot.na = u32::from(na) + if behind { SPAN as u32 } else { 0 };
-        tape.demand(self.hot.na <= SPAN as u32)?;
-        (self.hot.stop, self.passing) = (false, None);
-        for (addr, word) in self.code.changes.pass(&*self.code.words, tape)? {
+        let behind = tape.pass_flag(self.core.next_address >= SPAN as u32)?;
+        self.core.next_address = u32::from(na) + if behind { SPAN as u32 } else { 0 };
+        tape.require(self.core.next_address <= SPAN as u32)?;
+        (self.core.stop_requested, self.breakpoint_to_pass) = (false, None);
+        for (addr, word) in self.code.changes.pass_state(&*self.code.words, tape)? {
             Arc::make_mut(&mut self.code).poke(addr as u32, word);
         }
-        self.phase.state(tape)?;
-        self.ric.state(tape)?;
-        self.fetched.state(tape)?;
-        self.which.state(tape)?;
-        self.current.state(tape)?;
-        self.overruns.state(tape)?;
+        self.phase.pass_state(tape)?;
+        self.ric.pass_state(tape)?;
+        self.fetched_word.pass_state(tape)?;
+        self.program_index.pass_state(tape)?;
+        self.running_program.pass_state(tape)?;
+        self.overruns.pass_state(tape)?;
         let programs = self.code.programs.len().max(1);
-        tape.demand(self.which < programs && self.current.is_none_or(|which| which < programs))?;
+        tape.require(self.program_index < programs && self.running_program.is_none_or(|which| which < programs))?;
         let now = tape.now();
         let begun = match self.phase {
-            Phase::Run { begun } => begun,
+            ProgramPhase::Run { begun } => begun,
             _ => 0,
         };
         // Only a program has instructions.
-        tape.demand(self.fetched.is_none() || matches!(self.phase, Phase::Run { .. }))?;
+        tape.require(self.fetched_word.is_none() || matches!(self.phase, ProgramPhase::Run { .. }))?;
         let sound = match self.phase {
-            Phase::Off => true,
-            Phase::Reload { from, .. } => from <= now,
-            Phase::Ready { at } => at != u64::MAX,
-            Phase::Run { begun } => begun <= now,
+            ProgramPhase::NoSupply => true,
+            ProgramPhase::Reload { from, .. } => from <= now,
+            ProgramPhase::Ready { at } => at != u64::MAX,
+            ProgramPhase::Run { begun } => begun <= now,
         };
-        tape.demand(sound)?;
+        tape.require(sound)?;
         tape.set_now(begun);
-        self.soc.state(tape)?;
+        self.soc.pass_state(tape)?;
         tape.set_now(now);
-        self.known_state(tape)
+        self.pass_repetition_state(tape)
     }
 }

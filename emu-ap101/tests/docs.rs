@@ -12,7 +12,7 @@ fn the_page_of_instructions_is_the_table() {
          relative to the index register.\n`M256` and on are the images of outputs; `R128` and on the running bits of modules, `R256` and \
          on their preset ports.\n\n",
     );
-    page.push_str(&emu_core::table::markdown(emu_ap101::isa::ROWS));
+    page.push_str(&emu_core::table::instruction_list_markdown(emu_ap101::isa::ROWS));
     if std::env::var_os("EMU_BLESS").is_some() {
         fs::write(path, &page).expect("the page can be written");
     }

@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
-use crate::dialect::Dialect;
-use crate::macros::Param;
+use crate::dialect::AsmDialect;
+use crate::macros::MacroParameter;
 use crate::statement::code_end;
-use crate::text::{Changed, Line, begins_name, behind_name, byte, cut, skip_space, step, trim};
+use crate::lines::{RewrittenText, AsmLine, begins_name, behind_name, byte, cut, skip_space, step, trim};
 
 /// What joins an argument to the text beside it in the lines of a macro, and is left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Join {
+pub(crate) enum ArgumentJoin {
     /// Nothing does.
     Nothing,
     /// `l&n` and `'&n'`, as in ASM51 and ASEM-51 (its manual, "Macro expansion").
@@ -18,20 +18,20 @@ pub(crate) enum Join {
     Quote,
 }
 
-impl Join {
+impl ArgumentJoin {
     /// That of a macro or repetition begun by the word of a directive: one with a dot is sdas8051's.
-    pub fn of(d: &Dialect, word: &str) -> Join {
+    pub fn of(d: &AsmDialect, word: &str) -> ArgumentJoin {
         match word.starts_with('.') || d.hooks.is_sdas {
-            _ if !d.hooks.angles => Join::Nothing,
-            true => Join::Quote,
-            false => Join::And,
+            _ if !d.hooks.angle_arguments => ArgumentJoin::Nothing,
+            true => ArgumentJoin::Quote,
+            false => ArgumentJoin::And,
         }
     }
 }
 
 /// Where the name at `at` ends for which a text may stand; else where to go on: behind a number, behind the dot between a
 /// byte and a bit, behind a text in quotes or one character.
-pub(crate) fn name_at(d: &Dialect, text: &str, at: usize) -> Result<usize, usize> {
+pub(crate) fn scan_name(d: &AsmDialect, text: &str, at: usize) -> Result<usize, usize> {
     let c = byte(text, at);
     // Digits and letters that stand together are one number.
     if c.is_ascii_digit() {
@@ -54,15 +54,15 @@ fn ends_value(c: u8) -> bool {
 }
 
 /// Arguments between commas, each without the angles that may be around it in the dialects that have them: `<1, 2>, <>`.
-pub(crate) fn arguments(d: &Dialect, text: &str, range: Range<usize>, join: Join) -> Vec<Range<usize>> {
-    if !d.hooks.angles || !text.get(range.clone()).is_some_and(|all| all.contains('<')) {
-        return parts(d, text, range, join);
+pub(crate) fn split_arguments(d: &AsmDialect, text: &str, range: Range<usize>, join: ArgumentJoin) -> Vec<Range<usize>> {
+    if !d.hooks.angle_arguments || !text.get(range.clone()).is_some_and(|all| all.contains('<')) {
+        return split_parts(d, text, range, join);
     }
     let mut all = Vec::new();
     let mut at = range.start;
     loop {
         let start = skip_space(text, at).min(range.end);
-        let next = match in_angles(text, start..range.end) {
+        let next = match angle_contents(text, start..range.end) {
             Some(inside) => {
                 let behind = skip_space(text, inside.end + 1);
                 all.push(inside);
@@ -85,7 +85,7 @@ pub(crate) fn arguments(d: &Dialect, text: &str, range: Range<usize>, join: Join
 }
 
 /// What stands in the angles at the front of `range`, which a comma or its end follows.
-fn in_angles(text: &str, range: Range<usize>) -> Option<Range<usize>> {
+fn angle_contents(text: &str, range: Range<usize>) -> Option<Range<usize>> {
     let (mut depth, mut at) = (0u32, range.start);
     while at < range.end {
         match byte(text, at) {
@@ -105,9 +105,9 @@ fn in_angles(text: &str, range: Range<usize>) -> Option<Range<usize>> {
 }
 
 /// Pieces between commas, and for avr-as and sdas8051 between spaces, where no operator stands on either side.
-pub(crate) fn parts(d: &Dialect, text: &str, range: Range<usize>, join: Join) -> Vec<Range<usize>> {
+pub(crate) fn split_parts(d: &AsmDialect, text: &str, range: Range<usize>, join: ArgumentJoin) -> Vec<Range<usize>> {
     let pieces = cut(text, range);
-    if !d.spaced_arguments && join != Join::Quote {
+    if !d.spaced_arguments && join != ArgumentJoin::Quote {
         return pieces;
     }
     let mut all = Vec::new();
@@ -149,7 +149,7 @@ pub(crate) fn skip_comma(text: &str, at: usize) -> usize {
 }
 
 /// The last word of `text` is an operator.
-fn is_operator(d: &Dialect, text: &str) -> bool {
+fn is_operator(d: &AsmDialect, text: &str) -> bool {
     let last = text.rsplit(|c: char| !c.is_ascii_alphanumeric()).next().unwrap_or_default();
     let tokens = d.operators.iter().map(|(token, ..)| *token).chain(d.unary.iter().map(|(token, ..)| *token));
     let mut words = tokens.filter(|token| token.starts_with(|c: char| c.is_ascii_alphabetic()));
@@ -170,12 +170,12 @@ pub(crate) fn unescape(text: &str) -> String {
 }
 
 /// `a`, `a=1`, `a:req`, `a:vararg`, `\a`.
-pub(crate) fn param(text: &str) -> Param {
+pub(crate) fn parse_parameter(text: &str) -> MacroParameter {
     let (name, default) =
         text.split_once('=').map_or((text, None), |(name, value)| (name, Some(value.trim().to_owned())));
     let (name, kind) = name.split_once(':').unwrap_or((name, ""));
     let kind = kind.trim();
-    Param {
+    MacroParameter {
         name: name.trim().trim_start_matches(['\\', '?']).to_owned(),
         default,
         label: name.trim().starts_with('?'),
@@ -186,52 +186,52 @@ pub(crate) fn param(text: &str) -> Param {
 
 /// The line with values for names: `\name` everywhere, and in dialects that have it so the name alone outside quotes. `\@`
 /// is the number of the call, `\()` nothing.
-pub(crate) fn put_in(d: &Dialect, line: &Line, values: &[(String, String)], number: u32, join: Join) -> Line {
+pub(crate) fn substitute_parameters(d: &AsmDialect, line: &AsmLine, values: &[(String, String)], number: u32, join: ArgumentJoin) -> AsmLine {
     let text: &str = &line.text;
     let plain = d.plain_arguments && !values.is_empty();
     if !plain && !text.contains('\\') {
         return line.clone();
     }
-    let mut put = Putting { text, values, out: Changed::default(), done: 0, all: d.hooks.is_sdas };
+    let mut put = ParameterSubstitution { text, values, out: RewrittenText::default(), copied_to: 0, any_quote_joins: d.hooks.is_sdas };
     let end = code_end(d, text);
     let mut at = 0;
     while at < text.len() {
         if byte(text, at) == b'\\' {
-            at = put.marked(at, number);
+            at = put.substitute_marked(at, number);
             continue;
         }
         if !plain || at >= end {
             at += text.get(at..).and_then(|rest| rest.chars().next()).map_or(1, char::len_utf8);
             continue;
         }
-        at = match name_at(d, text, at) {
-            Ok(name_end) => put.name(at..name_end, join),
+        at = match scan_name(d, text, at) {
+            Ok(name_end) => put.substitute_name(at..name_end, join),
             // `x'n`: what the quote joins.
-            Err(_) if join == Join::Quote && put.joins(at) => at + 1,
+            Err(_) if join == ArgumentJoin::Quote && put.joins(at) => at + 1,
             Err(behind) => {
                 if matches!(byte(text, at), b'\'' | b'"') {
-                    put.within(at..behind, join, number);
+                    put.substitute_in_quotes(at..behind, join, number);
                 }
                 behind
             }
         };
     }
-    put.out.copy(text, put.done..text.len());
+    put.out.copy(text, put.copied_to..text.len());
     put.out.into_line(line)
 }
 
 /// A line into which values are put.
-struct Putting<'t> {
+struct ParameterSubstitution<'t> {
     text: &'t str,
     values: &'t [(String, String)],
-    out: Changed,
+    out: RewrittenText,
     /// What stands before this is in `out`.
-    done: usize,
+    copied_to: usize,
     /// A quote beside a parameter joins whatever else it stands beside.
-    all: bool,
+    any_quote_joins: bool,
 }
 
-impl<'t> Putting<'t> {
+impl<'t> ParameterSubstitution<'t> {
     /// The value of the parameter that stands there.
     fn value(&self, at: Range<usize>) -> Option<&'t str> {
         let name = self.text.get(at)?;
@@ -239,44 +239,44 @@ impl<'t> Putting<'t> {
     }
 
     /// Puts a value in for what stands there; behind it.
-    fn put(&mut self, at: Range<usize>, value: &str) -> usize {
-        if self.done < at.start {
-            self.out.copy(self.text, self.done..at.start);
+    fn substitute_value(&mut self, at: Range<usize>, value: &str) -> usize {
+        if self.copied_to < at.start {
+            self.out.copy(self.text, self.copied_to..at.start);
         }
         self.out.put(value, at.start);
-        self.done = at.end;
+        self.copied_to = at.end;
         at.end
     }
 
     /// The backslash that stands there, with what it stands in front of; behind them.
-    fn marked(&mut self, at: usize, number: u32) -> usize {
+    fn substitute_marked(&mut self, at: usize, number: u32) -> usize {
         let name_end = behind_name(self.text, at + 1, false);
         if let Some(value) = self.value(at + 1..name_end) {
-            self.put(at..name_end, value)
+            self.substitute_value(at..name_end, value)
         } else if byte(self.text, at + 1) == b'@' {
-            self.put(at..at + 2, &number.to_string())
+            self.substitute_value(at..at + 2, &number.to_string())
         } else if self.text.get(at + 1..at + 3) == Some("()") {
-            self.put(at..at + 3, "")
+            self.substitute_value(at..at + 3, "")
         } else {
             at + 1
         }
     }
 
     /// The name that stands there, with what joins it to its neighbours left out where it is a parameter; behind it.
-    fn name(&mut self, at: Range<usize>, join: Join) -> usize {
+    fn substitute_name(&mut self, at: Range<usize>, join: ArgumentJoin) -> usize {
         let Some(value) = self.value(at.clone()) else { return at.end };
         let mark = match join {
-            Join::Nothing => return self.put(at, value),
-            Join::And => b'&',
-            Join::Quote => b'\'',
+            ArgumentJoin::Nothing => return self.substitute_value(at, value),
+            ArgumentJoin::And => b'&',
+            ArgumentJoin::Quote => b'\'',
         };
         let before =
-            at.start > self.done && byte(self.text, at.start - 1) == mark && (self.is_name(at.start - 1) || self.all);
+            at.start > self.copied_to && byte(self.text, at.start - 1) == mark && (self.is_name(at.start - 1) || self.any_quote_joins);
         let next = byte(self.text, at.end + 1);
         // In front of a number `&` is the operator.
-        let joins = begins_name(next) && next != b'.' || next == b'$' || self.all;
+        let joins = begins_name(next) && next != b'.' || next == b'$' || self.any_quote_joins;
         let behind = byte(self.text, at.end) == mark && joins;
-        self.put(at.start - usize::from(before)..at.end + usize::from(behind), value)
+        self.substitute_value(at.start - usize::from(before)..at.end + usize::from(behind), value)
     }
 
     /// A name, and no number, ends there, or a value was put in there.
@@ -284,23 +284,23 @@ impl<'t> Putting<'t> {
         let front = self.text.get(..end).unwrap_or_default();
         let word = front.rfind(|c: char| !c.is_ascii_alphanumeric() && !matches!(c, '_' | '?' | '$'));
         let first = byte(front, word.map_or(0, |at| at + 1));
-        end == self.done && end > 0 || begins_name(first)
+        end == self.copied_to && end > 0 || begins_name(first)
     }
 
     /// The quote that stands there joins a name to the parameter behind it.
     fn joins(&self, at: usize) -> bool {
         let name = at + 1..behind_name(self.text, at + 1, false);
-        byte(self.text, at) == b'\'' && (self.is_name(at) || self.all) && self.value(name).is_some()
+        byte(self.text, at) == b'\'' && (self.is_name(at) || self.any_quote_joins) && self.value(name).is_some()
     }
 
     /// Puts values in for `\name`, `&name` and `&name&` within a text in quotes.
-    fn within(&mut self, at: Range<usize>, join: Join, number: u32) {
+    fn substitute_in_quotes(&mut self, at: Range<usize>, join: ArgumentJoin, number: u32) {
         let mut next = at.start;
-        let is_mark = |c: char| c == '\\' || c == '&' && join == Join::And;
+        let is_mark = |c: char| c == '\\' || c == '&' && join == ArgumentJoin::And;
         while let Some(mark) = self.text.get(next..at.end).and_then(|rest| rest.find(is_mark)).map(|found| next + found)
         {
             if byte(self.text, mark) == b'\\' {
-                next = self.marked(mark, number);
+                next = self.substitute_marked(mark, number);
                 continue;
             }
             let end = behind_name(self.text, mark + 1, false).min(at.end);
@@ -309,7 +309,7 @@ impl<'t> Putting<'t> {
                 // `&a&b`: the second mark is the one in front of `b`.
                 let behind = behind_name(self.text, end + 1, false);
                 let closes = byte(self.text, end) == b'&' && self.value(end + 1..behind).is_none();
-                next = self.put(mark..end + usize::from(closes), value);
+                next = self.substitute_value(mark..end + usize::from(closes), value);
             }
         }
     }

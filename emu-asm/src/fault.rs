@@ -6,39 +6,39 @@ use diag::Severity;
 
 /// A complaint about a piece of the line that is being read.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Fault {
+pub(crate) struct LineFault {
     /// Code of [`crate::CODES`].
     pub code: &'static str,
     /// Error, warning or note.
     pub severity: Severity,
     /// Bytes of the line.
-    pub at: Range<usize>,
+    pub range: Range<usize>,
     /// What is wrong.
     pub cause: String,
     /// What to do about it.
     pub hint: String,
     /// A name for which a similar one is looked up when the complaint is told.
-    pub name: Option<String>,
+    pub misspelt_name: Option<String>,
 }
 
-impl Fault {
+impl LineFault {
     /// An error.
-    pub fn new(code: &'static str, at: Range<usize>, cause: impl Into<String>, hint: impl Into<String>) -> Fault {
-        Fault { code, severity: Severity::Error, at, cause: cause.into(), hint: hint.into(), name: None }
+    pub fn new(code: &'static str, at: Range<usize>, cause: impl Into<String>, hint: impl Into<String>) -> LineFault {
+        LineFault { code, severity: Severity::Error, range: at, cause: cause.into(), hint: hint.into(), misspelt_name: None }
     }
 
     /// The same as a warning.
-    pub fn warning(self) -> Fault {
-        Fault { severity: Severity::Warning, ..self }
+    pub fn warning(self) -> LineFault {
+        LineFault { severity: Severity::Warning, ..self }
     }
 
     /// The same as a note.
-    pub fn note(self) -> Fault {
-        Fault { severity: Severity::Note, ..self }
+    pub fn note(self) -> LineFault {
+        LineFault { severity: Severity::Note, ..self }
     }
 
     /// With a similar name as its hint, if there is one.
-    pub fn near(self, name: &str) -> Fault {
-        Fault { name: Some(name.to_owned()), ..self }
+    pub fn with_similar_name(self, name: &str) -> LineFault {
+        LineFault { misspelt_name: Some(name.to_owned()), ..self }
     }
 }

@@ -6,10 +6,10 @@ use std::rc::Rc;
 
 use diag::{Pos, text};
 
-use crate::text::Line;
+use crate::lines::AsmLine;
 
 /// Opens included files.
-pub trait Files {
+pub trait IncludeFiles {
     /// The file `name` that the file `from` includes: its path as it is to be shown, and its bytes.
     ///
     /// # Errors
@@ -18,7 +18,7 @@ pub trait Files {
 }
 
 /// Has no files.
-impl Files for () {
+impl IncludeFiles for () {
     fn open(&mut self, _: &str, _: &str) -> io::Result<(String, Vec<u8>)> {
         Err(io::Error::new(io::ErrorKind::NotFound, "no files can be included here"))
     }
@@ -26,18 +26,18 @@ impl Files for () {
 
 /// The texts that were read: by their names as they are shown.
 #[derive(Debug, Clone, Default)]
-pub struct Texts {
-    files: Vec<Text>,
+pub struct SourceTexts {
+    files: Vec<ReadText>,
 }
 
 #[derive(Debug, Clone)]
-struct Text {
+struct ReadText {
     name: String,
     bytes: Vec<u8>,
-    lines: Rc<[Line]>,
+    lines: Rc<[AsmLine]>,
 }
 
-impl Texts {
+impl SourceTexts {
     /// The bytes of the text with this name.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&[u8]> {
@@ -52,15 +52,15 @@ impl Texts {
     /// Adds a text; its number.
     pub(crate) fn add(&mut self, name: &str, bytes: &[u8], block_comments: bool) -> u32 {
         let file = self.files.len() as u32;
-        let bytes = &*text::plain(bytes);
-        let text = text::decode(bytes);
-        let bare = if block_comments && text.contains("/*") { without_blocks(&text) } else { text.into_owned() };
+        let bytes = &*text::strip_line_decorations(bytes);
+        let text = text::decode_text(bytes);
+        let bare = if block_comments && text.contains("/*") { blank_block_comments(&text) } else { text.into_owned() };
         let whole = bare.strip_suffix('\n').unwrap_or(&bare);
         let lines = whole.split('\n').map(|line| line.trim_end_matches('\r')).zip(1..);
-        let lines = lines.map(|(text, number)| Line { text: text.into(), file, number, map: None });
-        let lines: Vec<Line> = lines.collect();
-        let lines = if block_comments { joined(lines).into() } else { lines.into() };
-        self.files.push(Text { name: name.to_owned(), bytes: bytes.to_vec(), lines });
+        let lines = lines.map(|(text, number)| AsmLine { text: text.into(), file, number, map: None });
+        let lines: Vec<AsmLine> = lines.collect();
+        let lines = if block_comments { join_continued_lines(lines).into() } else { lines.into() };
+        self.files.push(ReadText { name: name.to_owned(), bytes: bytes.to_vec(), lines });
         file
     }
 
@@ -69,7 +69,7 @@ impl Texts {
         text::wide_encoding(&self.files.get(file as usize)?.bytes)
     }
 
-    pub(crate) fn lines(&self, file: u32) -> Rc<[Line]> {
+    pub(crate) fn lines(&self, file: u32) -> Rc<[AsmLine]> {
         self.files.get(file as usize).map(|text| text.lines.clone()).unwrap_or_default()
     }
 
@@ -84,7 +84,7 @@ impl Texts {
     }
 
     /// File and place of some bytes of a line.
-    pub(crate) fn pos(&self, line: &Line, at: &Range<usize>) -> (String, Pos) {
+    pub(crate) fn pos(&self, line: &AsmLine, at: &Range<usize>) -> (String, Pos) {
         let (start, end) = match &line.map {
             Some(map) => {
                 (map.old(at.start), map.old(at.end.saturating_sub(1).max(at.start)) + usize::from(at.end > at.start))
@@ -100,8 +100,8 @@ impl Texts {
 }
 
 /// Lines of the preprocessor that end with a backslash, with those that follow; these stay behind as empty lines.
-fn joined(mut lines: Vec<Line>) -> Vec<Line> {
-    let goes_on = |line: &Line| line.text.ends_with('\\');
+fn join_continued_lines(mut lines: Vec<AsmLine>) -> Vec<AsmLine> {
+    let goes_on = |line: &AsmLine| line.text.ends_with('\\');
     let mut at = 0;
     while let Some(first) = lines.get(at) {
         let behind = lines.iter().skip(at).position(|line| !goes_on(line)).map_or(lines.len(), |n| at + n + 1);
@@ -122,10 +122,10 @@ fn joined(mut lines: Vec<Line>) -> Vec<Line> {
 }
 
 /// Spaces in the place of `/* .. */`, lines kept.
-fn without_blocks(text: &str) -> String {
+fn blank_block_comments(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut rest = text;
-    while let Some(start) = open_block(rest) {
+    while let Some(start) = find_block_comment(rest) {
         // What is not closed stays, and is told as what it is.
         let Some(end) = rest.get(start + 2..).and_then(|inside| inside.find("*/")) else { break };
         let end = start + 2 + end + 2;
@@ -138,7 +138,7 @@ fn without_blocks(text: &str) -> String {
 }
 
 /// Bytes between the single quote at the front and the one that closes it on the same line; 0 where none does.
-fn in_quotes(text: &str) -> usize {
+fn quoted_length(text: &str) -> usize {
     let line = text.split('\n').next().unwrap_or_default();
     let close = if line.starts_with("'\\") { 3 } else { 2 };
     match line.as_bytes().get(close) {
@@ -148,7 +148,7 @@ fn in_quotes(text: &str) -> usize {
 }
 
 /// Where a block comment begins: outside quotes and other comments.
-fn open_block(text: &str) -> Option<usize> {
+fn find_block_comment(text: &str) -> Option<usize> {
     let bytes = text.as_bytes();
     let mut quote = 0u8;
     let mut i = 0;
@@ -158,7 +158,7 @@ fn open_block(text: &str) -> Option<usize> {
             b'\n' => quote = 0,
             b'\\' if quote != 0 => i += 1,
             b'"' if quote == 0 || quote == b'"' => quote ^= b'"',
-            b'\'' if quote == 0 => i += in_quotes(text.get(i..).unwrap_or_default()),
+            b'\'' if quote == 0 => i += quoted_length(text.get(i..).unwrap_or_default()),
             b'/' if quote == 0 && next == b'*' => return Some(i),
             b';' if quote == 0 => quote = b';',
             b'/' if quote == 0 && next == b'/' => quote = b';',

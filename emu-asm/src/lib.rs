@@ -22,41 +22,41 @@ mod arguments;
 mod codes;
 mod dialect;
 mod engine;
-mod expr;
+mod expression;
 mod fault;
 mod files;
-mod given;
-mod known;
+mod name_or_directive;
+mod chip_names;
 mod listing;
 mod macros;
 mod matching;
-mod named;
-mod names;
+mod chip_of_source;
+mod name_values;
 mod number;
 mod output;
 mod reader;
 mod sections;
 mod statement;
 mod symbols;
-mod table;
-mod text;
+mod form_table;
+mod lines;
 
-use diag::text::show;
+use diag::text::to_display_text;
 use diag::{Diagnostic, Severity};
-use emu_core::chip::{Chip, Family};
-use emu_core::image::{CONSTANT, Image, Lines, SymbolAt};
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::image::{CONSTANT_SPACE, Image, SourceLines, SymbolAt};
 use emu_core::table::AsmError;
 
 pub use codes::CODES;
-use engine::Asm;
-pub use files::{Files, Texts};
-pub use listing::Listing;
-pub use named::named_chip;
-use symbols::Kind;
+use engine::Assembler;
+pub use files::{IncludeFiles, SourceTexts};
+pub use listing::AsmListing;
+pub use chip_of_source::named_chip;
+use symbols::AsmSymbolKind;
 
 /// A source text.
 #[derive(Debug, Clone, Copy)]
-pub struct Source<'a> {
+pub struct SourceText<'a> {
     /// Its name, for messages and as what includes count from.
     pub name: &'a str,
     /// Its bytes.
@@ -65,36 +65,36 @@ pub struct Source<'a> {
 
 /// What is given beside the source.
 #[derive(Debug, Clone, Default)]
-pub struct Options {
+pub struct AssembleOptions {
     /// Names with their texts, as by `#define`.
     pub defines: Vec<(String, String)>,
     /// Chips by name, as on a command line: the include of another chip of the family gives that chip's names, as its file would.
     /// Without it such an include is refused.
-    pub chip_named: Option<fn(name: &str) -> Option<&'static Chip>>,
+    pub find_chip: Option<fn(name: &str) -> Option<&'static Chip>>,
 }
 
 /// An assembled program.
 #[derive(Debug, Clone)]
-pub struct Assembled {
+pub struct AssembledProgram {
     /// The image: its bytes, its names (labels in their memories, others as [`CONSTANT`]) and its lines.
     pub image: Image,
     /// The listing.
-    pub listing: Listing,
+    pub listing: AsmListing,
     /// The source asks for a HEX file without records of extended addresses (`list f=inhx8m` of PIC16).
     pub is_inhx8m: bool,
     /// Warnings and notes, in the order of the source.
     pub warnings: Vec<Diagnostic>,
     /// The texts that were read.
-    pub texts: Texts,
+    pub texts: SourceTexts,
 }
 
 /// A refused program.
 #[derive(Debug, Clone)]
-pub struct Refused {
+pub struct RefusedSource {
     /// All errors, in the order in which they were found, and the warnings between them; at most 100 of each and a closing note.
-    pub faults: Vec<Diagnostic>,
+    pub diagnostics: Vec<Diagnostic>,
     /// The texts that were read.
-    pub texts: Texts,
+    pub texts: SourceTexts,
 }
 
 /// Assembles a program for a chip.
@@ -102,37 +102,37 @@ pub struct Refused {
 /// # Errors
 /// All that is wrong with it.
 pub fn assemble(
-    source: &Source<'_>,
+    source: &SourceText<'_>,
     chip: &'static Chip,
-    options: &Options,
-    files: &mut dyn Files,
-) -> Result<Assembled, Box<Refused>> {
-    let mut asm = Asm::new(chip, options.defines.clone(), files);
-    asm.chip_named = options.chip_named;
-    asm.texts.add(source.name, source.bytes, asm.d.block_comments);
-    asm.run();
-    let faults = asm.faults();
+    options: &AssembleOptions,
+    files: &mut dyn IncludeFiles,
+) -> Result<AssembledProgram, Box<RefusedSource>> {
+    let mut asm = Assembler::new(chip, options.defines.clone(), files);
+    asm.find_chip = options.find_chip;
+    asm.texts.add(source.name, source.bytes, asm.dialect.block_comments);
+    asm.run_passes();
+    let faults = asm.take_diagnostics();
     let texts = std::mem::take(&mut asm.texts);
     if faults.iter().any(|fault| fault.severity == Severity::Error) {
-        return Err(Box::new(Refused { faults, texts }));
+        return Err(Box::new(RefusedSource { diagnostics: faults, texts }));
     }
-    let listing = Listing {
-        rows: asm.out.list.iter().map(|listed| listing::Row::of(listed, &asm.out.bytes, &texts)).collect(),
+    let listing = AsmListing {
+        rows: asm.out.list.iter().map(|listed| listing::ListingRow::of(listed, &asm.out.bytes, &texts)).collect(),
         symbols: asm
             .symbols
             .all()
             .into_iter()
             .filter(|(name, _)| !name.contains('\u{1}'))
-            .map(|(name, symbol)| (show(name).into_owned(), symbol.value.n, listing::kind_name(&symbol.kind)))
+            .map(|(name, symbol)| (to_display_text(name).into_owned(), symbol.value.number, listing::kind_name(&symbol.kind)))
             .collect(),
-        digits: if chip.flash > 0x1_0000 { 5 } else { 4 },
+        digits: if chip.flash_bytes > 0x1_0000 { 5 } else { 4 },
     };
-    let is_inhx8m = asm.own.pic16.is_inhx8m;
-    Ok(Assembled { image: image_of(&mut asm), listing, is_inhx8m, warnings: faults, texts })
+    let is_inhx8m = asm.family_state.pic16.is_inhx8m;
+    Ok(AssembledProgram { image: image_of(&mut asm), listing, is_inhx8m, warnings: faults, texts })
 }
 
 /// The image of what was assembled.
-fn image_of(asm: &mut Asm<'_>) -> Image {
+fn image_of(asm: &mut Assembler<'_>) -> Image {
     let mut symbols: Vec<SymbolAt> = asm
         .symbols
         .all()
@@ -140,11 +140,11 @@ fn image_of(asm: &mut Asm<'_>) -> Image {
         .filter(|(name, _)| !name.contains('\u{1}'))
         .filter_map(|(name, symbol)| {
             let (space, addr) = match symbol.kind {
-                Kind::Label { space, addr } => (space, addr),
-                Kind::Equ | Kind::Set => (CONSTANT, symbol.value.n as u32),
-                Kind::Alias { ref of, .. } => bit_of(asm.chip, of)?,
+                AsmSymbolKind::Label { space, addr } => (space, addr),
+                AsmSymbolKind::Equ | AsmSymbolKind::Set => (CONSTANT_SPACE, symbol.value.number as u32),
+                AsmSymbolKind::Alias { ref of, .. } => bit_of(asm.chip, of)?,
             };
-            Some(SymbolAt::new(show(name).into_owned(), space, addr, 0))
+            Some(SymbolAt::new(to_display_text(name).into_owned(), space, addr, 0))
         })
         .collect();
     let memory = |space: &str| asm.chip.spaces.iter().position(|(name, ..)| *name == space).unwrap_or(usize::MAX);
@@ -152,7 +152,7 @@ fn image_of(asm: &mut Asm<'_>) -> Image {
     Image {
         segments: std::mem::take(&mut asm.out.segments),
         symbols,
-        lines: Lines::new(std::mem::take(&mut asm.out.lines)),
+        lines: SourceLines::new(std::mem::take(&mut asm.out.lines)),
         entry: None,
     }
 }
@@ -163,7 +163,7 @@ fn bit_of(chip: &Chip, register: &str) -> Option<(&'static str, u32)> {
     let zone =
         [('t', "r"), ('o', "e")].iter().find(|row| row.0 == zone).map_or(zone.to_string(), |row| row.1.to_owned());
     let number = register.get(1..)?.trim_start_matches('_').parse().ok()?;
-    let &(space, size, _) = chip.spaces.iter().find(|(name, ..)| chip.family == Family::Ap101 && *name == zone)?;
+    let &(space, size, _) = chip.spaces.iter().find(|(name, ..)| chip.family == ChipFamily::Ap101 && *name == zone)?;
     (number < size).then_some((space, number))
 }
 
@@ -171,23 +171,23 @@ fn bit_of(chip: &Chip, register: &str) -> Option<(&'static str, u32)> {
 /// number of the chip. Such a name is no label.
 #[must_use]
 pub fn is_taken(chip: &'static Chip, name: &str) -> bool {
-    let (dialect, table) = (dialect::Dialect::of(chip), table::Table::of(chip.isa));
+    let (dialect, table) = (dialect::AsmDialect::of(chip), form_table::FormTable::of(chip.isa));
     let lower = name.to_ascii_lowercase();
     let is = |word: &&str| word.eq_ignore_ascii_case(name);
     let operators = dialect.operators.iter().map(|row| row.0).chain(dialect.unary.iter().map(|row| row.0));
     let slots = chip.isa.rows.iter().flat_map(|row| row.operands);
-    dialect.directive(&lower).is_some()
-        || operators.chain(dialect.here.iter().copied()).any(|word| is(&word))
+    dialect.find_directive(&lower).is_some()
+        || operators.chain(dialect.location_counter_names.iter().copied()).any(|word| is(&word))
         || !table.forms(&lower).is_empty()
         || table.words.contains(&lower)
-        || known::Known::of(chip).get(name).is_some()
-        || slots.into_iter().any(|slot| (slot.kind.named)(name).is_some())
+        || chip_names::ChipNames::of(chip).get(name).is_some()
+        || slots.into_iter().any(|slot| (slot.kind.parse_name)(name).is_some())
 }
 
 /// Names of the directives that a chip's dialect takes, without a dot.
 #[must_use]
-pub fn directives(chip: &Chip) -> Vec<&'static str> {
-    let mut names: Vec<&'static str> = dialect::Dialect::of(chip).names().collect();
+pub fn directive_names(chip: &Chip) -> Vec<&'static str> {
+    let mut names: Vec<&'static str> = dialect::AsmDialect::of(chip).names().collect();
     names.sort_unstable();
     names.dedup();
     names
@@ -197,12 +197,12 @@ pub fn directives(chip: &Chip) -> Vec<&'static str> {
 ///
 /// # Errors
 /// All that is wrong with it, one a line: `line:column: CODE: cause (hint)`.
-pub fn image(chip: &'static Chip, text: &str) -> Result<Image, String> {
-    let source = Source { name: "", bytes: text.as_bytes() };
-    match assemble(&source, chip, &Options::default(), &mut ()) {
+pub fn assemble_text(chip: &'static Chip, text: &str) -> Result<Image, String> {
+    let source = SourceText { name: "", bytes: text.as_bytes() };
+    match assemble(&source, chip, &AssembleOptions::default(), &mut ()) {
         Ok(assembled) => Ok(assembled.image),
         Err(refused) => Err(refused
-            .faults
+            .diagnostics
             .iter()
             .filter(|fault| fault.is_error())
             .map(|f| format!("{}:{}: {}: {} ({})", f.pos.line, f.pos.column, f.code, f.cause, f.hint))
@@ -215,12 +215,12 @@ pub fn image(chip: &'static Chip, text: &str) -> Result<Image, String> {
 ///
 /// # Errors
 /// What is wrong with it.
-pub fn line(chip: &'static Chip, text: &str, pc: u32) -> Result<Vec<u16>, AsmError> {
+pub fn assemble_line(chip: &'static Chip, text: &str, pc: u32) -> Result<Vec<u16>, AsmError> {
     let mut none = ();
-    let mut asm = Asm::new(chip, Vec::new(), &mut none);
+    let mut asm = Assembler::new(chip, Vec::new(), &mut none);
     asm.texts.add("", text.as_bytes(), false);
-    asm.one_line(pc);
-    let error = asm.faults().into_iter().find(Diagnostic::is_error);
+    asm.run_one_line(pc);
+    let error = asm.take_diagnostics().into_iter().find(Diagnostic::is_error);
     if let Some(fault) = error {
         return Err(AsmError { code: fault.code, cause: fault.cause, hint: fault.hint });
     }

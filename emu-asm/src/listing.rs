@@ -2,23 +2,23 @@
 
 use std::fmt::{self, Write};
 
-use diag::text::{into_printable, show};
+use diag::text::{into_printable, to_display_text};
 
-use crate::files::Texts;
-use crate::output::Listed;
-use crate::symbols::Kind;
+use crate::files::SourceTexts;
+use crate::output::ListedLine;
+use crate::symbols::AsmSymbolKind;
 
 /// A listing, written when it is asked for.
 #[derive(Debug, Clone, Default)]
-pub struct Listing {
-    pub(crate) rows: Vec<Row>,
+pub struct AsmListing {
+    pub(crate) rows: Vec<ListingRow>,
     pub(crate) symbols: Vec<(String, i64, String)>,
     pub(crate) digits: usize,
 }
 
 /// A line.
 #[derive(Debug, Clone)]
-pub(crate) struct Row {
+pub(crate) struct ListingRow {
     pub addr: i64,
     pub words: Vec<u16>,
     pub value: Option<i64>,
@@ -28,20 +28,20 @@ pub(crate) struct Row {
     pub wide: bool,
 }
 
-impl Row {
+impl ListingRow {
     /// The row of a line and its bytes. A line of a file is listed as it stands there, one of a macro with its arguments put in.
-    pub(crate) fn of(listed: &Listed, bytes: &[u8], texts: &Texts) -> Row {
+    pub(crate) fn of(listed: &ListedLine, bytes: &[u8], texts: &SourceTexts) -> ListingRow {
         let line = &listed.line;
         let written = if listed.depth == 0 { texts.line(line.file, line.number) } else { &line.text };
         let bytes = bytes.get(listed.bytes.clone()).unwrap_or_default();
         let size = listed.unit.clamp(1, 2) as usize;
         let words = bytes.chunks(size).map(|word| word.iter().rev().fold(0, |high, &low| high << 8 | u16::from(low)));
-        Row {
+        ListingRow {
             addr: listed.addr,
             words: words.collect(),
             value: listed.value,
             number: listed.line.number,
-            text: into_printable(show(written.trim_end()).into_owned()),
+            text: into_printable(to_display_text(written.trim_end()).into_owned()),
             depth: listed.depth,
             wide: size == 2,
         }
@@ -49,12 +49,12 @@ impl Row {
 }
 
 /// Words in a row of the listing.
-const WORDS: usize = 4;
-const BYTES: usize = 6;
+const WORDS_PER_ROW: usize = 4;
+const BYTES_PER_ROW: usize = 6;
 
-impl fmt::Display for Listing {
+impl fmt::Display for AsmListing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let width = BYTES * 3;
+        let width = BYTES_PER_ROW * 3;
         // What stands behind the last line end is no line, and what a dialect adds at the end bears the number of a line above.
         let mut rows = &self.rows[..];
         while let [above @ .., before, last] = rows
@@ -64,7 +64,7 @@ impl fmt::Display for Listing {
             rows = &rows[..=above.len()];
         }
         for row in rows {
-            let (per, digits) = if row.wide { (WORDS, 4) } else { (BYTES, 2) };
+            let (per, digits) = if row.wide { (WORDS_PER_ROW, 4) } else { (BYTES_PER_ROW, 2) };
             let mut chunks = row.words.chunks(per);
             let words = |chunk: &[u16]| {
                 let mut out = String::new();
@@ -98,11 +98,11 @@ impl fmt::Display for Listing {
 }
 
 /// What a symbol is called in the listing.
-pub(crate) fn kind_name(kind: &Kind) -> String {
+pub(crate) fn kind_name(kind: &AsmSymbolKind) -> String {
     match kind {
-        Kind::Label { space, .. } => (*space).to_owned(),
-        Kind::Equ => "equ".to_owned(),
-        Kind::Set => "set".to_owned(),
-        Kind::Alias { of: register, .. } => format!("register {register}"),
+        AsmSymbolKind::Label { space, .. } => (*space).to_owned(),
+        AsmSymbolKind::Equ => "equ".to_owned(),
+        AsmSymbolKind::Set => "set".to_owned(),
+        AsmSymbolKind::Alias { of: register, .. } => format!("register {register}"),
     }
 }

@@ -5,17 +5,17 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::rc::Rc;
 
-use crate::arguments::{Join, arguments, name_at, param, parts, put_in, skip_comma, unescape};
-use crate::dialect::{Dialect, Flow};
-use crate::engine::{Asm, Call};
-use crate::fault::Fault;
-use crate::reader::Macro;
+use crate::arguments::{ArgumentJoin, split_arguments, scan_name, parse_parameter, split_parts, substitute_parameters, skip_comma, unescape};
+use crate::dialect::{AsmDialect, ReadFlow};
+use crate::engine::{Assembler, DirectiveCall};
+use crate::fault::LineFault;
+use crate::reader::AsmMacro;
 use crate::statement::code_end;
-use crate::text::{Changed, Line, behind_name, byte, cut, skip_space, step, trim};
+use crate::lines::{RewrittenText, AsmLine, behind_name, byte, cut, skip_space, step, trim};
 
 /// A parameter of a macro.
 #[derive(Debug, Clone)]
-pub(crate) struct Param {
+pub(crate) struct MacroParameter {
     /// Its name.
     pub name: String,
     /// What stands for it when nothing is given.
@@ -30,7 +30,7 @@ pub(crate) struct Param {
 
 /// A text that stands for another.
 #[derive(Debug, Clone)]
-pub(crate) struct Define {
+pub(crate) struct TextDefine {
     /// Its parameters; none where it has no brackets.
     pub params: Option<Vec<String>>,
     /// The text.
@@ -38,24 +38,24 @@ pub(crate) struct Define {
 }
 
 /// Texts within texts.
-const DEEPEST: usize = 32;
+const MAX_DEPTH: usize = 32;
 /// Bytes that are read while a line has its names replaced, those of texts within texts counted too.
-const MOST: usize = 1 << 20;
+const MAX_BYTES_READ: usize = 1 << 20;
 /// Bytes that a line may grow to.
-const LONGEST: usize = 1 << 16;
+const MAX_LINE_BYTES: usize = 1 << 16;
 
 /// The names whose texts are being put in.
 #[derive(Default)]
-struct Within {
+struct ExpansionStack {
     /// The names, the outermost first; an empty one is the argument of a text.
     names: Vec<String>,
     /// Bytes read so far.
     read: usize,
 }
 
-impl Asm<'_> {
+impl Assembler<'_> {
     /// Begins a macro: its lines up to `endm` are kept.
-    pub fn define_macro(&mut self, call: &Call<'_>) {
+    pub fn define_macro(&mut self, call: &DirectiveCall<'_>) {
         let text = call.text;
         let (name, params) = match &call.label {
             Some(label) => (label.clone(), call.rest.clone()),
@@ -65,26 +65,26 @@ impl Asm<'_> {
                 (rest.start..end, skip_comma(text, end)..rest.end.max(end))
             }
         };
-        let Some(body) = self.collect(call, Flow::Macro) else { return };
+        let Some(body) = self.collect_block(call, ReadFlow::Macro) else { return };
         if name.is_empty() {
             let hint = "write `name macro a, b`, or `.macro name a, b`";
-            return self.tell(Fault::new("ASM023", call.word.clone(), "the macro has no name", hint));
+            return self.report(LineFault::new("ASM023", call.word.clone(), "the macro has no name", hint));
         }
         let written = call.get(name.clone()).to_owned();
-        let join = Join::of(self.d, call.get(call.word.clone()));
-        let params = parts(self.d, text, params, join).into_iter().map(|part| param(call.get(part))).collect();
+        let join = ArgumentJoin::of(self.dialect, call.get(call.word.clone()));
+        let params = split_parts(self.dialect, text, params, join).into_iter().map(|part| parse_parameter(call.get(part))).collect();
         let mut locals = Vec::new();
         for line in body.iter() {
             locals.extend(self.locals_of(line));
         }
-        let found = Macro { name: written.clone(), params, locals, body, join };
+        let found = AsmMacro { name: written.clone(), params, locals, body, join };
         self.macros.insert(written.to_ascii_lowercase(), Rc::new(found));
     }
 
     /// The names that a `local` line of a macro gives.
-    fn locals_of(&self, line: &Line) -> Vec<String> {
+    fn locals_of(&self, line: &AsmLine) -> Vec<String> {
         let text = &line.text;
-        let head = self.head(text, 0, code_end(self.d, text));
+        let head = self.parse_head(text, 0, code_end(self.dialect, text));
         let word = text.get(head.word.clone()).unwrap_or_default().trim_start_matches('.');
         if !word.eq_ignore_ascii_case("local") {
             return Vec::new();
@@ -92,18 +92,18 @@ impl Asm<'_> {
         let names = cut(text, head.rest).into_iter();
         names
             .map(|range| {
-                text.get(range.start..behind_name(text, range.start, !self.d.dot_is_bit)).unwrap_or_default().to_owned()
+                text.get(range.start..behind_name(text, range.start, !self.dialect.dot_is_bit)).unwrap_or_default().to_owned()
             })
             .collect()
     }
 
     /// Reads a macro: its lines with the arguments put in.
-    pub fn call_macro(&mut self, found: &Macro, call: &Call<'_>) {
-        self.calls += 1;
-        let number = self.calls;
+    pub fn call_macro(&mut self, found: &AsmMacro, call: &DirectiveCall<'_>) {
+        self.macro_calls += 1;
+        let number = self.macro_calls;
         let mut values: Vec<(String, Option<String>)> = found.params.iter().map(|p| (p.name.clone(), None)).collect();
         let mut next = 0;
-        for range in arguments(self.d, call.text, call.rest.clone(), found.join) {
+        for range in split_arguments(self.dialect, call.text, call.rest.clone(), found.join) {
             let written = self.argument(call, range.clone(), found.join);
             let text = written.as_ref();
             let named = text.split_once('=').and_then(|(name, value)| {
@@ -124,7 +124,7 @@ impl Asm<'_> {
                 Some((_, value)) => *value = Some(text.to_owned()),
                 None => {
                     let cause = format!("`{}` takes {} arguments, and here are more", found.name, found.params.len());
-                    self.tell(Fault::new(
+                    self.report(LineFault::new(
                         "ASM023",
                         range,
                         cause,
@@ -137,7 +137,7 @@ impl Asm<'_> {
         for (param, (_, value)) in found.params.iter().zip(&mut values) {
             if value.is_none() && param.required {
                 let cause = format!("`{}` needs a value for `{}`", found.name, param.name);
-                self.tell(Fault::new("ASM023", call.word.clone(), cause, "give it behind the others, or by its name"));
+                self.report(LineFault::new("ASM023", call.word.clone(), cause, "give it behind the others, or by its name"));
             }
             *value = value.take().or_else(|| param.default.clone());
         }
@@ -150,19 +150,19 @@ impl Asm<'_> {
         let locals = found.locals.iter().map(|name| (name.clone(), format!("{name}?{number}")));
         let values: Vec<(String, String)> =
             values.into_iter().map(|(name, value)| (name, value.unwrap_or_default())).chain(locals).collect();
-        let lines = found.body.iter().map(|line| put_in(self.d, line, &values, number, found.join)).collect();
-        self.enter(found, lines, call);
+        let lines = found.body.iter().map(|line| substitute_parameters(self.dialect, line, &values, number, found.join)).collect();
+        self.enter_macro(found, lines, call);
     }
 
     /// The text of an argument. In ASM51 and ASEM-51 `%` in front of it gives its value, and in angles `!` keeps the next character.
-    fn argument<'t>(&mut self, call: &Call<'t>, range: Range<usize>, join: Join) -> Cow<'t, str> {
+    fn argument<'t>(&mut self, call: &DirectiveCall<'t>, range: Range<usize>, join: ArgumentJoin) -> Cow<'t, str> {
         let text = call.get(range.clone());
         let in_angles = byte(call.text, range.start.wrapping_sub(1)) == b'<';
         // `%101` is a number itself.
         let value = text.strip_prefix('%').filter(|rest| !in_angles && rest.contains(|c| !matches!(c, '0' | '1')));
         match value {
-            _ if join != Join::And => text.into(),
-            Some(_) => self.number(call.text, range.start + 1..range.end).unwrap_or(0).to_string().into(),
+            _ if join != ArgumentJoin::And => text.into(),
+            Some(_) => self.evaluate_number(call.text, range.start + 1..range.end).unwrap_or(0).to_string().into(),
             None if in_angles && text.contains('!') => unescape(text).into(),
             None => text.into(),
         }
@@ -171,35 +171,35 @@ impl Asm<'_> {
     /// Defines the names given from outside and those of the chip.
     pub fn define_given(&mut self) {
         self.defines = HashMap::new();
-        let all = (self.d.defines)(self.chip).into_iter().chain(self.given.clone());
+        let all = (self.dialect.predefined)(self.chip).into_iter().chain(self.given_defines.clone());
         for (name, text) in all {
-            self.defines.insert(name, Rc::new(Define { params: None, text }));
+            self.defines.insert(name, Rc::new(TextDefine { params: None, text }));
         }
     }
 
     /// What stands for a name; those given from outside are known in any case of their letters where labels are.
-    pub fn define_of(&self, name: &str) -> Option<&Rc<Define>> {
+    pub fn find_define(&self, name: &str) -> Option<&Rc<TextDefine>> {
         self.defines.get(name).or_else(|| self.defines.get(self.given_name(name)?))
     }
 
     /// The name given from outside that `name` is.
     pub fn given_name(&self, name: &str) -> Option<&str> {
-        let is_it = |given: &str| given == name || self.d.any_case && given.eq_ignore_ascii_case(name);
-        self.given.iter().map(|(given, _)| given.as_str()).find(|given| is_it(given))
+        let is_it = |given: &str| given == name || self.dialect.ignores_case && given.eq_ignore_ascii_case(name);
+        self.given_defines.iter().map(|(given, _)| given.as_str()).find(|given| is_it(given))
     }
 
     /// A text stands for a name.
     pub fn define_name(&mut self, name: String, text: &str) {
-        self.defines.insert(name, Rc::new(Define { params: None, text: text.to_owned() }));
+        self.defines.insert(name, Rc::new(TextDefine { params: None, text: text.to_owned() }));
     }
 
     /// `#define name text` and `#define name(a, b) text`.
-    pub fn define_text(&mut self, call: &Call<'_>) {
+    pub fn define_text(&mut self, call: &DirectiveCall<'_>) {
         let rest = trim(call.text, call.rest.clone());
         let end = behind_name(call.text, rest.start, true).min(rest.end);
         if end <= rest.start {
             let hint = "write `#define name text`";
-            return self.tell(Fault::new("ASM023", call.word.clone(), "a name is missing behind #define", hint));
+            return self.report(LineFault::new("ASM023", call.word.clone(), "a name is missing behind #define", hint));
         }
         let name = call.get(rest.start..end).to_owned();
         let close = (byte(call.text, end) == b'(')
@@ -213,16 +213,16 @@ impl Asm<'_> {
             None => (None, end),
         };
         let text = call.get(from..rest.end.max(from)).trim().to_owned();
-        self.defines.insert(name, Rc::new(Define { params, text }));
+        self.defines.insert(name, Rc::new(TextDefine { params, text }));
     }
 
     /// A condition with 1 or 0 for each `defined(NAME)`, as C's preprocessor has it.
-    pub fn decide_defined(&self, line: &Line, end: usize) -> Option<Line> {
+    pub fn replace_defined(&self, line: &AsmLine, end: usize) -> Option<AsmLine> {
         let text = line.text.get(..end)?;
         if !text.contains("defined") || !self.directive_of(text.split_whitespace().next()?)?.name.contains("if") {
             return None;
         }
-        let mut changed = Changed::default();
+        let mut changed = RewrittenText::default();
         let mut done = 0;
         for (at, word) in text.match_indices("defined") {
             let mut name = skip_space(text, at + word.len());
@@ -230,7 +230,7 @@ impl Asm<'_> {
             name = skip_space(text, name + usize::from(bracket));
             let mut end = behind_name(text, name, false);
             let found = text.get(name..end).filter(|name| !name.is_empty())?;
-            let known = self.define_of(found).is_some() || self.known.get(found).is_some();
+            let known = self.find_define(found).is_some() || self.chip_names.get(found).is_some();
             if bracket {
                 end = skip_space(text, end) + 1;
             }
@@ -243,35 +243,35 @@ impl Asm<'_> {
     }
 
     /// The line with the texts put in for which defined names stand.
-    pub fn expand(&mut self, line: &Line, end: usize) -> Option<Line> {
+    pub fn expand_defines(&mut self, line: &AsmLine, end: usize) -> Option<AsmLine> {
         if self.defines.is_empty() {
             return None;
         }
-        let mut changed = Changed::default();
+        let mut changed = RewrittenText::default();
         let code = line.text.get(..end).unwrap_or_default();
-        let mut within = Within::default();
-        if !self.put_texts(code, &mut changed, &mut within, None) {
+        let mut within = ExpansionStack::default();
+        if !self.expand_code(code, &mut changed, &mut within, None) {
             return None;
         }
-        if within.read >= MOST {
-            let cause = format!("the texts that stand for names of the line come to more than {MOST} characters");
-            self.tell(Fault::new("ASM014", 0..end, cause, "look for texts that stand in each other"));
+        if within.read >= MAX_BYTES_READ {
+            let cause = format!("the texts that stand for names of the line come to more than {MAX_BYTES_READ} characters");
+            self.report(LineFault::new("ASM014", 0..end, cause, "look for texts that stand in each other"));
             return None;
         }
-        if changed.text.len() >= LONGEST {
+        if changed.text.len() >= MAX_LINE_BYTES {
             let cause =
-                format!("the line grows to more than {LONGEST} characters when names are replaced by their texts");
-            self.tell(Fault::new("ASM014", 0..end, cause, "look for a text that doubles itself"));
+                format!("the line grows to more than {MAX_LINE_BYTES} characters when names are replaced by their texts");
+            self.report(LineFault::new("ASM014", 0..end, cause, "look for a text that doubles itself"));
             return None;
         }
         Some(changed.into_line(line))
     }
 
     /// Copies `code` with texts put in; true where there was one. `old` is the place for all of it where it is itself a text.
-    fn put_texts(&self, code: &str, out: &mut Changed, within: &mut Within, old: Option<usize>) -> bool {
+    fn expand_code(&self, code: &str, out: &mut RewrittenText, within: &mut ExpansionStack, old: Option<usize>) -> bool {
         let (mut at, mut done, mut any) = (0, 0, false);
-        while at < code.len() && out.text.len() < LONGEST {
-            let end = match name_at(self.d, code, at) {
+        while at < code.len() && out.text.len() < MAX_LINE_BYTES {
+            let end = match scan_name(self.dialect, code, at) {
                 Ok(end) => end,
                 Err(behind) => {
                     at = behind;
@@ -280,16 +280,16 @@ impl Asm<'_> {
             };
             let name = code.get(at..end).unwrap_or_default();
             // B'1010' is a number.
-            let found = if byte(code, end) == b'\'' { None } else { self.define_of(name).cloned() };
-            let open = within.read < MOST && within.names.len() < DEEPEST;
+            let found = if byte(code, end) == b'\'' { None } else { self.find_define(name).cloned() };
+            let open = within.read < MAX_BYTES_READ && within.names.len() < MAX_DEPTH;
             let found = found.filter(|_| open && !within.names.iter().any(|n| n == name));
-            let put = found.and_then(|define| self.text_of(code, end, &define, within));
+            let put = found.and_then(|define| self.expansion_of(code, end, &define, within));
             if let Some((text, behind)) = put {
                 copy(out, code, done..at, old);
                 any = true;
                 within.read += text.len();
                 within.names.push(name.to_owned());
-                self.put_texts(&text, out, within, Some(old.unwrap_or(at)));
+                self.expand_code(&text, out, within, Some(old.unwrap_or(at)));
                 within.names.pop();
                 (at, done) = (behind, behind);
             } else {
@@ -301,7 +301,7 @@ impl Asm<'_> {
     }
 
     /// The text that stands for a name which ends at `end`, and where what it replaces ends.
-    fn text_of(&self, code: &str, end: usize, define: &Define, within: &mut Within) -> Option<(String, usize)> {
+    fn expansion_of(&self, code: &str, end: usize, define: &TextDefine, within: &mut ExpansionStack) -> Option<(String, usize)> {
         let Some(params) = &define.params else { return Some((define.text.clone(), end)) };
         let open = skip_space(code, end);
         if byte(code, open) != b'(' {
@@ -321,20 +321,20 @@ impl Asm<'_> {
         // What is given has its texts put in first, so that a text may stand in itself: `X(X(2))`.
         within.names.push(String::new());
         let mut put = |range| {
-            let mut changed = Changed::default();
-            self.put_texts(code.get(range).unwrap_or_default(), &mut changed, within, Some(0));
+            let mut changed = RewrittenText::default();
+            self.expand_code(code.get(range).unwrap_or_default(), &mut changed, within, Some(0));
             changed.text
         };
         let given: Vec<String> = cut(code, open + 1..at).into_iter().map(&mut put).collect();
         within.names.pop();
         let values: Vec<(String, String)> = params.iter().cloned().zip(given).collect();
-        let line = Line { text: define.text.as_str().into(), file: 0, number: 0, map: None };
-        let plain = Dialect { plain_arguments: true, ..*self.d };
-        Some((put_in(&plain, &line, &values, 0, Join::Nothing).text.to_string(), (at + 1).min(code.len())))
+        let line = AsmLine { text: define.text.as_str().into(), file: 0, number: 0, map: None };
+        let plain = AsmDialect { plain_arguments: true, ..*self.dialect };
+        Some((substitute_parameters(&plain, &line, &values, 0, ArgumentJoin::Nothing).text.to_string(), (at + 1).min(code.len())))
     }
 }
 
-fn copy(out: &mut Changed, code: &str, range: Range<usize>, old: Option<usize>) {
+fn copy(out: &mut RewrittenText, code: &str, range: Range<usize>, old: Option<usize>) {
     if range.is_empty() {
         return;
     }

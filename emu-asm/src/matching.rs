@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
-use emu_core::table::{OperandKind, Site, words_of};
+use emu_core::table::{OperandKind, InstructionLocation, instruction_words};
 
-use crate::engine::Asm;
-use crate::expr::evaluate;
-use crate::fault::Fault;
-use crate::symbols::Kind;
-use crate::table::{Form, Means, Piece};
-use crate::text::{behind_name, byte, cut, skip_space, trim};
+use crate::engine::Assembler;
+use crate::expression::evaluate;
+use crate::fault::LineFault;
+use crate::symbols::AsmSymbolKind;
+use crate::form_table::{InstructionForm, FormMeaning, SyntaxPiece};
+use crate::lines::{behind_name, byte, cut, skip_space, trim};
 
 /// The kind of a literal that a value may stand for, such as `W` and `F`.
 pub(crate) const DESTINATION: &str = "destination";
@@ -18,25 +18,25 @@ pub(crate) const DESTINATION: &str = "destination";
 pub(crate) const LITERAL: &str = "literal";
 
 /// How a form went.
-enum Tried {
+enum FormResult {
     /// It fits; the values are known or not.
     Fits(Vec<u16>),
     /// It is another form.
-    Not,
+    OtherForm,
     /// It is this form, and a value is wrong; of several the one with the highest rank is told.
-    Wrong(u8, Fault),
+    Wrong(u8, LineFault),
 }
 
 /// An operand of a form.
-enum Operand {
+enum OperandResult {
     Value(i32, bool),
-    Not,
-    Wrong(u8, Fault),
+    OtherKind,
+    Wrong(u8, LineFault),
 }
 
-impl Asm<'_> {
+impl Assembler<'_> {
     /// The words of the instruction `mnemonic` (in lower case) with the operands `text[rest]`; `word` is where it stands.
-    pub(crate) fn instruction(
+    pub(crate) fn assemble_instruction(
         &mut self,
         text: &str,
         mnemonic: &str,
@@ -45,30 +45,30 @@ impl Asm<'_> {
     ) -> Option<Vec<u16>> {
         let all = trim(text, rest.clone());
         let written = text.get(all.clone()).unwrap_or_default();
-        let name = &written[..behind_name(written, 0, !self.d.dot_is_bit)];
-        let operands = match self.symbols.get(name, self.d.any_case).map(|symbol| &symbol.kind) {
-            Some(Kind::Alias { of: register, .. }) => register.to_string() + &written[name.len()..],
+        let name = &written[..behind_name(written, 0, !self.dialect.dot_is_bit)];
+        let operands = match self.symbols.get(name, self.dialect.ignores_case).map(|symbol| &symbol.kind) {
+            Some(AsmSymbolKind::Alias { of: register, .. }) => register.to_string() + &written[name.len()..],
             _ => written.to_owned(),
         };
-        if let Some((code, cause, hint)) = (self.d.refuses)(mnemonic, &operands) {
-            self.tell(Fault::new(code, all, cause, hint));
+        if let Some((code, cause, hint)) = (self.dialect.refuse_instruction)(mnemonic, &operands) {
+            self.report(LineFault::new(code, all, cause, hint));
             return None;
         }
-        if self.d.hooks.is_sdas && matches!(mnemonic, "push" | "pop") && written.eq_ignore_ascii_case("a") {
-            return self.instruction("acc", mnemonic, 0..0, 0..3);
+        if self.dialect.hooks.is_sdas && matches!(mnemonic, "push" | "pop") && written.eq_ignore_ascii_case("a") {
+            return self.assemble_instruction("acc", mnemonic, 0..0, 0..3);
         }
-        let found = match self.general(text, mnemonic, &operands, rest.clone()) {
+        let found = match self.resolve_general(text, mnemonic, &operands, rest.clone()) {
             Some(mnemonic) => self.encode(text, mnemonic, word, rest, 0),
             None => self.encode(text, mnemonic, word, rest, 0),
         };
-        self.behind = 0;
+        self.instruction_length = 0;
         match found {
             Ok(words) => {
-                std::mem::take(&mut self.notes).into_iter().for_each(|note| self.tell(note));
+                std::mem::take(&mut self.notes).into_iter().for_each(|note| self.report(note));
                 Some(words)
             }
             Err(fault) => {
-                self.tell(fault);
+                self.report(fault);
                 None
             }
         }
@@ -76,15 +76,15 @@ impl Asm<'_> {
 
     /// The instruction that a general one stands for here: the first that reaches the operand, or the last where that has a name that
     /// only a later line gives.
-    fn general(&mut self, text: &str, mnemonic: &str, operand: &str, rest: Range<usize>) -> Option<&'static str> {
+    fn resolve_general(&mut self, text: &str, mnemonic: &str, operand: &str, rest: Range<usize>) -> Option<&'static str> {
         let (_, forms) =
-            self.d.hooks.general.iter().find(|(name, _)| *name == mnemonic && !operand.starts_with('@'))?;
+            self.dialect.hooks.general_instructions.iter().find(|(name, _)| *name == mnemonic && !operand.starts_with('@'))?;
         let (last, shorter) = forms.split_last()?;
-        let (told, before) = (self.undefined.len(), std::mem::take(&mut self.forward));
-        let found = evaluate(self.d, text, rest.clone(), self);
+        let (told, before) = (self.undefined.len(), std::mem::take(&mut self.has_forward_reference));
+        let found = evaluate(self.dialect, text, rest.clone(), self);
         self.undefined.truncate(told);
-        let early = std::mem::replace(&mut self.forward, before);
-        self.forward |= early;
+        let early = std::mem::replace(&mut self.has_forward_reference, before);
+        self.has_forward_reference |= early;
         if early || found.is_err() {
             return Some(last);
         }
@@ -99,17 +99,17 @@ impl Asm<'_> {
         word: Range<usize>,
         rest: Range<usize>,
         depth: u32,
-    ) -> Result<Vec<u16>, Fault> {
+    ) -> Result<Vec<u16>, LineFault> {
         let table = self.table.clone();
         let forms = table.forms(mnemonic);
         let mut operands = cut(text, rest.clone());
-        if self.d.hooks.drops_operands && forms.iter().all(|form| form.pieces.is_empty()) && !operands.is_empty() {
+        if self.dialect.hooks.drops_operands && forms.iter().all(|form| form.pieces.is_empty()) && !operands.is_empty() {
             let cause = format!("{mnemonic} takes no operands: those here are left out");
             let all = trim(text, rest.clone());
-            self.notes.push(Fault::new("ASM051", all, cause, "put a `;` before a comment").warning());
+            self.notes.push(LineFault::new("ASM051", all, cause, "put a `;` before a comment").warning());
             operands.clear();
         }
-        let mut worst: Option<(u8, Fault)> = None;
+        let mut worst: Option<(u8, LineFault)> = None;
         let (told, noted) = (self.undefined.len(), self.notes.len());
         for form in forms {
             if form.pieces.len() != operands.len() {
@@ -117,29 +117,29 @@ impl Asm<'_> {
             }
             self.undefined.truncate(told);
             self.notes.truncate(noted);
-            let tried = match form.means {
-                Means::Row(row) => self.row(text, row, form, &operands, &word),
-                Means::Alias(to, written) => match self.rewrite(text, form, &operands, written) {
+            let tried = match form.meaning {
+                FormMeaning::Row(row) => self.try_form(text, row, form, &operands, &word),
+                FormMeaning::Alias(to, written) => match self.rewrite_operands(text, form, &operands, written) {
                     Some(other) if depth < 4 => {
                         // The operands stand in a line of their own, so what is wrong with them is told of all of them.
                         let all = trim(text, rest.clone());
                         let found = self.encode(&other, to, 0..0, 0..other.len(), depth + 1);
                         let at = if all.is_empty() { word } else { all };
-                        self.notes.iter_mut().for_each(|note| note.at = at.clone());
-                        return found.map_err(|fault| Fault { at, ..fault });
+                        self.notes.iter_mut().for_each(|note| note.range = at.clone());
+                        return found.map_err(|fault| LineFault { range: at, ..fault });
                     }
-                    _ => Tried::Not,
+                    _ => FormResult::OtherForm,
                 },
             };
             match tried {
-                Tried::Fits(words) => {
-                    let missing: Vec<Fault> = self.undefined.drain(told..).collect();
-                    missing.into_iter().for_each(|fault| self.tell(fault));
+                FormResult::Fits(words) => {
+                    let missing: Vec<LineFault> = self.undefined.drain(told..).collect();
+                    missing.into_iter().for_each(|fault| self.report(fault));
                     return Ok(words);
                 }
                 // Of forms that fail alike the one is told that fits furthest.
-                Tried::Wrong(rank, fault)
-                    if worst.as_ref().is_none_or(|(best, told)| (rank, fault.at.start) > (*best, told.at.start)) =>
+                FormResult::Wrong(rank, fault)
+                    if worst.as_ref().is_none_or(|(best, told)| (rank, fault.range.start) > (*best, told.range.start)) =>
                 {
                     worst = Some((rank, fault));
                 }
@@ -158,186 +158,186 @@ impl Asm<'_> {
                     Some(operands) => format!("`{operands}` fits no form of {mnemonic}"),
                 };
                 let at = if all.is_empty() { word } else { all };
-                Fault::new("ASM002", at, cause, format!("forms: {}", list.join("; ")))
+                LineFault::new("ASM002", at, cause, format!("forms: {}", list.join("; ")))
             }
         })
     }
 
-    fn row(&mut self, text: &str, index: usize, form: &Form, operands: &[Range<usize>], word: &Range<usize>) -> Tried {
+    fn try_form(&mut self, text: &str, index: usize, form: &InstructionForm, operands: &[Range<usize>], word: &Range<usize>) -> FormResult {
         let isa = self.chip.isa;
-        let Some(row) = isa.rows.get(index) else { return Tried::Not };
+        let Some(row) = isa.rows.get(index) else { return FormResult::OtherForm };
         let mut parts: Vec<(u8, Range<usize>)> = Vec::with_capacity(operands.len());
         for (piece, range) in form.pieces.iter().zip(operands) {
-            match self.split(text, piece, range.clone()) {
+            match self.split_piece(text, piece, range.clone()) {
                 Some(Some(part)) => parts.push(part),
                 Some(None) => {}
-                None => return Tried::Not,
+                None => return FormResult::OtherForm,
             }
         }
-        let site = (isa.site)(self.pc(), row.len());
+        let site = (isa.locate)(self.pc(), row.len());
         let mut values = Vec::with_capacity(parts.len());
         let mut known = true;
-        let mut wrong: Option<(u8, Fault)> = None;
-        if self.d.here_is_behind {
-            self.behind = i64::from(row.len() * self.chip.word_bytes / self.out.unit().max(1));
+        let mut wrong: Option<(u8, LineFault)> = None;
+        if self.dialect.counter_after_instruction {
+            self.instruction_length = i64::from(row.len() * self.chip.word_bytes / self.out.unit().max(1));
         }
-        for slot in row.operands.iter().filter(|slot| row.pattern.has(slot.letter)) {
-            let Some((_, range)) = parts.iter().find(|(letter, _)| *letter == slot.letter) else { return Tried::Not };
-            match self.operand(text, range.clone(), slot.kind, &site) {
-                Operand::Value(value, sure) => {
+        for slot in row.operands.iter().filter(|slot| row.pattern.has_letter(slot.letter)) {
+            let Some((_, range)) = parts.iter().find(|(letter, _)| *letter == slot.letter) else { return FormResult::OtherForm };
+            match self.try_operand(text, range.clone(), slot.kind, &site) {
+                OperandResult::Value(value, sure) => {
                     known &= sure;
                     values.push((value, range.clone()));
                 }
-                Operand::Not => return Tried::Not,
+                OperandResult::OtherKind => return FormResult::OtherForm,
                 // The other operands may still show that it is another form.
-                Operand::Wrong(rank, fault) => wrong = wrong.or(Some((rank, fault))),
+                OperandResult::Wrong(rank, fault) => wrong = wrong.or(Some((rank, fault))),
             }
         }
         if let Some((rank, fault)) = wrong {
-            return Tried::Wrong(rank, fault);
+            return FormResult::Wrong(rank, fault);
         }
-        if (isa.lacks)(index) {
+        if (isa.is_missing)(index) {
             let cause = format!("the {} has no `{}` in this form", self.chip.name, row.mnemonic);
             let hint =
                 "it is an instruction of larger chips of the family; on AVR rjmp and rcall reach all of a small one";
-            return Tried::Wrong(9, Fault::new("ASM026", word.clone(), cause, hint));
+            return FormResult::Wrong(9, LineFault::new("ASM026", word.clone(), cause, hint));
         }
-        let mut bits = row.pattern.written;
-        let slots = row.operands.iter().filter(|slot| row.pattern.has(slot.letter));
+        let mut bits = row.pattern.canonical;
+        let slots = row.operands.iter().filter(|slot| row.pattern.has_letter(slot.letter));
         for (slot, (value, range)) in slots.zip(&values).filter(|_| known) {
-            let width = row.pattern.field(slot.letter, 0).1;
-            match (slot.kind.raw)(*value, width, &site) {
-                Ok(raw) => bits |= row.pattern.place(slot.letter, raw),
+            let width = row.pattern.extract_field(slot.letter, 0).1;
+            match (slot.kind.encode)(*value, width, &site) {
+                Ok(raw) => bits |= row.pattern.insert_field(slot.letter, raw),
                 Err(cause) => {
                     let hint = "use a value in range";
-                    return Tried::Wrong(
+                    return FormResult::Wrong(
                         3,
-                        Fault::new("ASM003", range.clone(), format!("{}: {cause}", row.mnemonic), hint),
+                        LineFault::new("ASM003", range.clone(), format!("{}: {cause}", row.mnemonic), hint),
                     );
                 }
             }
         }
         if known {
-            self.notes.extend((self.d.hooks.check)(row, &values));
+            self.notes.extend((self.dialect.hooks.check)(row, &values));
         }
-        Tried::Fits(words_of(row, isa.word_bits, bits))
+        FormResult::Fits(instruction_words(row, isa.word_bits, bits))
     }
 
     /// The operand's text in a piece of the syntax: its letter and place, nothing for a literal; `None` where it does not fit.
-    fn split(&mut self, text: &str, piece: &Piece, range: Range<usize>) -> Option<Option<(u8, Range<usize>)>> {
+    fn split_piece(&mut self, text: &str, piece: &SyntaxPiece, range: Range<usize>) -> Option<Option<(u8, Range<usize>)>> {
         let Some(letter) = piece.letter else {
-            let literal = front(text, range.clone(), &piece.front).is_some_and(|at| at == range.end);
-            return (literal || self.stands_for(text, range, &piece.front)).then_some(None);
+            let literal = skip_prefix(text, range.clone(), &piece.front).is_some_and(|at| at == range.end);
+            return (literal || self.has_literal_value(text, range, &piece.front)).then_some(None);
         };
-        let start = front(text, range.clone(), &piece.front)?;
-        let end = back(text, start..range.end, &piece.back)?;
+        let start = skip_prefix(text, range.clone(), &piece.front)?;
+        let end = skip_suffix(text, start..range.end, &piece.back)?;
         let inner = trim(text, start..end);
         (!inner.is_empty()).then_some(Some((letter, inner)))
     }
 
     /// An expression with the value that the literal has.
-    fn stands_for(&mut self, text: &str, range: Range<usize>, literal: &str) -> bool {
+    fn has_literal_value(&mut self, text: &str, range: Range<usize>, literal: &str) -> bool {
         let number = literal.parse::<i64>().ok();
-        let Some(wanted) = number.or_else(|| self.d.literals.iter().find(|l| l.0 == literal).map(|l| l.1)) else {
+        let Some(wanted) = number.or_else(|| self.dialect.literals.iter().find(|l| l.0 == literal).map(|l| l.1)) else {
             return false;
         };
         let told = self.undefined.len();
-        let (d, at) = (self.d, range.clone());
+        let (d, at) = (self.dialect, range.clone());
         let found = evaluate(d, text, range, self);
         let sure = self.undefined.len() == told;
         self.undefined.truncate(told);
         let Ok(value) = found else { return false };
-        if value.unknown || !sure {
-            return value.unknown && self.pass == 1;
+        if value.is_unknown || !sure {
+            return value.is_unknown && self.pass == 1;
         }
-        self.fitted(if number.is_some() { LITERAL } else { DESTINATION }, value.n, &at) == wanted
+        self.fit_operand(if number.is_some() { LITERAL } else { DESTINATION }, value.number, &at) == wanted
     }
 
-    fn operand(&mut self, text: &str, range: Range<usize>, kind: &OperandKind, site: &Site) -> Operand {
+    fn try_operand(&mut self, text: &str, range: Range<usize>, kind: &OperandKind, site: &InstructionLocation) -> OperandResult {
         let piece = text.get(range.clone()).unwrap_or_default();
         // Marks of other forms.
         if piece.starts_with(['#', '@']) {
-            return Operand::Not;
+            return OperandResult::OtherKind;
         }
-        let name = behind_name(piece, 0, !self.d.dot_is_bit);
-        let own = (name > 0).then(|| self.symbols.get(&piece[..name], self.d.any_case)).flatten();
+        let name = behind_name(piece, 0, !self.dialect.dot_is_bit);
+        let own = (name > 0).then(|| self.symbols.get(&piece[..name], self.dialect.ignores_case)).flatten();
         let alias = match own.map(|symbol| &symbol.kind) {
-            Some(Kind::Alias { of: register, .. }) => Some(register.clone()),
+            Some(AsmSymbolKind::Alias { of: register, .. }) => Some(register.clone()),
             _ => None,
         };
         let written = alias.as_deref().filter(|_| name == piece.len()).unwrap_or(piece);
         if (own.is_none() || alias.is_some())
-            && let Some(value) = (kind.named)(written)
+            && let Some(value) = (kind.parse_name)(written)
         {
-            return Operand::Value(value, true);
+            return OperandResult::Value(value, true);
         }
-        let d = self.d;
-        if let Some(found) = self.zone(text, range.clone(), kind) {
+        let d = self.dialect;
+        if let Some(found) = self.try_zone(text, range.clone(), kind) {
             return found;
         }
         let value = match evaluate(d, text, range.clone(), self) {
             Ok(value) => value,
             // A register of the core where none is wanted: another form.
-            Err(fault) if fault.code == "ASM008" => return Operand::Not,
-            Err(fault) => return Operand::Wrong(2, fault),
+            Err(fault) if fault.code == "ASM008" => return OperandResult::OtherKind,
+            Err(fault) => return OperandResult::Wrong(2, fault),
         };
-        let fitted = if value.unknown { value.n } else { self.fitted(kind.name, value.n, &range) };
-        let Ok(n) = i32::try_from(fitted).or_else(|_| u32::try_from(value.n).map(|n| n as i32)) else {
-            let cause = format!("{} has more than 32 bits", value.n);
-            return Operand::Wrong(3, Fault::new("ASM003", range, cause, "use a value in range"));
+        let fitted = if value.is_unknown { value.number } else { self.fit_operand(kind.name, value.number, &range) };
+        let Ok(n) = i32::try_from(fitted).or_else(|_| u32::try_from(value.number).map(|n| n as i32)) else {
+            let cause = format!("{} has more than 32 bits", value.number);
+            return OperandResult::Wrong(3, LineFault::new("ASM003", range, cause, "use a value in range"));
         };
         let low_byte = !kind.wide && kind.name == "constant" && d.hooks.is_sdas;
-        if low_byte && !value.label && !value.unknown && !(-256..256).contains(&n) {
+        if low_byte && !value.is_label && !value.is_unknown && !(-256..256).contains(&n) {
             let cause = format!("{n} does not fit into 8 bits: its upper bits are left out");
             let hint = "give the bits that are meant with & or `#<`";
-            self.notes.push(Fault::new("ASM030", range.clone(), cause, hint).warning());
+            self.notes.push(LineFault::new("ASM030", range.clone(), cause, hint).warning());
         }
         let n = if low_byte { n & 0xFF } else { n };
         // R0 to R7 are words, so that the address of a register of the chip is for another form, or for none.
-        if d.dot_is_bit && value.register && kind.name.starts_with("register") {
-            return Operand::Not;
+        if d.dot_is_bit && value.is_register && kind.name.starts_with("register") {
+            return OperandResult::OtherKind;
         }
-        let meant = if value.register { (kind.register)(n) } else { (kind.number)(n, site) };
+        let meant = if value.is_register { (kind.check_register)(n) } else { (kind.check_number)(n, site) };
         match meant {
-            Ok(value_here) => Operand::Value(value_here, !value.unknown),
-            Err(cause) => Operand::Wrong(1, Fault::new("ASM003", range, cause, format!("wanted here: {}", kind.name))),
+            Ok(value_here) => OperandResult::Value(value_here, !value.is_unknown),
+            Err(cause) => OperandResult::Wrong(1, LineFault::new("ASM003", range, cause, format!("wanted here: {}", kind.name))),
         }
     }
 
     /// The value that an operand of a kind has in its field; what is cut off is noted.
-    fn fitted(&mut self, kind: &str, n: i64, at: &Range<usize>) -> i64 {
-        let Some((fitted, said)) = (self.d.hooks.cut)(self.chip, kind, n) else { return n };
-        self.notes.extend(said.map(|(code, cause, hint)| Fault::new(code, at.clone(), cause, hint).warning()));
+    fn fit_operand(&mut self, kind: &str, n: i64, at: &Range<usize>) -> i64 {
+        let Some((fitted, said)) = (self.dialect.hooks.cut)(self.chip, kind, n) else { return n };
+        self.notes.extend(said.map(|(code, cause, hint)| LineFault::new(code, at.clone(), cause, hint).warning()));
         fitted
     }
 
     /// `M(256+n)`: the name that the letter and the value in brackets are together.
-    fn zone(&mut self, text: &str, range: Range<usize>, kind: &OperandKind) -> Option<Operand> {
-        let piece = text.get(range.clone()).filter(|_| self.d.zones)?;
+    fn try_zone(&mut self, text: &str, range: Range<usize>, kind: &OperandKind) -> Option<OperandResult> {
+        let piece = text.get(range.clone()).filter(|_| self.dialect.zones)?;
         let inner = piece.get(1..)?.trim_start().strip_prefix('(')?.strip_suffix(')')?;
         let letter = piece.get(..1).filter(|letter| letter.starts_with(|c: char| c.is_ascii_alphabetic()))?;
-        (kind.named)(&format!("{letter}0"))?;
+        (kind.parse_name)(&format!("{letter}0"))?;
         let start = range.end - 1 - inner.len();
-        let d = self.d;
+        let d = self.dialect;
         let value = match evaluate(d, text, start..range.end - 1, self) {
-            Ok(value) if value.unknown => return Some(Operand::Value(0, false)),
-            Ok(value) => value.n,
-            Err(fault) => return Some(Operand::Wrong(2, fault)),
+            Ok(value) if value.is_unknown => return Some(OperandResult::Value(0, false)),
+            Ok(value) => value.number,
+            Err(fault) => return Some(OperandResult::Wrong(2, fault)),
         };
-        Some(match (kind.named)(&format!("{letter}{value}")) {
-            Some(address) => Operand::Value(address, true),
+        Some(match (kind.parse_name)(&format!("{letter}{value}")) {
+            Some(address) => OperandResult::Value(address, true),
             None => {
                 let cause = format!("there is no {letter}{value}");
-                Operand::Wrong(3, Fault::new("ASM003", range, cause, "zones have addresses from 0 to 511"))
+                OperandResult::Wrong(3, LineFault::new("ASM003", range, cause, "zones have addresses from 0 to 511"))
             }
         })
     }
 
     /// The operands of what another spelling stands for.
-    fn rewrite(&mut self, text: &str, form: &Form, operands: &[Range<usize>], written: &str) -> Option<String> {
+    fn rewrite_operands(&mut self, text: &str, form: &InstructionForm, operands: &[Range<usize>], written: &str) -> Option<String> {
         let mut parts = Vec::new();
         for (piece, range) in form.pieces.iter().zip(operands) {
-            parts.extend(self.split(text, piece, range.clone())?);
+            parts.extend(self.split_piece(text, piece, range.clone())?);
         }
         let mut out = String::new();
         for c in written.chars() {
@@ -356,7 +356,7 @@ impl Asm<'_> {
 }
 
 /// Behind the literal text at the front of `text[range]`, case and spaces aside.
-fn front(text: &str, range: Range<usize>, literal: &str) -> Option<usize> {
+fn skip_prefix(text: &str, range: Range<usize>, literal: &str) -> Option<usize> {
     let mut at = range.start;
     for c in literal.bytes() {
         at = skip_space(text, at);
@@ -377,7 +377,7 @@ fn front(text: &str, range: Range<usize>, literal: &str) -> Option<usize> {
 }
 
 /// Before the literal text at the end of `text[range]`.
-fn back(text: &str, range: Range<usize>, literal: &str) -> Option<usize> {
+fn skip_suffix(text: &str, range: Range<usize>, literal: &str) -> Option<usize> {
     let mut end = range.end;
     for c in literal.bytes().rev() {
         end = trim(text, range.start..end).end;

@@ -2,42 +2,42 @@
 
 use diag::text::byte_of;
 
-use crate::dialect::{Dialect, Form};
-use crate::fault::Fault;
-use crate::text::{BACKSLASH, byte};
+use crate::dialect::{AsmDialect, NumberForm};
+use crate::fault::LineFault;
+use crate::lines::{BACKSLASH, byte};
 
 /// The number that begins at `at`: its length and value; `None` where none begins.
 ///
 /// # Errors
 /// Digits that the form does not have, and values over 32 bits.
-pub(crate) fn read(d: &Dialect, radix: u32, text: &str, at: usize) -> Result<Option<(usize, i64)>, Fault> {
+pub(crate) fn read_number(d: &AsmDialect, radix: u32, text: &str, at: usize) -> Result<Option<(usize, i64)>, LineFault> {
     let Some(rest) = text.get(at..) else { return Ok(None) };
     // `1010$1010b`: the digits in groups, as in ASEM-51.
-    if let Some((len, digits)) = grouped(d, rest)
-        && let Ok(Some((taken, n))) = read(d, radix, &digits, 0)
+    if let Some((len, digits)) = grouped_digits(d, rest)
+        && let Ok(Some((taken, n))) = read_number(d, radix, &digits, 0)
         && taken == digits.len()
     {
         return Ok(Some((len, n)));
     }
     for form in d.numbers {
-        if let Some((skip, digits, radix, behind)) = take(*form, rest, radix) {
+        if let Some((skip, digits, radix, behind)) = match_form(*form, rest, radix) {
             let len = skip + digits.len() + behind;
-            return value(d, digits, radix)
+            return digits_value(d, digits, radix)
                 .map(|n| Some((len, n)))
-                .map_err(|cause| Fault::new("ASM010", at..at + len, cause, "numbers have up to 32 bits"));
+                .map_err(|cause| LineFault::new("ASM010", at..at + len, cause, "numbers have up to 32 bits"));
         }
     }
     if !byte(rest, 0).is_ascii_digit() {
         return Ok(None);
     }
-    let run = word(rest);
+    let run = leading_word(rest);
     let hint =
         format!("{} is the radix of a number that says nothing of it; see docs/formats/asm.md for the forms", radix);
-    Err(Fault::new("ASM010", at..at + run.len().max(1), format!("`{run}` is no number"), hint))
+    Err(LineFault::new("ASM010", at..at + run.len().max(1), format!("`{run}` is no number"), hint))
 }
 
 /// The number at the front whose digits stand in groups with `$` between them: its length, and its digits alone.
-fn grouped(d: &Dialect, rest: &str) -> Option<(usize, String)> {
+fn grouped_digits(d: &AsmDialect, rest: &str) -> Option<(usize, String)> {
     let end = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '$').unwrap_or(rest.len());
     let run = rest.get(..end)?;
     let groups = d.hooks.digit_groups && run.starts_with(|c: char| c.is_ascii_digit()) && run.contains('$');
@@ -46,16 +46,16 @@ fn grouped(d: &Dialect, rest: &str) -> Option<(usize, String)> {
 }
 
 /// The letters and digits at the front.
-fn word(rest: &str) -> &str {
+fn leading_word(rest: &str) -> &str {
     let end = rest.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(rest.len());
     rest.get(..end).unwrap_or_default()
 }
 
 /// Where the form stands at the front of `rest`: length of its prefix, digits, radix, length of its suffix.
-fn take(form: Form, rest: &str, radix: u32) -> Option<(usize, &str, u32, usize)> {
+fn match_form(form: NumberForm, rest: &str, radix: u32) -> Option<(usize, &str, u32, usize)> {
     let all = |digits: &str, radix| !digits.is_empty() && digits.chars().all(|c| c.is_digit(radix));
     let behind = |prefix: usize, radix| {
-        let digits = word(rest.get(prefix..)?);
+        let digits = leading_word(rest.get(prefix..)?);
         all(digits, radix).then_some((prefix, digits, radix, 0))
     };
     let prefixed = |mark: &str, radix| {
@@ -64,36 +64,36 @@ fn take(form: Form, rest: &str, radix: u32) -> Option<(usize, &str, u32, usize)>
     };
     let starts = byte(rest, 0).is_ascii_digit();
     let suffixed = |marks: &[u8], radix| {
-        let run = word(rest);
+        let run = leading_word(rest);
         let last = byte(run, run.len().checked_sub(1)?).to_ascii_lowercase();
         let digits = run.get(..run.len() - 1)?;
         (starts && marks.contains(&last) && all(digits, radix)).then_some((0, digits, radix, 1))
     };
     match form {
-        Form::Hex0x => prefixed("0x", 16),
-        Form::Binary0b => prefixed("0b", 2),
-        Form::HexDollar => prefixed("$", 16),
-        Form::DollarMark => match rest.as_bytes().get(..2)? {
+        NumberForm::Hex0x => prefixed("0x", 16),
+        NumberForm::Binary0b => prefixed("0b", 2),
+        NumberForm::HexDollar => prefixed("$", 16),
+        NumberForm::DollarMark => match rest.as_bytes().get(..2)? {
             b"$%" => behind(2, 2),
             b"$&" => behind(2, 8),
             b"$#" => behind(2, 10),
             _ => None,
         },
-        Form::HexDollars => prefixed("$$", 16),
-        Form::ZeroLetter => match byte(rest, 1).to_ascii_lowercase() {
+        NumberForm::HexDollars => prefixed("$$", 16),
+        NumberForm::ZeroLetter => match byte(rest, 1).to_ascii_lowercase() {
             b'h' if starts && byte(rest, 0) == b'0' => behind(2, 16),
             b'o' | b'q' if starts && byte(rest, 0) == b'0' => behind(2, 8),
             b'd' if starts && byte(rest, 0) == b'0' => behind(2, 10),
             _ => None,
         },
-        Form::BinaryPercent => prefixed("%", 2),
-        Form::HexH => suffixed(b"h", 16),
-        Form::BinaryB => suffixed(b"b", 2),
-        Form::OctalOQ => suffixed(b"oq", 8),
-        Form::DecimalD => suffixed(b"d", 10),
-        Form::OctalZero => (starts && byte(rest, 0) == b'0' && word(rest).len() > 1).then(|| behind(0, 8)).flatten(),
-        Form::DecimalDot => prefixed(".", 10),
-        Form::Quoted => {
+        NumberForm::BinaryPercent => prefixed("%", 2),
+        NumberForm::HexH => suffixed(b"h", 16),
+        NumberForm::BinaryB => suffixed(b"b", 2),
+        NumberForm::OctalOQ => suffixed(b"oq", 8),
+        NumberForm::DecimalD => suffixed(b"d", 10),
+        NumberForm::OctalZero => (starts && byte(rest, 0) == b'0' && leading_word(rest).len() > 1).then(|| behind(0, 8)).flatten(),
+        NumberForm::DecimalDot => prefixed(".", 10),
+        NumberForm::Quoted => {
             let radix = match byte(rest, 0).to_ascii_lowercase() {
                 b'h' => 16,
                 b'd' => 10,
@@ -105,11 +105,11 @@ fn take(form: Form, rest: &str, radix: u32) -> Option<(usize, &str, u32, usize)>
             let (prefix, digits, radix, _) = behind(2, radix)?;
             (byte(rest, 2 + digits.len()) == b'\'').then_some((prefix, digits, radix, 1))
         }
-        Form::Plain => (starts).then(|| behind(0, radix)).flatten(),
+        NumberForm::Plain => (starts).then(|| behind(0, radix)).flatten(),
     }
 }
 
-fn value(d: &Dialect, digits: &str, radix: u32) -> Result<i64, String> {
+fn digits_value(d: &AsmDialect, digits: &str, radix: u32) -> Result<i64, String> {
     if d.hooks.is_32 {
         let step = |n: i64, digit: u32| i64::from((n as u32).wrapping_mul(radix).wrapping_add(digit));
         return Ok(digits.chars().filter_map(|c| c.to_digit(radix)).fold(0, step));
@@ -122,9 +122,9 @@ fn value(d: &Dialect, digits: &str, radix: u32) -> Result<i64, String> {
 ///
 /// # Errors
 /// A quote with nothing behind it, and one that is not closed.
-pub(crate) fn quoted(d: &Dialect, text: &str, at: usize) -> Result<Option<(usize, i64)>, Fault> {
+pub(crate) fn read_quoted(d: &AsmDialect, text: &str, at: usize) -> Result<Option<(usize, i64)>, LineFault> {
     let quote = byte(text, at);
-    let ascii = quote.eq_ignore_ascii_case(&b'a') && byte(text, at + 1) == b'\'' && d.numbers.contains(&Form::Quoted);
+    let ascii = quote.eq_ignore_ascii_case(&b'a') && byte(text, at + 1) == b'\'' && d.numbers.contains(&NumberForm::Quoted);
     let open = if ascii { at + 1 } else { at };
     if byte(text, open) != b'\'' && quote != b'"' {
         return Ok(None);
@@ -132,7 +132,7 @@ pub(crate) fn quoted(d: &Dialect, text: &str, at: usize) -> Result<Option<(usize
     if let Some(quoted) = d.hooks.quoted {
         let cause = "a character is missing behind the quote";
         let hint = "'c is one character, \"cc are two; texts are for .ascii";
-        let found = quoted(text, open).ok_or_else(|| Fault::new("ASM011", open..text.len(), cause, hint))?;
+        let found = quoted(text, open).ok_or_else(|| LineFault::new("ASM011", open..text.len(), cause, hint))?;
         return Ok(Some((found.0 - at, i64::from(found.1))));
     }
     let mark = byte(text, open);
@@ -140,7 +140,7 @@ pub(crate) fn quoted(d: &Dialect, text: &str, at: usize) -> Result<Option<(usize
     let mut value = 0i64;
     let mut count = 0;
     while at_char < text.len() && (byte(text, at_char) != mark || (count == 0 && byte(text, at_char + 1) == mark)) {
-        let (mut len, code) = character(text, at_char);
+        let (mut len, code) = read_character(text, at_char);
         // A quote as a character is doubled, or stands alone.
         if mark == b'\'' && text.get(at_char..).unwrap_or_default().starts_with("'''") {
             len = 2;
@@ -165,7 +165,7 @@ pub(crate) fn quoted(d: &Dialect, text: &str, at: usize) -> Result<Option<(usize
                 }
                 _ => return Ok(Some((at_char - at, value))),
             };
-            return Err(Fault::new("ASM011", at..text.len(), cause, hint));
+            return Err(LineFault::new("ASM011", at..text.len(), cause, hint));
         }
         if count > 4 {
             break;
@@ -180,16 +180,16 @@ pub(crate) fn quoted(d: &Dialect, text: &str, at: usize) -> Result<Option<(usize
             _ => format!("the text `{written}` is not closed"),
         };
         let hint = "a character as a number stands in single quotes: 'c'; texts are for db and ascii";
-        return Err(Fault::new("ASM011", at..text.len(), cause, hint));
+        return Err(LineFault::new("ASM011", at..text.len(), cause, hint));
     }
     Ok(Some((at_char + 1 - at, value)))
 }
 
 /// The character at `at`, an escape taken as what it stands for: length in the text and code.
-pub(crate) fn character(text: &str, at: usize) -> (usize, u8) {
+pub(crate) fn read_character(text: &str, at: usize) -> (usize, u8) {
     let c = byte(text, at);
     if c != b'\\' || at + 1 >= text.len() {
-        return byte_at(text, at);
+        return read_byte(text, at);
     }
     let octal = text.get(at + 1..).unwrap_or_default();
     let digits = octal.bytes().take(3).take_while(|c| (b'0'..=b'7').contains(c)).count();
@@ -213,14 +213,14 @@ pub(crate) fn character(text: &str, at: usize) -> (usize, u8) {
             (2 + digits, code)
         }
         _ => {
-            let (len, code) = byte_at(text, at + 1);
+            let (len, code) = read_byte(text, at + 1);
             (1 + len, code)
         }
     }
 }
 
 /// The byte of the file at `at`, and how long it is in the text: a character that stands for a byte takes several there.
-pub(crate) fn byte_at(text: &str, at: usize) -> (usize, u8) {
+pub(crate) fn read_byte(text: &str, at: usize) -> (usize, u8) {
     let c = text.get(at..).and_then(|rest| rest.chars().next());
     match c.and_then(|c| Some((c.len_utf8(), if c == BACKSLASH { b'\\' } else { byte_of(c)? }))) {
         Some(found) => found,
@@ -229,7 +229,7 @@ pub(crate) fn byte_at(text: &str, at: usize) -> (usize, u8) {
 }
 
 /// The bytes of the text in quotes that fills `text[from..to]` whole; `None` where that is no such text.
-pub(crate) fn string(text: &str, from: usize, to: usize) -> Option<Vec<u8>> {
+pub(crate) fn read_string(text: &str, from: usize, to: usize) -> Option<Vec<u8>> {
     let mark = byte(text, from);
     if to < from + 2 || !matches!(mark, b'"' | b'\'') || byte(text, to - 1) != mark {
         return None;
@@ -242,7 +242,7 @@ pub(crate) fn string(text: &str, from: usize, to: usize) -> Option<Vec<u8>> {
         if byte(inside, at) == mark && !doubled {
             return None;
         }
-        let (len, code) = if doubled { (2, mark) } else { character(inside, at) };
+        let (len, code) = if doubled { (2, mark) } else { read_character(inside, at) };
         bytes.push(code);
         at += len;
     }

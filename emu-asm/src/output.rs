@@ -3,17 +3,17 @@
 use std::ops::Range;
 
 use emu_core::chip::Chip;
-use emu_core::image::{Bits, LineAt, LineKind, Segment, Space};
+use emu_core::image::{WordBits, SourceLine, SourceKind, Segment, ImageSpace};
 
-use crate::dialect::{Dialect, Holds};
-use crate::engine::Asm;
-use crate::fault::Fault;
-use crate::sections::{self, Section};
-use crate::text::Line;
+use crate::dialect::{AsmDialect, SectionContent};
+use crate::engine::Assembler;
+use crate::fault::LineFault;
+use crate::sections::{self, AsmSection};
+use crate::lines::AsmLine;
 
 /// Bytes that a line gives.
 #[derive(Debug, Clone)]
-pub(crate) struct Run {
+pub(crate) struct EmittedBytes {
     pub section: usize,
     /// Byte address in the image file; in a section whose bytes are copied, from the begin of all of them.
     pub addr: u64,
@@ -24,9 +24,9 @@ pub(crate) struct Run {
 
 /// A line of the listing.
 #[derive(Debug, Clone)]
-pub(crate) struct Listed {
+pub(crate) struct ListedLine {
     /// The line.
-    pub line: Line,
+    pub line: AsmLine,
     /// How deep in macros and repetitions.
     pub depth: u32,
     /// The address before it.
@@ -41,46 +41,46 @@ pub(crate) struct Listed {
 
 /// What the program gives in a pass.
 #[derive(Debug)]
-pub(crate) struct Output {
+pub(crate) struct PassOutput {
     /// Memories that an image may fill.
-    spaces: Vec<Space>,
+    spaces: Vec<ImageSpace>,
     code: &'static str,
     /// The sections as they were at the begin of the pass.
-    pub(crate) first: Vec<Section>,
-    pub sections: Vec<Section>,
+    pub(crate) initial_sections: Vec<AsmSection>,
+    pub sections: Vec<AsmSection>,
     pub current: usize,
     /// The section that was current before.
     pub previous: usize,
     /// Sections that were kept, with those before them.
-    pub kept: Vec<(usize, usize)>,
+    pub section_stack: Vec<(usize, usize)>,
     /// The section where the program begins.
-    start: usize,
+    start_section: usize,
     pub bytes: Vec<u8>,
-    pub(crate) runs: Vec<Run>,
-    pub list: Vec<Listed>,
+    pub(crate) runs: Vec<EmittedBytes>,
+    pub list: Vec<ListedLine>,
     /// The image.
     pub segments: Vec<Segment>,
-    pub lines: Vec<LineAt>,
+    pub lines: Vec<SourceLine>,
 }
 
 /// Bytes that a source may give, over which it is refused.
-const MOST: usize = 1 << 24;
+const MAX_BYTES: usize = 1 << 24;
 
-impl Output {
-    pub fn new(chip: &Chip, d: &Dialect) -> Output {
-        let mut spaces = chip.hex.to_vec();
-        spaces.extend(chip.elf.iter().filter(|space| chip.hex.iter().all(|known| known.name != space.name)));
-        let first = sections::begin(chip, d, &spaces);
-        let current = sections::start(d);
-        Output {
+impl PassOutput {
+    pub fn new(chip: &Chip, d: &AsmDialect) -> PassOutput {
+        let mut spaces = chip.hex_spaces.to_vec();
+        spaces.extend(chip.elf_spaces.iter().filter(|space| chip.hex_spaces.iter().all(|known| known.name != space.name)));
+        let first = sections::initial_sections(chip, d, &spaces);
+        let current = sections::start_section(d);
+        PassOutput {
             spaces,
-            code: chip.code,
+            code: chip.code_space,
             sections: first.clone(),
-            first,
+            initial_sections: first,
             current,
             previous: current,
-            kept: Vec::new(),
-            start: current,
+            section_stack: Vec::new(),
+            start_section: current,
             bytes: Vec::new(),
             runs: Vec::new(),
             list: Vec::new(),
@@ -91,28 +91,28 @@ impl Output {
 
     /// Begins a pass.
     pub fn restart(&mut self) {
-        self.stack();
-        self.sections.clone_from(&self.first);
-        (self.current, self.previous) = (self.start, self.start);
-        self.kept.clear();
+        self.place_behind_each_other();
+        self.sections.clone_from(&self.initial_sections);
+        (self.current, self.previous) = (self.start_section, self.start_section);
+        self.section_stack.clear();
         self.bytes.clear();
         self.runs.clear();
         self.list.clear();
     }
 
-    pub fn section(&self) -> Option<&Section> {
+    pub fn section(&self) -> Option<&AsmSection> {
         self.sections.get(self.current)
     }
 
     /// The address that comes next, in the unit of the section.
-    pub fn here(&self) -> i64 {
+    pub fn next_address(&self) -> i64 {
         self.section().map_or(0, |section| section.pos.div_euclid(section.unit.max(1).into()))
     }
 
     /// Lists the line of a run at the address of its bytes, where that is not the one before the line: a directive may put its
     /// bytes elsewhere.
-    fn shift(&mut self, run: &Run) {
-        let section = self.sections.get(run.section).filter(|section| section.holds == Holds::Image);
+    fn list_at_run_address(&mut self, run: &EmittedBytes) {
+        let section = self.sections.get(run.section).filter(|section| section.holds == SectionContent::Image);
         let listed = self.list.get_mut(run.line as usize).filter(|listed| listed.bytes.start == run.bytes.start);
         if let (Some(section), Some(listed)) = (section, listed) {
             listed.addr = (run.addr / u64::from(section.unit.max(1))) as i64;
@@ -120,7 +120,7 @@ impl Output {
     }
 
     /// The next address is `at`.
-    pub fn go(&mut self, at: i64) {
+    pub fn set_address(&mut self, at: i64) {
         if let Some(section) = self.sections.get_mut(self.current) {
             section.pos = at.saturating_mul(section.unit.into());
         }
@@ -132,8 +132,8 @@ impl Output {
     }
 
     /// What the section holds.
-    pub fn holds(&self) -> Holds {
-        self.section().map_or(Holds::Image, |section| section.holds)
+    pub fn holds(&self) -> SectionContent {
+        self.section().map_or(SectionContent::Image, |section| section.holds)
     }
 
     /// The byte address in the image file.
@@ -144,12 +144,12 @@ impl Output {
     /// Memory and byte address of a label here.
     pub fn label_place(&self) -> (&'static str, u32) {
         let Some(section) = self.section() else { return (self.code, 0) };
-        if section.holds != Holds::Image {
+        if section.holds != SectionContent::Image {
             return (section.space, section.pos as u32);
         }
         let addr = self.image_address();
         let inside =
-            |space: &&Space| (space.start.into()..u64::from(space.start) + u64::from(space.len)).contains(&addr);
+            |space: &&ImageSpace| (space.start.into()..u64::from(space.start) + u64::from(space.len)).contains(&addr);
         match self.spaces.iter().find(inside) {
             Some(space) => (space.name, (addr - u64::from(space.start)) as u32),
             None => (self.code, addr as u32),
@@ -157,18 +157,18 @@ impl Output {
     }
 
     /// Something was given already in this section.
-    pub fn begun(&self) -> bool {
+    pub fn has_begun(&self) -> bool {
         self.runs.iter().any(|run| run.section == self.current)
     }
 
     /// Adds bytes here; false where there are too many.
     fn add(&mut self, bytes: &[u8], line: u32) -> bool {
         let addr = match self.section() {
-            Some(section) if section.holds == Holds::Copied => (section.pos - self.copied_from()).max(0) as u64,
+            Some(section) if section.holds == SectionContent::Copied => (section.pos - self.copied_from()).max(0) as u64,
             _ => self.image_address(),
         };
         let start = self.bytes.len();
-        if start + bytes.len() > MOST {
+        if start + bytes.len() > MAX_BYTES {
             return false;
         }
         self.bytes.extend_from_slice(bytes);
@@ -179,7 +179,7 @@ impl Output {
             {
                 last.bytes.end = end;
             }
-            _ => self.runs.push(Run { section, addr, bytes: start..end, line }),
+            _ => self.runs.push(EmittedBytes { section, addr, bytes: start..end, line }),
         }
         if let Some(section) = self.sections.get_mut(self.current) {
             section.pos += bytes.len() as i64;
@@ -190,34 +190,34 @@ impl Output {
 
 /// What lies at a byte of a memory: the line that gave it.
 #[derive(Clone, Copy, Default)]
-struct Cell {
+struct PlacedByte {
     byte: u8,
     /// Line by its number in the listing, plus 1; 0 for none.
-    from: u32,
+    listed_line: u32,
 }
 
-impl Asm<'_> {
+impl Assembler<'_> {
     /// Gives bytes at the next address.
     pub fn emit(&mut self, bytes: &[u8], at: Range<usize>) {
         if bytes.is_empty() {
             return;
         }
-        if self.out.holds() == Holds::Addresses {
-            let here = self.out.here();
-            self.out.go(here + bytes.len() as i64);
+        if self.out.holds() == SectionContent::Addresses {
+            let here = self.out.next_address();
+            self.out.set_address(here + bytes.len() as i64);
             if bytes.iter().all(|&byte| byte == 0) {
                 return;
             }
-            let (cause, hint) = (self.d.hooks.no_bytes)(self).unwrap_or_else(|| {
+            let (cause, hint) = (self.dialect.hooks.no_bytes)(self).unwrap_or_else(|| {
                 let cause = "there is no memory here that a program can fill";
                 (cause.to_owned(), "reserve room with ds, and let the program write it".to_owned())
             });
-            return self.tell(Fault::new("ASM020", at, cause, hint));
+            return self.report(LineFault::new("ASM020", at, cause, hint));
         }
         let line = (self.out.list.len() as u32).saturating_sub(1);
-        if bytes.len() as u64 > MOST as u64 || !self.out.add(bytes, line) {
-            let cause = format!("the program gives more than {MOST} bytes");
-            self.tell(Fault::new("ASM017", at, cause, "look for a repetition or a gap that has grown too large"));
+        if bytes.len() as u64 > MAX_BYTES as u64 || !self.out.add(bytes, line) {
+            let cause = format!("the program gives more than {MAX_BYTES} bytes");
+            self.report(LineFault::new("ASM017", at, cause, "look for a repetition or a gap that has grown too large"));
             self.ended = true;
         }
     }
@@ -236,14 +236,14 @@ impl Asm<'_> {
 
     /// Puts all bytes where they belong and tells what does not fit.
     pub fn place(&mut self) {
-        self.fill_up();
+        self.fill_gaps();
         let spaces = std::mem::take(&mut self.out.spaces);
         let runs = std::mem::take(&mut self.out.runs);
-        let mut memories: Vec<Vec<Cell>> = spaces.iter().map(|_| Vec::new()).collect();
+        let mut memories: Vec<Vec<PlacedByte>> = spaces.iter().map(|_| Vec::new()).collect();
         let end = |name: &str| {
             let in_code =
-                runs.iter().filter(|run| self.out.sections.get(run.section).is_some_and(|s| s.holds != Holds::Copied));
-            let within = spaces.iter().find(|space| space.name == name).map_or(0..0, window);
+                runs.iter().filter(|run| self.out.sections.get(run.section).is_some_and(|s| s.holds != SectionContent::Copied));
+            let within = spaces.iter().find(|space| space.name == name).map_or(0..0, image_window);
             in_code
                 .map(|run| run.addr + run.bytes.len() as u64)
                 .filter(|end| *end > within.start && *end <= within.end)
@@ -254,116 +254,116 @@ impl Asm<'_> {
         // The stretch outside of all memories that is being read: the line that begins it, and its addresses.
         let mut beyond: Option<(u32, Range<u64>)> = None;
         for run in &runs {
-            self.out.shift(run);
-            let copied = self.out.sections.get(run.section).is_some_and(|section| section.holds == Holds::Copied);
+            self.out.list_at_run_address(run);
+            let copied = self.out.sections.get(run.section).is_some_and(|section| section.holds == SectionContent::Copied);
             let addr = if copied { behind + run.addr } else { run.addr };
             let len = run.bytes.len() as u64;
             let inside = spaces.iter().position(|space| {
-                let window = window(space);
+                let window = image_window(space);
                 window.start <= addr && addr + len <= window.end
             });
             let Some(index) = inside else {
                 match &mut beyond {
                     Some((_, known)) if known.end == addr => known.end += len,
                     _ => {
-                        let within = spaces.iter().map(window).find(|window| window.contains(&addr));
+                        let within = spaces.iter().map(image_window).find(|window| window.contains(&addr));
                         let from = within.map_or(addr, |window| window.end);
                         let next = Some((run.line, from..addr + len));
-                        self.outside(std::mem::replace(&mut beyond, next), &spaces);
+                        self.report_outside(std::mem::replace(&mut beyond, next), &spaces);
                     }
                 }
                 continue;
             };
-            self.outside(beyond.take(), &spaces);
+            self.report_outside(beyond.take(), &spaces);
             let (Some(space), Some(memory)) = (spaces.get(index), memories.get_mut(index)) else { continue };
             let start = (addr - u64::from(space.start)) as usize;
             if memory.len() < start + len as usize {
-                memory.resize(start + len as usize, Cell::default());
+                memory.resize(start + len as usize, PlacedByte::default());
             }
             let bytes = self.out.bytes.get(run.bytes.clone()).unwrap_or_default();
             let mut taken = 0;
             for (cell, byte) in memory.iter_mut().skip(start).zip(bytes) {
-                if cell.from != 0 && taken == 0 {
-                    taken = cell.from;
+                if cell.listed_line != 0 && taken == 0 {
+                    taken = cell.listed_line;
                 }
-                *cell = Cell { byte: *byte, from: run.line + 1 };
+                *cell = PlacedByte { byte: *byte, listed_line: run.line + 1 };
             }
             if taken != 0 {
-                self.overlap(run.line, taken - 1, space, start);
+                self.report_overlap(run.line, taken - 1, space, start);
             }
             if space.name == self.out.code {
                 lines.push((start as u32, run.line, len as u32));
             }
         }
-        self.outside(beyond, &spaces);
+        self.report_outside(beyond, &spaces);
         for (space, memory) in spaces.iter().zip(&mut memories) {
             self.check_words(space, memory);
-            self.out.segments.extend(segments(space, memory));
+            self.out.segments.extend(memory_segments(space, memory));
         }
         self.out.lines = lines.into_iter().filter_map(|(addr, line, len)| self.line_at(addr, line, len)).collect();
         self.out.spaces = spaces;
         self.line = None;
     }
 
-    fn line_at(&self, addr: u32, line: u32, len: u32) -> Option<LineAt> {
+    fn line_at(&self, addr: u32, line: u32, len: u32) -> Option<SourceLine> {
         let listed = self.out.list.get(line as usize)?;
         let file = self.texts.name(listed.line.file).into();
-        Some(LineAt { addr, kind: LineKind::Asm, file, line: listed.line.number, len })
+        Some(SourceLine { addr, kind: SourceKind::Asm, file, line: listed.line.number, len })
     }
 
     /// The complaint stands at the line with this number in the listing.
-    fn tell_at(&mut self, line: u32, code: &'static str, cause: String, hint: &str) {
+    fn report_at_line(&mut self, line: u32, code: &'static str, cause: String, hint: &str) {
         self.line = self.out.list.get(line as usize).map(|listed| listed.line.clone());
         let text = self.line.as_ref().map_or("", |line| &line.text);
-        let whole = crate::text::trim(text, 0..crate::statement::code_end(self.d, text));
-        self.tell(Fault::new(code, whole, cause, hint));
+        let whole = crate::lines::trim(text, 0..crate::statement::code_end(self.dialect, text));
+        self.report(LineFault::new(code, whole, cause, hint));
     }
 
     /// Tells of a stretch where there is no memory.
-    fn outside(&mut self, beyond: Option<(u32, Range<u64>)>, spaces: &[Space]) {
+    fn report_outside(&mut self, beyond: Option<(u32, Range<u64>)>, spaces: &[ImageSpace]) {
         let Some((line, at)) = beyond else { return };
-        let unit = u64::from(self.chip.width(self.chip.code));
+        let unit = u64::from(self.chip.bytes_per_address(self.chip.code_space));
         let list: Vec<String> = spaces
             .iter()
             .filter(|space| space.len > 0)
             .map(|space| {
-                let window = window(space);
+                let window = image_window(space);
                 format!("{} 0x{:04X} to 0x{:04X}", space.name, window.start / unit, window.end / unit - 1)
             })
             .collect();
         let (first, last) = (at.start / unit, (at.end.max(at.start + 1) - 1) / unit);
         let cause = format!("nothing can lie at 0x{first:04X} to 0x{last:04X} of the {}", self.chip.name);
-        self.tell_at(line, "ASM020", cause, &format!("its memories: {}", list.join(", ")));
+        self.report_at_line(line, "ASM020", cause, &format!("its memories: {}", list.join(", ")));
     }
 
-    fn overlap(&mut self, line: u32, with: u32, space: &Space, addr: usize) {
+    fn report_overlap(&mut self, line: u32, with: u32, space: &ImageSpace, addr: usize) {
         let other = self.out.list.get(with as usize);
         let place = other.map_or(String::new(), |o| format!("{}:{}", self.texts.name(o.line.file), o.line.number));
-        let unit = if space.name == self.out.code { self.chip.width(self.chip.code) as usize } else { 1 };
+        let unit = if space.name == self.out.code { self.chip.bytes_per_address(self.chip.code_space) as usize } else { 1 };
         let cause =
             format!("something from {place} already lies in {} from 0x{:04X} on", space.name, addr / unit.max(1));
-        self.tell_at(line, "ASM019", cause, "move one of them with org");
+        self.report_at_line(line, "ASM019", cause, "move one of them with org");
     }
 
     /// Words with bits that the memory has not are told; half words are filled up as erased.
-    fn check_words(&mut self, space: &Space, memory: &mut Vec<Cell>) {
+    fn check_words(&mut self, space: &ImageSpace, memory: &mut Vec<PlacedByte>) {
         if space.word != 2 {
             return;
         }
         if memory.len() % 2 == 1 {
-            memory.push(Cell::default());
+            memory.push(PlacedByte::default());
         }
         let mut wide = Vec::new();
         for word in memory.chunks_exact_mut(2) {
             let [low, high] = word else { continue };
-            let from = low.from.max(high.from);
+            let from = low.listed_line.max(high.listed_line);
             if from != 0 {
-                for cell in [&mut *low, &mut *high].into_iter().filter(|cell| cell.from == 0) {
-                    *cell = Cell { byte: 0xFF, from };
+                for cell in [&mut *low, &mut *high].into_iter().filter(|cell| cell.listed_line == 0) {
+                    *cell = PlacedByte { byte: 0xFF, listed_line: from };
                 }
             }
             let value = u16::from_le_bytes([low.byte, high.byte]);
-            if let Bits::Only(bits) | Bits::Low(bits) = space.bits
+            if let WordBits::Only(bits) | WordBits::Low(bits) = space.word_bits
                 && from != 0
                 && u32::from(value) >> bits != 0
             {
@@ -372,21 +372,21 @@ impl Asm<'_> {
         }
         for (line, value, bits) in wide {
             let cause = format!("0x{value:04X} has more than the {bits} bits of a word of {}", space.name);
-            self.tell_at(line, "ASM021", cause, "give a smaller value");
+            self.report_at_line(line, "ASM021", cause, "give a smaller value");
         }
     }
 }
 
 /// Where a memory lies in the image file.
-fn window(space: &Space) -> Range<u64> {
+fn image_window(space: &ImageSpace) -> Range<u64> {
     space.start.into()..u64::from(space.start) + u64::from(space.len)
 }
 
 /// The bytes of a memory that were given.
-fn segments(space: &Space, memory: &[Cell]) -> Vec<Segment> {
+fn memory_segments(space: &ImageSpace, memory: &[PlacedByte]) -> Vec<Segment> {
     let mut list: Vec<Segment> = Vec::new();
     let mut last = None;
-    for (addr, cell) in memory.iter().enumerate().filter(|(_, cell)| cell.from != 0) {
+    for (addr, cell) in memory.iter().enumerate().filter(|(_, cell)| cell.listed_line != 0) {
         match list.last_mut() {
             Some(segment) if last == Some(addr.wrapping_sub(1)) => segment.bytes.push(cell.byte),
             _ => list.push(Segment { space: space.name, addr: addr as u32, bytes: vec![cell.byte] }),

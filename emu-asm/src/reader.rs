@@ -3,41 +3,41 @@
 use std::ops::Range;
 use std::rc::Rc;
 
-use crate::arguments::{Join, put_in};
-use crate::dialect::Flow;
-use crate::engine::{Asm, Call};
-use crate::fault::Fault;
-use crate::macros::Param;
-use crate::text::{Line, trim};
+use crate::arguments::{ArgumentJoin, substitute_parameters};
+use crate::dialect::ReadFlow;
+use crate::engine::{Assembler, DirectiveCall};
+use crate::fault::LineFault;
+use crate::macros::MacroParameter;
+use crate::lines::{AsmLine, trim};
 
 /// Whether the lines behind a directive are read.
-type Condition = fn(&mut Asm<'_>, &Call<'_>) -> bool;
+type ReadCondition = fn(&mut Assembler<'_>, &DirectiveCall<'_>) -> bool;
 
 /// Includes within each other.
-const INCLUDES: usize = 32;
+const MAX_INCLUDES: usize = 32;
 /// Macros and repetitions within each other.
-const MACROS: usize = 64;
+const MAX_MACRO_DEPTH: usize = 64;
 /// Turns of a `while`.
-const TURNS: u32 = 65_536;
+const MAX_WHILE_ITERATIONS: u32 = 65_536;
 /// Lines that a program may come to in one pass, and in all.
-const LINES: u64 = 1_000_000;
+const MAX_LINES: u64 = 1_000_000;
 
 /// A text that is being read.
 #[derive(Debug)]
-pub(crate) struct Frame {
-    lines: Rc<[Line]>,
+pub(crate) struct TextFrame {
+    lines: Rc<[AsmLine]>,
     next: usize,
     /// Conditions that were open before it.
-    conds: usize,
+    open_conditions: usize,
     /// What is done when it is at its end.
-    kind: Turn,
+    at_end: FrameEnd,
     /// Macro, and the file and line that called it.
-    pub called: Option<(String, u32, u32)>,
+    pub called_from: Option<(String, u32, u32)>,
 }
 
 /// What is done at the end of a text.
 #[derive(Debug)]
-enum Turn {
+enum FrameEnd {
     /// It is a file.
     File,
     /// It is the body of a macro.
@@ -45,53 +45,53 @@ enum Turn {
     /// It is read again so many times.
     Again(u64),
     /// It is read again for each of these texts, the last first.
-    Texts(String, Vec<String>, Rc<[Line]>, Join),
+    Texts(String, Vec<String>, Rc<[AsmLine]>, ArgumentJoin),
     /// It is read again while the condition of this line holds, from this byte on; the turns so far.
-    While(Line, usize, u32),
+    While(AsmLine, usize, u32),
 }
 
 /// An open condition.
 #[derive(Debug, Clone)]
-pub(crate) struct Cond {
+pub(crate) struct OpenCondition {
     /// The lines here are read.
     pub holds: bool,
     /// One of its parts was read, or none will be.
-    pub done: bool,
+    pub branch_taken: bool,
     /// The last part has come.
-    pub last: bool,
+    pub else_seen: bool,
     /// Where it began.
-    pub line: Option<Line>,
+    pub line: Option<AsmLine>,
 }
 
 /// Lines between a directive and the one that ends it.
-pub(crate) type Block = Rc<[Line]>;
+pub(crate) type LineBlock = Rc<[AsmLine]>;
 
 /// A macro.
 #[derive(Debug)]
-pub(crate) struct Macro {
+pub(crate) struct AsmMacro {
     /// Its name as written.
     pub name: String,
     /// Its parameters.
-    pub params: Vec<Param>,
+    pub params: Vec<MacroParameter>,
     /// Names that are others in each call.
     pub locals: Vec<String>,
     /// Its lines.
-    pub body: Rc<[Line]>,
+    pub body: Rc<[AsmLine]>,
     /// What joins arguments to the text beside them.
-    pub join: Join,
+    pub join: ArgumentJoin,
 }
 
-impl Asm<'_> {
+impl Assembler<'_> {
     /// Reads the text `file` to its end, with all that it includes.
-    pub fn read(&mut self, file: u32) {
-        if !self.is_text(file, 0..0) {
+    pub fn read_file(&mut self, file: u32) {
+        if !self.check_encoding(file, 0..0) {
             return;
         }
         let lines = self.lines_of(file);
-        self.push(lines, Turn::File, None);
+        self.push_frame(lines, FrameEnd::File, None);
         while let Some(line) = self.next_line() {
             self.line = Some(line.clone());
-            self.statement(&line);
+            self.read_statement(&line);
             if self.ended {
                 break;
             }
@@ -100,9 +100,9 @@ impl Asm<'_> {
     }
 
     /// The lines of a file as the dialect takes them.
-    fn lines_of(&self, file: u32) -> Rc<[Line]> {
+    fn lines_of(&self, file: u32) -> Rc<[AsmLine]> {
         let lines = self.texts.lines(file);
-        let plain = self.d.hooks.plain_backslashes;
+        let plain = self.dialect.hooks.plain_backslashes;
         match lines.iter().any(|line| plain(line).is_some()) {
             true => lines.iter().map(|line| plain(line).unwrap_or_else(|| line.clone())).collect(),
             false => lines,
@@ -110,26 +110,26 @@ impl Asm<'_> {
     }
 
     /// Tells of a text in an encoding that is not read.
-    fn is_text(&mut self, file: u32, at: Range<usize>) -> bool {
+    fn check_encoding(&mut self, file: u32, at: Range<usize>) -> bool {
         let Some(encoding) = self.texts.encoding(file) else { return true };
         let cause = format!("`{}` is written in {encoding}", self.texts.name(file));
-        self.tell(Fault::new("ASM035", at, cause, "save it as UTF-8"));
+        self.report(LineFault::new("ASM035", at, cause, "save it as UTF-8"));
         false
     }
 
-    fn push(&mut self, lines: Rc<[Line]>, kind: Turn, called: Option<(String, u32, u32)>) {
-        self.frames.push(Frame { lines, next: 0, conds: self.conds.len(), kind, called });
+    fn push_frame(&mut self, lines: Rc<[AsmLine]>, kind: FrameEnd, called: Option<(String, u32, u32)>) {
+        self.frames.push(TextFrame { lines, next: 0, open_conditions: self.conditions.len(), at_end: kind, called_from: called });
     }
 
-    fn next_line(&mut self) -> Option<Line> {
+    fn next_line(&mut self) -> Option<AsmLine> {
         loop {
             let frame = self.frames.last_mut()?;
             if let Some(line) = frame.lines.get(frame.next) {
                 frame.next += 1;
                 let line = line.clone();
-                return self.count(1).then_some(line);
+                return self.count_lines(1).then_some(line);
             }
-            self.end_of_text();
+            self.end_frame();
             if self.ended {
                 return None;
             }
@@ -137,32 +137,32 @@ impl Asm<'_> {
     }
 
     /// Counts lines; false, and told, when there are too many.
-    fn count(&mut self, lines: u64) -> bool {
+    fn count_lines(&mut self, lines: u64) -> bool {
         self.lines_read += lines;
-        let most = LINES * u64::from(self.pass.min(4));
+        let most = MAX_LINES * u64::from(self.pass.min(4));
         if self.lines_read <= most {
             return true;
         }
-        let cause = format!("the program comes to more than {LINES} lines");
-        self.tell(Fault::new("ASM017", 0..0, cause, "look for a repetition or a macro that calls itself"));
+        let cause = format!("the program comes to more than {MAX_LINES} lines");
+        self.report(LineFault::new("ASM017", 0..0, cause, "look for a repetition or a macro that calls itself"));
         self.ended = true;
         false
     }
 
     /// So many lines were read in all passes that another pass may be too much.
-    pub fn tired(&self) -> bool {
-        self.lines_read > 3 * LINES
+    pub fn is_near_line_limit(&self) -> bool {
+        self.lines_read > 3 * MAX_LINES
     }
 
-    fn end_of_text(&mut self) {
+    fn end_frame(&mut self) {
         let Some(frame) = self.frames.last_mut() else { return };
-        let open = frame.conds;
-        let mut kind = std::mem::replace(&mut frame.kind, Turn::File);
-        while self.conds.len() > open {
-            let begun = self.conds.pop().and_then(|cond| cond.line);
+        let open = frame.open_conditions;
+        let mut kind = std::mem::replace(&mut frame.at_end, FrameEnd::File);
+        while self.conditions.len() > open {
+            let begun = self.conditions.pop().and_then(|cond| cond.line);
             let now = std::mem::replace(&mut self.line, begun);
             let all = 0..self.line.as_ref().map_or(0, |line| line.text.trim_end().len());
-            self.tell(Fault::new(
+            self.report(LineFault::new(
                 "ASM012",
                 all,
                 "the condition is not closed",
@@ -171,24 +171,24 @@ impl Asm<'_> {
             self.line = now;
         }
         let again = match &mut kind {
-            Turn::File | Turn::Macro => None,
-            Turn::Again(left) => {
+            FrameEnd::File | FrameEnd::Macro => None,
+            FrameEnd::Again(left) => {
                 *left = left.saturating_sub(1);
                 (*left > 0).then_some(None)
             }
-            Turn::Texts(name, texts, body, join) => texts.pop().map(|text| {
+            FrameEnd::Texts(name, texts, body, join) => texts.pop().map(|text| {
                 let values = [(name.clone(), text)];
-                Some(body.iter().map(|line| put_in(self.d, line, &values, 0, *join)).collect())
+                Some(body.iter().map(|line| substitute_parameters(self.dialect, line, &values, 0, *join)).collect())
             }),
-            Turn::While(line, from, turns) => {
+            FrameEnd::While(line, from, turns) => {
                 *turns += 1;
                 let (now, text) = (self.line.replace(line.clone()), line.text.clone());
                 let holds =
-                    self.number(&text, *from..crate::statement::code_end(self.d, &text)).is_some_and(|n| n != 0);
-                if holds && *turns >= TURNS {
-                    let cause = format!("the repetition comes to more than {TURNS} turns");
+                    self.evaluate_number(&text, *from..crate::statement::code_end(self.dialect, &text)).is_some_and(|n| n != 0);
+                if holds && *turns >= MAX_WHILE_ITERATIONS {
+                    let cause = format!("the repetition comes to more than {MAX_WHILE_ITERATIONS} turns");
                     let hint = "its lines must change what the condition asks for";
-                    self.tell(Fault::new("ASM017", trim(&text, 0..text.len()), cause, hint));
+                    self.report(LineFault::new("ASM017", trim(&text, 0..text.len()), cause, hint));
                     self.ended = true;
                     return;
                 }
@@ -198,11 +198,11 @@ impl Asm<'_> {
         };
         match again {
             Some(lines) => {
-                if !self.count(1) {
+                if !self.count_lines(1) {
                     return;
                 }
                 let Some(frame) = self.frames.last_mut() else { return };
-                frame.kind = kind;
+                frame.at_end = kind;
                 frame.next = 0;
                 if let Some(lines) = lines {
                     frame.lines = lines;
@@ -215,79 +215,79 @@ impl Asm<'_> {
     }
 
     /// The lines that are read now count.
-    pub fn reading(&self) -> bool {
-        self.conds.last().is_none_or(|cond| cond.holds)
+    pub fn is_reading(&self) -> bool {
+        self.conditions.last().is_none_or(|cond| cond.holds)
     }
 
     /// A directive that decides which lines are read.
-    pub fn flow(&mut self, flow: Flow, call: &Call<'_>) {
+    pub fn run_flow_directive(&mut self, flow: ReadFlow, call: &DirectiveCall<'_>) {
         match flow {
-            Flow::If(holds) => {
-                let reading = self.reading();
+            ReadFlow::If(holds) => {
+                let reading = self.is_reading();
                 let holds = reading && holds(self, call);
-                self.conds.push(Cond { holds, done: holds || !reading, last: false, line: self.line.clone() });
+                self.conditions.push(OpenCondition { holds, branch_taken: holds || !reading, else_seen: false, line: self.line.clone() });
             }
-            Flow::Elif(holds) => self.otherwise(Some(holds), call),
-            Flow::Else => self.otherwise(None, call),
-            Flow::Endif => {
-                if self.own_conds() == 0 {
-                    return self.alone(call, "if");
+            ReadFlow::Elif(holds) => self.next_branch(Some(holds), call),
+            ReadFlow::Else => self.next_branch(None, call),
+            ReadFlow::Endif => {
+                if self.conditions_of_frame() == 0 {
+                    return self.report_unmatched(call, "if");
                 }
-                self.conds.pop();
+                self.conditions.pop();
             }
-            _ if !self.reading() => {}
-            Flow::Macro => self.define_macro(call),
-            Flow::Repeat(turns) => {
-                let Some(body) = self.collect(call, flow) else { return };
+            _ if !self.is_reading() => {}
+            ReadFlow::Macro => self.define_macro(call),
+            ReadFlow::Repeat(turns) => {
+                let Some(body) = self.collect_block(call, flow) else { return };
                 let turns = turns(self, call);
                 self.repeat(turns, body, call);
             }
-            Flow::While => {
-                let Some(body) = self.collect(call, flow) else { return };
+            ReadFlow::While => {
+                let Some(body) = self.collect_block(call, flow) else { return };
                 let Some(line) = self.line.clone() else { return };
-                if self.number(call.text, call.rest.clone()).is_some_and(|n| n != 0) && self.room(call) {
-                    self.push(body, Turn::While(line, call.rest.start, 0), None);
+                if self.evaluate_number(call.text, call.rest.clone()).is_some_and(|n| n != 0) && self.check_depth(call) {
+                    self.push_frame(body, FrameEnd::While(line, call.rest.start, 0), None);
                 }
             }
-            Flow::Block(run) => {
-                if let Some(body) = self.collect(call, flow) {
+            ReadFlow::Block(run) => {
+                if let Some(body) = self.collect_block(call, flow) {
                     run(self, call, body);
                 }
             }
-            Flow::EndBlock => self.alone(call, "cblock"),
-            Flow::Endm => self.alone(call, "macro"),
-            Flow::Endr => self.alone(call, "rept"),
-            Flow::Endw => self.alone(call, "while"),
+            ReadFlow::EndBlock => self.report_unmatched(call, "cblock"),
+            ReadFlow::Endm => self.report_unmatched(call, "macro"),
+            ReadFlow::Endr => self.report_unmatched(call, "rept"),
+            ReadFlow::Endw => self.report_unmatched(call, "while"),
         }
     }
 
-    fn own_conds(&self) -> usize {
-        self.conds.len() - self.frames.last().map_or(0, |frame| frame.conds).min(self.conds.len())
+    fn conditions_of_frame(&self) -> usize {
+        self.conditions.len() - self.frames.last().map_or(0, |frame| frame.open_conditions).min(self.conditions.len())
     }
 
-    fn alone(&mut self, call: &Call<'_>, partner: &str) {
+    fn report_unmatched(&mut self, call: &DirectiveCall<'_>, partner: &str) {
         let code = if partner == "if" { "ASM012" } else { "ASM013" };
         let cause = format!("`{}` stands here without a `{partner}` before it", call.get(call.word.clone()));
-        self.tell(Fault::new(code, call.word.clone(), cause, "remove it, or look for the line that it was to end"));
+        self.report(LineFault::new(code, call.word.clone(), cause, "remove it, or look for the line that it was to end"));
     }
 
     /// The next part of a condition; the last where none is asked.
-    fn otherwise(&mut self, asked: Option<Condition>, call: &Call<'_>) {
-        if self.own_conds() == 0 || self.conds.last().is_some_and(|cond| cond.last) {
-            return self.alone(call, "if");
+    fn next_branch(&mut self, asked: Option<ReadCondition>, call: &DirectiveCall<'_>) {
+        if self.conditions_of_frame() == 0 || self.conditions.last().is_some_and(|cond| cond.else_seen) {
+            return self.report_unmatched(call, "if");
         }
-        let open = self.conds.last().is_some_and(|cond| !cond.done);
+        let open = self.conditions.last().is_some_and(|cond| !cond.branch_taken);
         let holds = open && asked.is_none_or(|asked| asked(self, call));
-        if let Some(cond) = self.conds.last_mut() {
+        if let Some(cond) = self.conditions.last_mut() {
             cond.holds = holds;
-            cond.done |= holds;
-            cond.last = asked.is_none();
+            cond.branch_taken |= holds;
+            cond.else_seen = asked.is_none();
         }
     }
 
     /// The lines up to the directive that ends what `call` has begun: `endm` a macro, `endr` or `endm` a repetition, `endw` a
     /// `while`, `endc` a block.
-    pub fn collect(&mut self, call: &Call<'_>, opener: Flow) -> Option<Rc<[Line]>> {
+    pub fn collect_block(&mut self, call: &DirectiveCall<'_>, opener: ReadFlow) -> Option<Rc<[AsmLine]>> {
         let mut open = vec![opener];
         let mut body = Vec::new();
         loop {
@@ -297,18 +297,18 @@ impl Asm<'_> {
             }) else {
                 let what = call.get(call.word.clone());
                 let hint = "it ends with endm or endr (a while with endw, a cblock with endc) in the same file";
-                self.tell(Fault::new("ASM013", call.word.clone(), format!("`{what}` is not closed"), hint));
+                self.report(LineFault::new("ASM013", call.word.clone(), format!("`{what}` is not closed"), hint));
                 return None;
             };
             self.lines_read += 1;
-            self.list(&line);
+            self.begin_listing_line(&line);
             let flow = self.flow_of(&line);
             match (flow, open.last()) {
-                (Some(flow @ (Flow::Macro | Flow::Repeat(_) | Flow::While | Flow::Block(_))), _) => open.push(flow),
-                (Some(Flow::Endm), Some(Flow::Macro | Flow::Repeat(_)))
-                | (Some(Flow::Endr), Some(Flow::Repeat(_)))
-                | (Some(Flow::Endw), Some(Flow::While))
-                | (Some(Flow::EndBlock), Some(Flow::Block(_))) => {
+                (Some(flow @ (ReadFlow::Macro | ReadFlow::Repeat(_) | ReadFlow::While | ReadFlow::Block(_))), _) => open.push(flow),
+                (Some(ReadFlow::Endm), Some(ReadFlow::Macro | ReadFlow::Repeat(_)))
+                | (Some(ReadFlow::Endr), Some(ReadFlow::Repeat(_)))
+                | (Some(ReadFlow::Endw), Some(ReadFlow::While))
+                | (Some(ReadFlow::EndBlock), Some(ReadFlow::Block(_))) => {
                     open.pop();
                 }
                 _ => {}
@@ -321,12 +321,12 @@ impl Asm<'_> {
     }
 
     /// There is room for another macro or repetition.
-    fn room(&mut self, call: &Call<'_>) -> bool {
-        let depth = self.frames.iter().filter(|frame| !matches!(frame.kind, Turn::File)).count();
-        if depth >= MACROS {
+    fn check_depth(&mut self, call: &DirectiveCall<'_>) -> bool {
+        let depth = self.frames.iter().filter(|frame| !matches!(frame.at_end, FrameEnd::File)).count();
+        if depth >= MAX_MACRO_DEPTH {
             let what = call.get(call.word.clone());
-            let cause = format!("`{what}` is reached through {MACROS} macros and repetitions within each other");
-            self.tell(Fault::new(
+            let cause = format!("`{what}` is reached through {MAX_MACRO_DEPTH} macros and repetitions within each other");
+            self.report(LineFault::new(
                 "ASM014",
                 call.word.clone(),
                 cause,
@@ -334,31 +334,31 @@ impl Asm<'_> {
             ));
             self.unwind(1);
         }
-        depth < MACROS
+        depth < MAX_MACRO_DEPTH
     }
 
     /// Goes back to the texts that were read first, so many of them.
     fn unwind(&mut self, left: usize) {
         while self.frames.len() > left {
             if let Some(frame) = self.frames.pop() {
-                self.conds.truncate(frame.conds);
+                self.conditions.truncate(frame.open_conditions);
             }
         }
     }
 
-    fn repeat(&mut self, turns: crate::dialect::Turns, body: Rc<[Line]>, call: &Call<'_>) {
-        let crate::dialect::Turns { name, mut texts, count } = turns;
-        if !self.room(call) {
+    fn repeat(&mut self, turns: crate::dialect::RepeatIterations, body: Rc<[AsmLine]>, call: &DirectiveCall<'_>) {
+        let crate::dialect::RepeatIterations { name, mut texts, count } = turns;
+        if !self.check_depth(call) {
             return;
         }
         match name {
-            None if count > 0 => self.push(body, Turn::Again(count), None),
+            None if count > 0 => self.push_frame(body, FrameEnd::Again(count), None),
             None => {}
             Some(name) => {
                 texts.reverse();
-                self.push(
+                self.push_frame(
                     Rc::default(),
-                    Turn::Texts(name, texts, body, Join::of(self.d, call.get(call.word.clone()))),
+                    FrameEnd::Texts(name, texts, body, ArgumentJoin::of(self.dialect, call.get(call.word.clone()))),
                     None,
                 );
             }
@@ -366,22 +366,22 @@ impl Asm<'_> {
     }
 
     /// Reads a macro with its arguments put in.
-    pub fn enter(&mut self, found: &Macro, lines: Vec<Line>, call: &Call<'_>) {
-        if !self.room(call) {
+    pub fn enter_macro(&mut self, found: &AsmMacro, lines: Vec<AsmLine>, call: &DirectiveCall<'_>) {
+        if !self.check_depth(call) {
             return;
         }
         let place = self.line.as_ref().map_or((0, 0), |line| (line.file, line.number));
-        self.push(lines.into(), Turn::Macro, Some((found.name.clone(), place.0, place.1)));
+        self.push_frame(lines.into(), FrameEnd::Macro, Some((found.name.clone(), place.0, place.1)));
     }
 
     /// Leaves the macro that is being read.
-    pub fn leave_macro(&mut self, call: &Call<'_>) {
-        if !self.frames.iter().any(|frame| matches!(frame.kind, Turn::Macro)) {
-            return self.alone(call, "macro");
+    pub fn leave_macro(&mut self, call: &DirectiveCall<'_>) {
+        if !self.frames.iter().any(|frame| matches!(frame.at_end, FrameEnd::Macro)) {
+            return self.report_unmatched(call, "macro");
         }
         while let Some(frame) = self.frames.pop() {
-            self.conds.truncate(frame.conds);
-            if matches!(frame.kind, Turn::Macro) {
+            self.conditions.truncate(frame.open_conditions);
+            if matches!(frame.at_end, FrameEnd::Macro) {
                 break;
             }
         }
@@ -394,38 +394,38 @@ impl Asm<'_> {
     }
 
     /// Reads a file at this place.
-    pub fn include(&mut self, name: &str, call: &Call<'_>) {
+    pub fn include(&mut self, name: &str, call: &DirectiveCall<'_>) {
         let from = self.line.as_ref().map_or(0, |line| line.file);
-        let depth = self.frames.iter().filter(|frame| matches!(frame.kind, Turn::File)).count();
-        if depth >= INCLUDES {
-            let cause = format!("`{name}` is reached through {INCLUDES} includes within each other");
+        let depth = self.frames.iter().filter(|frame| matches!(frame.at_end, FrameEnd::File)).count();
+        if depth >= MAX_INCLUDES {
+            let cause = format!("`{name}` is reached through {MAX_INCLUDES} includes within each other");
             let hint = "a file that includes itself needs a condition around it";
-            self.tell(Fault::new("ASM016", call.rest.clone(), cause, hint));
+            self.report(LineFault::new("ASM016", call.rest.clone(), cause, hint));
             return self.unwind(1);
         }
         let key = (name.to_owned(), from);
-        let found = match self.opened.get(&key) {
+        let found = match self.opened_includes.get(&key) {
             Some(found) => found.clone(),
             None => {
                 let opened = self.files.open(name, self.texts.name(from));
                 let found = match opened {
-                    Ok((path, bytes)) => Ok(self.texts.add(&path, &bytes, self.d.block_comments)),
+                    Ok((path, bytes)) => Ok(self.texts.add(&path, &bytes, self.dialect.block_comments)),
                     Err(error) => Err((format!("`{name}` cannot be read"), error.to_string())),
                 };
-                self.opened.insert(key, found.clone());
+                self.opened_includes.insert(key, found.clone());
                 found
             }
         };
         match found {
             Ok(file) => {
-                if !self.is_text(file, call.rest.clone()) {
+                if !self.check_encoding(file, call.rest.clone()) {
                     return;
                 }
                 let lines = self.lines_of(file);
-                self.push(lines, Turn::File, None);
+                self.push_frame(lines, FrameEnd::File, None);
             }
             Err((cause, why)) => {
-                self.tell(Fault::new(
+                self.report(LineFault::new(
                     "ASM015",
                     call.rest.clone(),
                     format!("{cause}: {why}"),

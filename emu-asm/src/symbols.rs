@@ -3,11 +3,11 @@
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use crate::expr::Value;
+use crate::expression::AsmValue;
 
 /// What a name is.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum AsmSymbolKind {
     /// An address in a memory, in bytes.
     Label {
         /// Name of the memory.
@@ -24,45 +24,45 @@ pub(crate) enum Kind {
         /// The register.
         of: Rc<str>,
         /// The name may be given anew.
-        again: bool,
+        redefinable: bool,
     },
 }
 
-impl Kind {
+impl AsmSymbolKind {
     /// A name of this kind may be given anew.
-    fn again(&self) -> bool {
-        matches!(self, Kind::Set | Kind::Alias { again: true, .. })
+    fn is_redefinable(&self) -> bool {
+        matches!(self, AsmSymbolKind::Set | AsmSymbolKind::Alias { redefinable: true, .. })
     }
 }
 
 /// A name.
 #[derive(Debug, Clone)]
-pub(crate) struct Symbol {
+pub(crate) struct AsmSymbol {
     /// Its value.
-    pub value: Value,
+    pub value: AsmValue,
     /// What it is.
-    pub kind: Kind,
+    pub kind: AsmSymbolKind,
     /// The pass that last gave it.
     pub pass: u32,
     /// File and line that gave it.
     pub place: (u32, u32),
     /// Its value at the end of the pass before.
-    before: Value,
+    previous_value: AsmValue,
     /// It was read in this pass before it was given.
-    early: bool,
+    read_before_definition: bool,
 }
 
 /// All names.
 #[derive(Debug, Default)]
-pub(crate) struct Symbols {
-    names: HashMap<Rc<str>, Symbol>,
+pub(crate) struct AsmSymbols {
+    names: HashMap<Rc<str>, AsmSymbol>,
     /// Names in lower case, where they differ from that.
     lower: HashMap<String, Rc<str>>,
 }
 
-impl Symbols {
+impl AsmSymbols {
     /// The symbol of a name, and where `any_case` holds one whose name differs in case alone.
-    pub fn get(&self, name: &str, any_case: bool) -> Option<&Symbol> {
+    pub fn get(&self, name: &str, any_case: bool) -> Option<&AsmSymbol> {
         self.names.get(name).or_else(|| {
             let lower = any_case.then(|| name.to_ascii_lowercase())?;
             self.names.get(lower.as_str()).or_else(|| self.names.get(self.lower.get(&lower)?))
@@ -70,7 +70,7 @@ impl Symbols {
     }
 
     /// The same to change it.
-    fn get_mut(&mut self, name: &str, any_case: bool) -> Option<&mut Symbol> {
+    fn get_mut(&mut self, name: &str, any_case: bool) -> Option<&mut AsmSymbol> {
         if self.names.contains_key(name) || !any_case {
             return self.names.get_mut(name);
         }
@@ -84,10 +84,10 @@ impl Symbols {
     }
 
     /// The value of a name in this pass, and whether it has been given in this pass.
-    pub fn read(&mut self, name: &str, any_case: bool, pass: u32) -> Option<(Value, bool)> {
+    pub fn read_value(&mut self, name: &str, any_case: bool, pass: u32) -> Option<(AsmValue, bool)> {
         let symbol = self.get_mut(name, any_case)?;
         let given = symbol.pass == pass;
-        symbol.early |= !given;
+        symbol.read_before_definition |= !given;
         Some((symbol.value, given))
     }
 
@@ -98,14 +98,14 @@ impl Symbols {
     pub fn define(
         &mut self,
         name: &str,
-        value: Value,
-        kind: Kind,
+        value: AsmValue,
+        kind: AsmSymbolKind,
         pass: u32,
         place: (u32, u32),
     ) -> Result<(), (u32, u32)> {
         match self.names.get_mut(name) {
             Some(old) => {
-                let twice = old.pass == pass && !(old.kind.again() && kind.again());
+                let twice = old.pass == pass && !(old.kind.is_redefinable() && kind.is_redefinable());
                 if twice && (old.value != value || old.kind != kind) {
                     return Err(old.place);
                 }
@@ -117,28 +117,28 @@ impl Symbols {
                 if lower != name {
                     self.lower.entry(lower).or_insert_with(|| shared.clone());
                 }
-                let before = Value { unknown: true, ..Value::default() };
-                self.names.insert(shared, Symbol { value, kind, pass, place, before, early: false });
+                let before = AsmValue { is_unknown: true, ..AsmValue::default() };
+                self.names.insert(shared, AsmSymbol { value, kind, pass, place, previous_value: before, read_before_definition: false });
             }
         }
         Ok(())
     }
 
     /// Ends a pass: the names that were read before they were given and have moved meanwhile, and those that are gone.
-    pub fn end(&mut self, pass: u32) -> Vec<Rc<str>> {
+    pub fn end_pass(&mut self, pass: u32) -> Vec<Rc<str>> {
         let gone: Vec<Rc<str>> =
             self.names.iter().filter(|(_, symbol)| symbol.pass != pass).map(|(name, _)| name.clone()).collect();
         let mut moved: Vec<Rc<str>> =
-            gone.iter().filter(|name| self.names.get(*name).is_some_and(|s| s.early)).cloned().collect();
+            gone.iter().filter(|name| self.names.get(*name).is_some_and(|s| s.read_before_definition)).cloned().collect();
         for name in gone {
             self.names.remove(&name);
         }
         for (name, symbol) in &mut self.names {
-            if symbol.early && symbol.before != symbol.value {
+            if symbol.read_before_definition && symbol.previous_value != symbol.value {
                 moved.push(name.clone());
             }
-            symbol.before = symbol.value;
-            symbol.early = false;
+            symbol.previous_value = symbol.value;
+            symbol.read_before_definition = false;
         }
         self.lower.retain(|_, name| self.names.contains_key(name));
         moved.sort();
@@ -146,7 +146,7 @@ impl Symbols {
     }
 
     /// All of them, by name.
-    pub fn all(&self) -> Vec<(&Rc<str>, &Symbol)> {
+    pub fn all(&self) -> Vec<(&Rc<str>, &AsmSymbol)> {
         let mut all: Vec<_> = self.names.iter().collect();
         all.sort_by(|a, b| a.0.cmp(b.0));
         all

@@ -7,12 +7,12 @@ mod common;
 use std::fmt::Write;
 
 use common::chip;
-use emu_asm::{Files, Options, Source, assemble};
+use emu_asm::{IncludeFiles, AssembleOptions, SourceText, assemble};
 
 /// Files for includes.
 struct Memory;
 
-impl Files for Memory {
+impl IncludeFiles for Memory {
     fn open(&mut self, name: &str, _: &str) -> std::io::Result<(String, Vec<u8>)> {
         let text = match name {
             "seven.inc" => "seven equ 7\n",
@@ -33,8 +33,8 @@ fn found(chip_name: &str, text: &str) -> String {
 }
 
 fn assembled(chip_name: &str, bytes: &[u8]) -> String {
-    let source = Source { name: "main.asm", bytes };
-    let options = Options { defines: vec![("GIVEN".into(), "3".into())], ..Options::default() };
+    let source = SourceText { name: "main.asm", bytes };
+    let options = AssembleOptions { defines: vec![("GIVEN".into(), "3".into())], ..AssembleOptions::default() };
     let mut out = String::new();
     let chip = chip(chip_name).unwrap_or_else(|| panic!("no chip {chip_name}"));
     let faults = match assemble(&source, chip, &options, &mut Memory) {
@@ -45,7 +45,7 @@ fn assembled(chip_name: &str, bytes: &[u8]) -> String {
             }
             assembled.warnings
         }
-        Err(refused) => refused.faults,
+        Err(refused) => refused.diagnostics,
     };
     for fault in faults {
         let file = if fault.file == "main.asm" { String::new() } else { format!("{}:", fault.file) };

@@ -4,13 +4,13 @@
 mod common;
 
 use common::{chip, chips};
-use emu_asm::{Files, Options, Source, assemble};
+use emu_asm::{IncludeFiles, AssembleOptions, SourceText, assemble};
 use emu_core::rng::Rng;
 
 /// Every include is the same small file.
 struct Same;
 
-impl Files for Same {
+impl IncludeFiles for Same {
     fn open(&mut self, name: &str, _: &str) -> std::io::Result<(String, Vec<u8>)> {
         Ok((name.to_owned(), b"included equ 1\n nop\n".to_vec()))
     }
@@ -150,8 +150,8 @@ fn damaged_sources_are_refused_or_taken_and_nothing_else() {
         let chip = own.unwrap_or(chips[rng.below(chips.len() as u64) as usize]);
         let bytes = damaged(text, &mut rng);
         let lines = bytes.iter().filter(|byte| matches!(byte, b'\n' | b'\r')).count() as u32 + 1;
-        let source = Source { name: "a.asm", bytes: &bytes };
-        let faults = match assemble(&source, chip, &Options::default(), &mut Same) {
+        let source = SourceText { name: "a.asm", bytes: &bytes };
+        let faults = match assemble(&source, chip, &AssembleOptions::default(), &mut Same) {
             Ok(assembled) => {
                 taken += 1;
                 let listing = assembled.listing.to_string();
@@ -160,8 +160,8 @@ fn damaged_sources_are_refused_or_taken_and_nothing_else() {
             }
             Err(found) => {
                 refused += 1;
-                assert!(found.faults.iter().any(|fault| fault.is_error()), "refused for a reason");
-                found.faults
+                assert!(found.diagnostics.iter().any(|fault| fault.is_error()), "refused for a reason");
+                found.diagnostics
             }
         };
         for fault in faults {

@@ -16,7 +16,7 @@ fn its_examples_assemble() {
     for example in page.split("```asm ").skip(1) {
         let (head, rest) = example.split_once('\n').expect("an example has lines");
         let text = rest.split("```").next().expect("an example ends");
-        let image = emu_asm::image(named(head), text).unwrap_or_else(|e| panic!("{head}:\n{text}\n{e}"));
+        let image = emu_asm::assemble_text(named(head), text).unwrap_or_else(|e| panic!("{head}:\n{text}\n{e}"));
         assert!(!image.segments.is_empty(), "{head}: {text}");
         families.insert(format!("{:?}", named(head).family));
     }
@@ -31,7 +31,7 @@ fn every_directive_stands_on_it() {
     let known = |name: &str| words.contains(name) || page.contains(&format!("`{name}`"));
     let mut missing = std::collections::BTreeSet::new();
     for chip in chips() {
-        let names = emu_asm::directives(chip).into_iter().filter(|name| !known(name) && !known(&name.to_uppercase()));
+        let names = emu_asm::directive_names(chip).into_iter().filter(|name| !known(name) && !known(&name.to_uppercase()));
         missing.extend(names.map(|name| format!("{:?}: {name}", chip.family)));
     }
     assert!(missing.is_empty(), "{missing:?}");

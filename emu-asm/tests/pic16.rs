@@ -6,7 +6,7 @@
 
 use std::io;
 
-use emu_asm::{Files, Options, Source, assemble, named_chip};
+use emu_asm::{IncludeFiles, AssembleOptions, SourceText, assemble, named_chip};
 use emu_core::Chip;
 use emu_core::image::Image;
 use emu_pic16::chips;
@@ -15,7 +15,7 @@ use emu_pic16::chips;
 fn words(chip: &Chip, image: &Image) -> String {
     let mut out = Vec::new();
     for segment in &image.segments {
-        let start = chip.hex.iter().find(|s| s.name == segment.space).map_or(0, |s| s.start);
+        let start = chip.hex_spaces.iter().find(|s| s.name == segment.space).map_or(0, |s| s.start);
         let words = segment.bytes.chunks(2).map(|w| format!(" {:04x}", u16::from_le_bytes([w[0], w[1]])));
         out.push(format!("{:x}:{}", (start + segment.addr) / 2, words.collect::<String>()));
     }
@@ -32,8 +32,8 @@ fn sources_give_these_words_and_these_complaints() {
         let chip = chips::chip(name).unwrap_or_else(|| panic!("no chip {name}"));
         let (source, wanted): (Vec<&str>, Vec<&str>) = rest.lines().partition(|line| !line.starts_with("-- "));
         let text = source.join("\n");
-        let options = Options { chip_named: Some(chips::chip), ..Options::default() };
-        let found = assemble(&Source { name: "", bytes: text.as_bytes() }, chip, &options, &mut ());
+        let options = AssembleOptions { find_chip: Some(chips::chip), ..AssembleOptions::default() };
+        let found = assemble(&SourceText { name: "", bytes: text.as_bytes() }, chip, &options, &mut ());
         let tell = |list: &[diag::Diagnostic]| {
             let line = |d: &diag::Diagnostic| {
                 format!("-- {} {} {}", if d.is_error() { "error" } else { "told" }, d.pos.line, d.code)
@@ -45,7 +45,7 @@ fn sources_give_these_words_and_these_complaints() {
                 let lines = words(chip, &done.image);
                 lines.lines().map(|l| format!("-- {l}")).chain(tell(&done.warnings)).collect()
             }
-            Err(refused) => tell(&refused.faults).into_iter().filter(|l| l.starts_with("-- error")).collect(),
+            Err(refused) => tell(&refused.diagnostics).into_iter().filter(|l| l.starts_with("-- error")).collect(),
         };
         count += 1;
         if found != wanted {
@@ -71,7 +71,7 @@ fn a_source_names_its_chip() {
 /// The include file of a chip that is not known, and no other file.
 struct Header;
 
-impl Files for Header {
+impl IncludeFiles for Header {
     fn open(&mut self, name: &str, _: &str) -> io::Result<(String, Vec<u8>)> {
         match name {
             "p16f887.inc" => Ok((name.to_owned(), b"ANSELH equ 189\n".to_vec())),
@@ -83,8 +83,8 @@ impl Files for Header {
 #[test]
 fn the_file_of_a_chip_that_is_not_known_is_read() {
     let chip = chips::chip("pic16f877a").expect("a chip");
-    let options = Options { chip_named: Some(chips::chip), ..Options::default() };
+    let options = AssembleOptions { find_chip: Some(chips::chip), ..AssembleOptions::default() };
     let bytes = b" include <p16f887.inc>\n clrf ANSELH\n";
-    let done = assemble(&Source { name: "", bytes }, chip, &options, &mut Header).expect("a program");
+    let done = assemble(&SourceText { name: "", bytes }, chip, &options, &mut Header).expect("a program");
     assert_eq!(words(chip, &done.image), "0: 0189");
 }

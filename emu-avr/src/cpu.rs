@@ -3,22 +3,22 @@
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Bus, Cpu, Probe, RamInit, Reset, Stop, rewrite_bit};
-use emu_core::engine::{self, Engine, Looks};
+use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause, StopReason, rewrite_bit};
+use emu_core::engine::{self, CpuEngine, RunState};
 use emu_core::image::Image;
-use emu_core::pins::{Level, PinId, Time};
+use emu_core::pins::{PinLevel, PinId, CycleTime};
 use emu_core::rng::Rng;
-use emu_core::state::Damaged;
+use emu_core::state::SnapshotDamaged;
 
-use crate::chips::{self, Part};
-use crate::flags::Flags;
-use crate::lint::Lints;
+use crate::chips::{self, AvrPart};
+use crate::flags::SregFlags;
+use crate::lint::LintState;
 use crate::periph::external;
-use crate::periph::spm::Bytes;
-use crate::periph::timers::Shape;
-use crate::predecode::Code;
-use crate::soc::{LOW, Put, Soc};
-use crate::turn::{Data, Hot, MOST_RAM, RAM, SPH, SPL, SREG, Turn, ram};
+use crate::periph::spm::ConfigBytes;
+use crate::periph::timers::TimerShape;
+use crate::predecode::CodeMemory;
+use crate::soc::{LOW_BYTES, OutsideInput, AvrSoc};
+use crate::executor::{DataMemory, CoreRegisters, MAX_RAM, RAM_START, SPH, SPL, SREG, Executor, ram};
 
 /// How a machine is wired, and what its silicon is taken to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,7 +32,7 @@ pub struct Options {
     /// Every reset takes the start-up time of the fuses; else the program begins at once.
     pub start_up: bool,
     /// Where silicon and data sheet differ.
-    pub readings: Readings,
+    pub readings: AvrReadings,
     /// The package, by its name in [`Chip::packages`]. None: the chip has the pins of all its packages.
     pub package: Option<&'static str>,
 }
@@ -40,15 +40,15 @@ pub struct Options {
 impl Options {
     /// A main clock of `hz` Hz, fuses and lock bits of the image, no start-up time, readings of silicon, pins of all packages.
     #[must_use]
-    pub fn at(hz: u64) -> Options {
-        Options { hz, fuses: None, lock: None, start_up: false, readings: Readings::default(), package: None }
+    pub fn at_hz(hz: u64) -> Options {
+        Options { hz, fuses: None, lock: None, start_up: false, readings: AvrReadings::default(), package: None }
     }
 }
 
 /// Where silicon does otherwise than its data sheet says. Defaults are what several people have measured on silicon, but for erased
 /// words, which are most often met by a fault of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Readings {
+pub struct AvrReadings {
     /// An edge on INT wakes from sleep modes in which the I/O clock stands; false is the sheet's "only level interrupt" (DS40002061,
     /// table 10-1, note 3). None is as the chip's row has it.
     pub edges_wake: Option<bool>,
@@ -59,22 +59,22 @@ pub struct Readings {
     pub icr_only_as_top: bool,
 }
 
-impl Readings {
+impl AvrReadings {
     /// The same, with what the row of `chip` decides filled in; of a chip that is no AVR nothing is.
     #[must_use]
-    pub fn resolved(self, chip: &Chip) -> Readings {
-        let own = chips::part(chip.name).map(|part| part.external.edges_wake);
-        Readings { edges_wake: self.edges_wake.or(own), ..self }
+    pub fn resolved(self, chip: &Chip) -> AvrReadings {
+        let own = chips::part(chip.name).map(|part| part.external_kind.edges_wake);
+        AvrReadings { edges_wake: self.edges_wake.or(own), ..self }
     }
 
     /// A timer as it is taken to be; one that the chip does not have has no channel.
-    pub(crate) fn timer(self, shape: Option<&Shape>) -> Shape {
-        let shape = shape.copied().unwrap_or(Shape::narrow(0));
-        Shape { icr_only_as_top: self.icr_only_as_top, ..shape }
+    pub(crate) fn apply_to_timer(self, shape: Option<&TimerShape>) -> TimerShape {
+        let shape = shape.copied().unwrap_or(TimerShape::narrow(0));
+        TimerShape { icr_only_as_top: self.icr_only_as_top, ..shape }
     }
 
     /// The external interrupts as they are taken to be.
-    pub(crate) fn external(self, mut kind: external::Kind) -> external::Kind {
+    pub(crate) fn apply_to_external(self, mut kind: external::ExternalKind) -> external::ExternalKind {
         kind.edges_wake = self.edges_wake.unwrap_or(kind.edges_wake);
         kind
     }
@@ -83,12 +83,12 @@ impl Readings {
 /// An AVR chip with its program. A clone is a snapshot; program memory is shared until it changes.
 #[derive(Debug, Clone)]
 pub struct Avr {
-    pub(crate) part: &'static Part,
-    pub(crate) hot: Hot,
-    pub(crate) data: Data,
-    pub(crate) code: Arc<Code>,
-    pub(crate) soc: Soc,
-    pub(crate) looks: Looks,
+    pub(crate) part: &'static AvrPart,
+    pub(crate) core: CoreRegisters,
+    pub(crate) data: DataMemory,
+    pub(crate) code: Arc<CodeMemory>,
+    pub(crate) soc: AvrSoc,
+    pub(crate) run_state: RunState,
 }
 
 impl Avr {
@@ -98,7 +98,7 @@ impl Avr {
     #[must_use]
     pub fn new(chip: &'static Chip, image: &Image, init: RamInit) -> Avr {
         let start_up = image.bytes_in("fuse").next().is_some();
-        Avr::with(chip, image, init, Options { start_up, ..Options::at(chip.default_hz) })
+        Avr::with(chip, image, init, Options { start_up, ..Options::at_hz(chip.default_hz) })
     }
 
     /// The same in a wiring of its own.
@@ -106,11 +106,11 @@ impl Avr {
     pub fn with(chip: &'static Chip, image: &Image, init: RamInit, options: Options) -> Avr {
         let part = chips::part(chip.name).unwrap_or(&chips::PART_328P);
         let chip = part.chip;
-        let mut flash = vec![0xFF; chip.flash as usize];
+        let mut flash = vec![0xFF; chip.flash_bytes as usize];
         image.fill("flash", &mut flash);
-        let mut eeprom = vec![0xFF; usize::from(chip.eeprom)];
+        let mut eeprom = vec![0xFF; usize::from(chip.eeprom_bytes)];
         image.fill("eeprom", &mut eeprom);
-        let mut bytes = [0; RAM + MOST_RAM];
+        let mut bytes = [0; RAM_START + MAX_RAM];
         if let RamInit::Random(seed) = init {
             let mut rng = Rng::new(seed);
             rng.fill(&mut bytes[..32]);
@@ -123,69 +123,69 @@ impl Avr {
                 bytes[i] = byte;
             }
         }
-        let mut fuses = part.fuses.assumed;
+        let mut fuses = part.fuses.default_bytes;
         image.fill("fuse", &mut fuses);
         let mut lock = [0xFF];
         image.fill("lock", &mut lock);
-        let beside = Bytes {
+        let beside = ConfigBytes {
             lock: options.lock.unwrap_or(lock[0]),
             fuses: options.fuses.unwrap_or(fuses),
             signature: part.signature,
             calibration: CALIBRATION,
         };
-        let mut soc = Soc::new(part, options, beside, Arc::new(eeprom));
+        let mut soc = AvrSoc::new(part, options, beside, Arc::new(eeprom));
         // RAM below 100h is the chip's to keep.
-        soc.fill_low(&bytes[LOW..RAM]);
-        soc.lints = Lints::of(image, part);
-        bytes[32..RAM].fill(0);
+        soc.fill_low(&bytes[LOW_BYTES..RAM_START]);
+        soc.lints = LintState::for_program(image, part);
+        bytes[32..RAM_START].fill(0);
         let mut avr = Avr {
             part,
-            hot: Hot::START,
-            data: Data { bytes, ram_len: chip.ram_start + chip.ram_len - RAM as u16 },
-            code: Arc::new(Code::new(flash, part, options.readings.erased_is_nop)),
+            core: CoreRegisters::START,
+            data: DataMemory { bytes, ram_len: chip.ram_start + chip.ram_len - RAM_START as u16 },
+            code: Arc::new(CodeMemory::new(flash, part, options.readings.erased_is_nop)),
             soc,
-            looks: Looks::START,
+            run_state: RunState::START,
         };
-        avr.restart();
+        avr.restart_core();
         avr
     }
 
     /// The core as after a reset.
-    fn restart(&mut self) {
-        let sp = if self.part.stack_at_end { self.part.chip.ram_start + self.part.chip.ram_len - 1 } else { 0 };
-        self.hot = Hot { sp, pc: self.soc.reset_vector(), time: self.hot.time, ..Hot::START };
-        self.looks.passing = None;
-        self.hot.time.force();
+    fn restart_core(&mut self) {
+        let sp = if self.part.stack_starts_at_ram_end { self.part.chip.ram_start + self.part.chip.ram_len - 1 } else { 0 };
+        self.core = CoreRegisters { sp, pc: self.soc.reset_vector(), clock: self.core.clock, ..CoreRegisters::START };
+        self.run_state.breakpoint_to_pass = None;
+        self.core.clock.expire();
     }
 
     /// Sets the clock before CLKPR in Hz, against which other oscillators are reckoned.
     pub fn set_clock_hz(&mut self, hz: u64) {
         let now = self.cycle();
         self.soc.set_clock_hz(hz, now);
-        self.hot.time.force();
+        self.core.clock.expire();
     }
 
     /// Turns the jumping over of polling loops on (as it is at first) or off. Results do not change, only the time taken.
-    pub fn set_skip(&mut self, on: bool) {
-        self.looks.skip = on;
+    pub fn set_skip_idle_loops(&mut self, on: bool) {
+        self.run_state.skip_idle_loops = on;
     }
 
     /// The chip around the core.
     #[must_use]
-    pub fn soc(&self) -> &Soc {
+    pub fn soc(&self) -> &AvrSoc {
         &self.soc
     }
 
     /// Interrupt that would be taken at the next instruction boundary, as a vector number.
     #[must_use]
     pub fn pending_interrupt(&self) -> Option<u8> {
-        self.soc.pending(self.cycle())
+        self.soc.pending_interrupt(self.cycle())
     }
 
     /// The core at its boundary, ready for a burst.
-    pub(crate) fn turn<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Turn<'a, P>, &'a Code) {
-        let code: &Code = &self.code;
-        let turn = Turn { hot: self.hot, data: &mut self.data, code, bus: &mut self.soc, probe };
+    pub(crate) fn executor<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Executor<'a, P>, &'a CodeMemory) {
+        let code: &CodeMemory = &self.code;
+        let turn = Executor { core: self.core, data: &mut self.data, code, bus: &mut self.soc, probe };
         (turn, code)
     }
 }
@@ -203,59 +203,59 @@ impl Cpu for Avr {
         self.soc.has_pin(pin)
     }
 
-    fn reset(&mut self, why: Reset) {
-        self.hot.time.force();
-        let now = self.hot.time.now();
+    fn reset(&mut self, why: ResetCause) {
+        self.core.clock.expire();
+        let now = self.core.clock.now();
         self.soc.reset(why, now);
-        self.restart();
+        self.restart_core();
     }
 
     fn cycle(&self) -> u64 {
-        self.hot.time.now()
+        self.core.clock.now()
     }
 
     fn instructions(&self) -> u64 {
-        self.hot.time.instructions()
+        self.core.clock.instructions()
     }
 
     fn pc(&self) -> u32 {
-        self.hot.pc & self.code.mask()
+        self.core.pc & self.code.mask()
     }
 
     fn set_pc(&mut self, pc: u32) {
-        self.hot.pc = pc & self.code.mask();
-        self.looks.passing = None;
-        self.hot.time.force();
+        self.core.pc = pc & self.code.mask();
+        self.run_state.breakpoint_to_pass = None;
+        self.core.clock.expire();
     }
 
     fn reg(&self, name: &str) -> Option<u32> {
-        Some(match register(name)? {
-            Register::General(n) => u32::from(self.data.bytes[n]),
-            Register::Sreg => u32::from(self.hot.flags.pack()),
-            Register::Sp => u32::from(self.hot.sp),
-            Register::Pc => self.pc(),
+        Some(match register_by_name(name)? {
+            CoreRegister::General(n) => u32::from(self.data.bytes[n]),
+            CoreRegister::Sreg => u32::from(self.core.flags.pack()),
+            CoreRegister::Sp => u32::from(self.core.sp),
+            CoreRegister::Pc => self.pc(),
         })
     }
 
-    fn regs(&self, into: &mut Vec<u32>) {
+    fn read_regs(&self, into: &mut Vec<u32>) {
         into.clear();
         into.extend(self.data.bytes.iter().take(32).map(|byte| u32::from(*byte)));
-        into.extend([u32::from(self.hot.flags.pack()), u32::from(self.hot.sp), self.pc()]);
+        into.extend([u32::from(self.core.flags.pack()), u32::from(self.core.sp), self.pc()]);
     }
 
-    fn depth(&self) -> u32 {
-        u16::MAX.wrapping_sub(self.hot.sp).into()
+    fn stack_depth(&self) -> u32 {
+        u16::MAX.wrapping_sub(self.core.sp).into()
     }
 
     fn set_reg(&mut self, name: &str, value: u32) -> bool {
-        match register(name) {
-            Some(Register::General(n)) => self.data.bytes[n] = value as u8,
-            Some(Register::Sreg) => self.hot.flags = Flags::unpack(value as u8),
-            Some(Register::Sp) => self.hot.sp = value as u16,
-            Some(Register::Pc) => self.set_pc(value),
+        match register_by_name(name) {
+            Some(CoreRegister::General(n)) => self.data.bytes[n] = value as u8,
+            Some(CoreRegister::Sreg) => self.core.flags = SregFlags::unpack(value as u8),
+            Some(CoreRegister::Sp) => self.core.sp = value as u16,
+            Some(CoreRegister::Pc) => self.set_pc(value),
             None => return false,
         }
-        self.hot.time.force();
+        self.core.clock.expire();
         true
     }
 
@@ -263,16 +263,16 @@ impl Cpu for Avr {
         let index = addr as usize;
         match space {
             "data" => Some(match u16::try_from(addr).ok()? {
-                SPL => self.hot.sp as u8,
-                SPH => (self.hot.sp >> 8) as u8,
-                SREG => self.hot.flags.pack(),
-                addr if (0x20..RAM as u16).contains(&addr) => self.soc.peek(addr, self.cycle()),
+                SPL => self.core.sp as u8,
+                SPH => (self.core.sp >> 8) as u8,
+                SREG => self.core.flags.pack(),
+                addr if (0x20..RAM_START as u16).contains(&addr) => self.soc.peek(addr, self.cycle()),
                 _ => self.data.bytes[self::index(self.part.chip, addr)?],
             }),
             "flash" => self.code.bytes.get(index).copied(),
             "eeprom" => self.soc.eeprom().get(index).copied(),
-            "fuse" => self.soc.bytes().fuses.get(index).copied(),
-            "lock" if index == 0 => Some(self.soc.bytes().lock),
+            "fuse" => self.soc.config_bytes().fuses.get(index).copied(),
+            "lock" if index == 0 => Some(self.soc.config_bytes().lock),
             _ => None,
         }
     }
@@ -281,10 +281,10 @@ impl Cpu for Avr {
         let index = addr as usize;
         match space {
             "data" => match u16::try_from(addr).unwrap_or(u16::MAX) {
-                SPL => self.hot.sp = self.hot.sp & 0xFF00 | u16::from(value),
-                SPH => self.hot.sp = self.hot.sp & 0x00FF | u16::from(value) << 8,
-                SREG => self.hot.flags = Flags::unpack(value),
-                addr if (0x20..RAM as u16).contains(&addr) => {
+                SPL => self.core.sp = self.core.sp & 0xFF00 | u16::from(value),
+                SPH => self.core.sp = self.core.sp & 0x00FF | u16::from(value) << 8,
+                SREG => self.core.flags = SregFlags::unpack(value),
+                addr if (0x20..RAM_START as u16).contains(&addr) => {
                     let now = self.cycle();
                     self.soc.write(addr, value, now);
                 }
@@ -297,78 +297,78 @@ impl Cpu for Avr {
             "eeprom" if self.soc.set_eeprom(index, value) => {}
             _ => return false,
         }
-        self.hot.time.force();
+        self.core.clock.expire();
         true
     }
 
     fn poke_bit(&mut self, space: &str, addr: u32, bit: u8, value: bool) -> bool {
         let io = (0x20..self.part.chip.ram_start.into()).contains(&addr) && !(SPL.into()..=SREG.into()).contains(&addr);
-        if space != "data" || !io || self.part.whole_registers {
+        if space != "data" || !io || self.part.bit_writes_whole_register {
             return rewrite_bit(self, space, addr, bit, value);
         }
         let (now, mask) = (self.cycle(), 1 << (bit & 7));
         self.soc.write_bits(addr as u16, mask, if value { mask } else { 0 }, now);
-        self.hot.time.force();
+        self.core.clock.expire();
         true
     }
 
-    fn trap(&mut self, pc: u32, on: bool) {
+    fn set_breakpoint(&mut self, pc: u32, on: bool) {
         let pc = pc & self.code.mask();
-        if self.code.has_trap(pc) != on && Arc::make_mut(&mut self.code).trap(pc, on) {
-            self.looks.passing = self.looks.passing.filter(|&p| on || p != pc);
+        if self.code.has_breakpoint(pc) != on && Arc::make_mut(&mut self.code).set_breakpoint(pc, on) {
+            self.run_state.breakpoint_to_pass = self.run_state.breakpoint_to_pass.filter(|&p| on || p != pc);
         }
     }
 
-    fn level(&self, pin: PinId) -> Level {
+    fn pin_level(&self, pin: PinId) -> PinLevel {
         self.soc.level(pin)
     }
 
-    fn drive(&mut self, at: Time, pin: PinId, level: Level) {
+    fn drive(&mut self, at: CycleTime, pin: PinId, level: PinLevel) {
         let now = self.cycle();
         self.soc.drive(at.cycle, now, pin, level);
-        self.hot.time.force();
+        self.core.clock.expire();
     }
 
-    fn drive_volts(&mut self, at: Time, pin: PinId, millivolts: u32) -> bool {
+    fn drive_volts(&mut self, at: CycleTime, pin: PinId, millivolts: u32) -> bool {
         let now = self.cycle();
-        self.soc.put(at.cycle, now, Put::Volts(pin, millivolts));
-        self.hot.time.force();
+        self.soc.queue_input(at.cycle, now, OutsideInput::Volts(pin, millivolts));
+        self.core.clock.expire();
         true
     }
 
-    fn supply(&mut self, at: Time, millivolts: u32) -> bool {
+    fn set_supply(&mut self, at: CycleTime, millivolts: u32) -> bool {
         let now = self.cycle();
-        self.soc.put(at.cycle, now, Put::Supply(millivolts));
-        self.hot.time.force();
+        self.soc.queue_input(at.cycle, now, OutsideInput::Supply(millivolts));
+        self.core.clock.expire();
         true
     }
 
     fn save(&self) -> Vec<u8> {
-        self.to_bytes()
+        self.to_snapshot()
     }
 
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), Damaged> {
-        *self = self.of_bytes(bytes)?;
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
+        *self = self.from_snapshot(bytes)?;
         Ok(())
     }
 
-    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
+    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
         engine::run(self, until, probe)
     }
 
-    fn sleeps(&self) -> bool {
-        Engine::asleep(self)
+    fn is_asleep(&self) -> bool {
+        CpuEngine::is_core_asleep(self)
     }
 
-    fn insist(&mut self, on: bool) {
-        self.looks.insists = on;
+    fn set_run_while_halted(&mut self, on: bool) {
+        self.run_state.run_while_halted = on;
     }
 
-    fn waits_for_ever(&mut self) -> bool {
-        engine::waits_for_ever(self)
+    fn is_blocked_on_input(&mut self) -> bool {
+        engine::is_blocked_on_input(self)
     }
 
-    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
+    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
         engine::step_until(self, until, probe)
     }
 }
@@ -382,24 +382,24 @@ fn index(chip: &Chip, addr: u32) -> Option<usize> {
         return Some(addr as usize);
     }
     let end = u32::from(chip.ram_start) + u32::from(chip.ram_len);
-    (RAM as u32..end).contains(&addr).then(|| ram((addr - RAM as u32) as u16))
+    (RAM_START as u32..end).contains(&addr).then(|| ram((addr - RAM_START as u32) as u16))
 }
 
-enum Register {
+enum CoreRegister {
     General(usize),
     Sreg,
     Sp,
     Pc,
 }
 
-fn register(name: &str) -> Option<Register> {
+fn register_by_name(name: &str) -> Option<CoreRegister> {
     match name.to_ascii_lowercase().as_str() {
-        "sreg" => Some(Register::Sreg),
-        "sp" => Some(Register::Sp),
-        "pc" => Some(Register::Pc),
+        "sreg" => Some(CoreRegister::Sreg),
+        "sp" => Some(CoreRegister::Sp),
+        "pc" => Some(CoreRegister::Pc),
         other => {
             let number = (0..32).find(|n| other.strip_prefix('r').is_some_and(|digits| digits == n.to_string()))?;
-            Some(Register::General(number))
+            Some(CoreRegister::General(number))
         }
     }
 }

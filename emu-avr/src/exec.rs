@@ -3,9 +3,9 @@
 //! Source: AVR Instruction Set Manual DS40002198, section 5. Flag formulas are its boolean formulas computed on all eight
 //! bits at once: bit 7 of `carries` is C, bit 3 is H.
 
-use emu_core::machine::{Machine, WideOps, WordOps};
+use emu_core::machine::{BodyMachine, WideOps, WordOps};
 
-use crate::flags::Flag;
+use crate::flags::SregFlag;
 use crate::operands::{A, B, D16, K, R, Rel, Rh, Rp, Rw, Skip};
 
 /// Number of the lower register of the pointer X.
@@ -16,17 +16,17 @@ pub(crate) const Y: u8 = 28;
 pub(crate) const Z: u8 = 30;
 
 /// What AVR bodies need beyond [`Machine`]. Accesses fall in the last cycle charged so far.
-pub(crate) trait AvrMachine: Machine {
+pub(crate) trait AvrMachine: BodyMachine {
     /// A register.
     fn reg(&self, r: u8) -> Self::Word;
     /// Writes a register.
     fn set_reg(&mut self, r: u8, value: Self::Word);
     /// A flag.
-    fn flag(&self, flag: Flag) -> Self::Bit;
+    fn flag(&self, flag: SregFlag) -> Self::Bit;
     /// Writes one flag alone; I set to 1 holds interrupts for one instruction.
-    fn set_flag(&mut self, flag: Flag, value: Self::Bit);
+    fn set_flag(&mut self, flag: SregFlag, value: Self::Bit);
     /// Writes a flag that is known while the table compiles.
-    fn force_flag(&mut self, flag: Flag, on: bool);
+    fn force_flag(&mut self, flag: SregFlag, on: bool);
     /// The carry as a word, 0 or 1.
     fn carry(&self) -> Self::Word;
     /// A word that is zero exactly when Z is set.
@@ -245,7 +245,7 @@ bodies! {
         let lo = pop_word(m);
         m.goto(M::Wide::join(hi, lo));
     }
-    fn reti(m) { ret(m); m.force_flag(Flag::I, true); }
+    fn reti(m) { ret(m); m.force_flag(SregFlag::I, true); }
     fn cpse(m, d: R, r: R, n: Skip) {
         let equal = (m.reg(d.0) ^ m.reg(r.0)).is_zero();
         m.charge(1);
@@ -273,7 +273,7 @@ bodies! {
         let bit = m.io_read(a.0).bit(b.0);
         m.skip_if(if on { bit } else { !bit }, u32::from(n.0));
     }
-    fn br(m, flag: Flag, on: bool, k: Rel) {
+    fn br(m, flag: SregFlag, on: bool, k: Rel) {
         let bit = m.flag(flag);
         m.charge(1);
         m.branch_if(if on { bit } else { !bit }, u32::from(k.0));
@@ -283,9 +283,9 @@ bodies! {
     fn ror(m, d: R) { let a = m.reg(d.0); let s = (a >> 1) | (m.carry() << 7); shifted(m, d, a, s); }
     fn asr(m, d: R) { let a = m.reg(d.0); shifted(m, d, a, (a >> 1) | (a & M::Word::from(0x80))); }
     fn swap(m, d: R) { let a = m.reg(d.0); m.set_reg(d.0, (a << 4) | (a >> 4)); }
-    fn flag(m, flag: Flag, on: bool) { m.force_flag(flag, on); }
-    fn bst(m, d: R, b: B) { let bit = m.reg(d.0).bit(b.0); m.set_flag(Flag::T, bit); }
-    fn bld(m, d: R, b: B) { let s = m.reg(d.0).with_bit(b.0, m.flag(Flag::T)); m.set_reg(d.0, s); }
+    fn flag(m, flag: SregFlag, on: bool) { m.force_flag(flag, on); }
+    fn bst(m, d: R, b: B) { let bit = m.reg(d.0).bit(b.0); m.set_flag(SregFlag::T, bit); }
+    fn bld(m, d: R, b: B) { let s = m.reg(d.0).with_bit(b.0, m.flag(SregFlag::T)); m.set_reg(d.0, s); }
     fn mov(m, d: R, r: R) { let s = m.reg(r.0); m.set_reg(d.0, s); }
     fn movw(m, d: Rp, r: Rp) { let s = pair(m, r.0); set_pair(m, d.0, s); }
     fn ldi(m, d: Rh, k: K) { m.set_reg(d.0, M::Word::from(k.0)); }

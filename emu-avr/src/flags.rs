@@ -6,7 +6,7 @@
 /// The flags of SREG by their data-sheet letters, numbered as its bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Flag {
+pub enum SregFlag {
     C,
     Z,
     N,
@@ -19,39 +19,39 @@ pub enum Flag {
 
 /// A byte that decides a flag, in a word of its own: bytes side by side would be kept packed in one host register, and every
 /// write would have to mask and shift.
-type Raw = u32;
+type RawFlag = u32;
 
 /// SREG taken apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Flags {
+pub struct SregFlags {
     /// Carry: bit 7. Half carry: bit 3.
-    pub carries: Raw,
+    pub carries: RawFlag,
     /// Negative: bit 7.
-    pub n: Raw,
+    pub n: RawFlag,
     /// Zero: set when this byte is 0.
-    pub z: Raw,
+    pub z: RawFlag,
     /// Overflow: bit 7.
-    pub v: Raw,
+    pub v: RawFlag,
     /// Sign, unlike N xor V only after an instruction wrote it alone: bit 7 is xored in.
-    pub s: Raw,
+    pub s: RawFlag,
     /// Bit copy: bit 7.
-    pub t: Raw,
+    pub t: RawFlag,
     /// Interrupts enabled: bit 7.
-    pub i: Raw,
+    pub i: RawFlag,
 }
 
-const fn bit(condition: bool) -> Raw {
-    (condition as Raw) << 7
+const fn bit(condition: bool) -> RawFlag {
+    (condition as RawFlag) << 7
 }
 
-impl Flags {
+impl SregFlags {
     /// From the bits of SREG.
     #[inline]
-    pub const fn unpack(sreg: u8) -> Flags {
+    pub const fn unpack(sreg: u8) -> SregFlags {
         let (n, v) = (bit(sreg & 1 << 2 != 0), bit(sreg & 1 << 3 != 0));
-        Flags {
+        SregFlags {
             carries: bit(sreg & 1 != 0) | bit(sreg & 1 << 5 != 0) >> 4,
-            z: (sreg & 1 << 1 == 0) as Raw,
+            z: (sreg & 1 << 1 == 0) as RawFlag,
             n,
             v,
             s: n ^ v ^ bit(sreg & 1 << 4 != 0),
@@ -63,66 +63,66 @@ impl Flags {
     /// The bits of SREG.
     #[inline]
     pub const fn pack(self) -> u8 {
-        (self.get(Flag::C) as u8)
-            | (self.get(Flag::Z) as u8) << 1
-            | (self.get(Flag::N) as u8) << 2
-            | (self.get(Flag::V) as u8) << 3
-            | (self.get(Flag::S) as u8) << 4
-            | (self.get(Flag::H) as u8) << 5
-            | (self.get(Flag::T) as u8) << 6
-            | (self.get(Flag::I) as u8) << 7
+        (self.get(SregFlag::C) as u8)
+            | (self.get(SregFlag::Z) as u8) << 1
+            | (self.get(SregFlag::N) as u8) << 2
+            | (self.get(SregFlag::V) as u8) << 3
+            | (self.get(SregFlag::S) as u8) << 4
+            | (self.get(SregFlag::H) as u8) << 5
+            | (self.get(SregFlag::T) as u8) << 6
+            | (self.get(SregFlag::I) as u8) << 7
     }
 
     /// C := bit 7 of `carry`, H stays.
     #[inline(always)]
-    pub const fn set_c(&mut self, carry: Raw) {
+    pub const fn set_c(&mut self, carry: RawFlag) {
         self.carries = (self.carries & 0x08) | (carry & 0x80);
     }
 
     /// One flag.
     #[inline(always)]
-    pub const fn get(&self, flag: Flag) -> bool {
+    pub const fn get(&self, flag: SregFlag) -> bool {
         match flag {
-            Flag::C => self.carries & 0x80 != 0,
-            Flag::Z => self.z == 0,
-            Flag::N => self.n & 0x80 != 0,
-            Flag::V => self.v & 0x80 != 0,
-            Flag::S => (self.n ^ self.v ^ self.s) & 0x80 != 0,
-            Flag::H => self.carries & 0x08 != 0,
-            Flag::T => self.t & 0x80 != 0,
-            Flag::I => self.i & 0x80 != 0,
+            SregFlag::C => self.carries & 0x80 != 0,
+            SregFlag::Z => self.z == 0,
+            SregFlag::N => self.n & 0x80 != 0,
+            SregFlag::V => self.v & 0x80 != 0,
+            SregFlag::S => (self.n ^ self.v ^ self.s) & 0x80 != 0,
+            SregFlag::H => self.carries & 0x08 != 0,
+            SregFlag::T => self.t & 0x80 != 0,
+            SregFlag::I => self.i & 0x80 != 0,
         }
     }
 
     /// Writes one flag and no other: S keeps its value when N or V alone change.
     #[inline(always)]
-    pub const fn set(&mut self, flag: Flag, on: bool) {
+    pub const fn set(&mut self, flag: SregFlag, on: bool) {
         let changed = bit(on != self.get(flag));
         match flag {
-            Flag::C => self.carries ^= changed,
-            Flag::Z => self.z = !on as Raw,
-            Flag::N => (self.n, self.s) = (self.n ^ changed, self.s ^ changed),
-            Flag::V => (self.v, self.s) = (self.v ^ changed, self.s ^ changed),
-            Flag::S => self.s ^= changed,
-            Flag::H => self.carries ^= changed >> 4,
-            Flag::T => self.t = bit(on),
-            Flag::I => self.i = bit(on),
+            SregFlag::C => self.carries ^= changed,
+            SregFlag::Z => self.z = !on as RawFlag,
+            SregFlag::N => (self.n, self.s) = (self.n ^ changed, self.s ^ changed),
+            SregFlag::V => (self.v, self.s) = (self.v ^ changed, self.s ^ changed),
+            SregFlag::S => self.s ^= changed,
+            SregFlag::H => self.carries ^= changed >> 4,
+            SregFlag::T => self.t = bit(on),
+            SregFlag::I => self.i = bit(on),
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Flag, Flags};
+    use super::{SregFlag, SregFlags};
 
     #[test]
     fn every_sreg_packs_back_and_every_flag_writes_only_itself() {
-        let flags = [Flag::C, Flag::Z, Flag::N, Flag::V, Flag::S, Flag::H, Flag::T, Flag::I];
+        let flags = [SregFlag::C, SregFlag::Z, SregFlag::N, SregFlag::V, SregFlag::S, SregFlag::H, SregFlag::T, SregFlag::I];
         for sreg in 0..=255u8 {
-            assert_eq!(Flags::unpack(sreg).pack(), sreg);
+            assert_eq!(SregFlags::unpack(sreg).pack(), sreg);
             for flag in flags {
                 for on in [false, true] {
-                    let mut f = Flags::unpack(sreg);
+                    let mut f = SregFlags::unpack(sreg);
                     f.set(flag, on);
                     let mask = 1 << flag as u8;
                     assert_eq!(f.pack(), sreg & !mask | if on { mask } else { 0 }, "{sreg:02x} {flag:?} {on}");

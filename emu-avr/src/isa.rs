@@ -2,8 +2,8 @@
 //!
 //! Order of rows: the instruction set manual's groups (arithmetic and logic, branches, bits, data transfer, control).
 
-use emu_core::chip::Isa;
-use emu_core::table::{Alias, EncodeError, Flow, Line, Op, Row, Site, disassemble as disassemble_line, find};
+use emu_core::chip::InstructionSet;
+use emu_core::table::{SyntaxAlias, EncodeError, FlowKind, DisassembledInstruction, PredecodedOp, InstructionRow, InstructionLocation, disassemble as disassemble_line};
 
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 
@@ -15,9 +15,9 @@ macro_rules! avr_table {
         /// No row matches: stops the run.
         Illegal,
         /// A breakpoint stands here.
-        Trap,
+        Breakpoint,
         /// Closes a loop that may repeat without changing anything.
-        Poll,
+        PollingLoop,
     }
     // Arithmetic and logic.
     /// Add without carry.
@@ -100,37 +100,37 @@ macro_rules! avr_table {
     /// Skip if bit in I/O register is set.
     Sbis   "sbis"   "a, b"   "1001 1011 aaaa abbb" (a: A, b: B, n: Skip)  "1/2/3" ""         => sbi_skip(a, b, n, true);
     /// Branch if carry is set (also: lower).
-    Brcs   "brcs"   "k"      "1111 00kk kkkk k000" (k: Rel)               "1/2"   ""         => br(Flag::C, true, k);
+    Brcs   "brcs"   "k"      "1111 00kk kkkk k000" (k: Rel)               "1/2"   ""         => br(SregFlag::C, true, k);
     /// Branch if zero is set (equal).
-    Breq   "breq"   "k"      "1111 00kk kkkk k001" (k: Rel)               "1/2"   ""         => br(Flag::Z, true, k);
+    Breq   "breq"   "k"      "1111 00kk kkkk k001" (k: Rel)               "1/2"   ""         => br(SregFlag::Z, true, k);
     /// Branch if negative is set (minus).
-    Brmi   "brmi"   "k"      "1111 00kk kkkk k010" (k: Rel)               "1/2"   ""         => br(Flag::N, true, k);
+    Brmi   "brmi"   "k"      "1111 00kk kkkk k010" (k: Rel)               "1/2"   ""         => br(SregFlag::N, true, k);
     /// Branch if overflow is set.
-    Brvs   "brvs"   "k"      "1111 00kk kkkk k011" (k: Rel)               "1/2"   ""         => br(Flag::V, true, k);
+    Brvs   "brvs"   "k"      "1111 00kk kkkk k011" (k: Rel)               "1/2"   ""         => br(SregFlag::V, true, k);
     /// Branch if sign is set (less than, signed).
-    Brlt   "brlt"   "k"      "1111 00kk kkkk k100" (k: Rel)               "1/2"   ""         => br(Flag::S, true, k);
+    Brlt   "brlt"   "k"      "1111 00kk kkkk k100" (k: Rel)               "1/2"   ""         => br(SregFlag::S, true, k);
     /// Branch if half carry is set.
-    Brhs   "brhs"   "k"      "1111 00kk kkkk k101" (k: Rel)               "1/2"   ""         => br(Flag::H, true, k);
+    Brhs   "brhs"   "k"      "1111 00kk kkkk k101" (k: Rel)               "1/2"   ""         => br(SregFlag::H, true, k);
     /// Branch if T is set.
-    Brts   "brts"   "k"      "1111 00kk kkkk k110" (k: Rel)               "1/2"   ""         => br(Flag::T, true, k);
+    Brts   "brts"   "k"      "1111 00kk kkkk k110" (k: Rel)               "1/2"   ""         => br(SregFlag::T, true, k);
     /// Branch if interrupts are enabled.
-    Brie   "brie"   "k"      "1111 00kk kkkk k111" (k: Rel)               "1/2"   ""         => br(Flag::I, true, k);
+    Brie   "brie"   "k"      "1111 00kk kkkk k111" (k: Rel)               "1/2"   ""         => br(SregFlag::I, true, k);
     /// Branch if carry is clear (also: same or higher).
-    Brcc   "brcc"   "k"      "1111 01kk kkkk k000" (k: Rel)               "1/2"   ""         => br(Flag::C, false, k);
+    Brcc   "brcc"   "k"      "1111 01kk kkkk k000" (k: Rel)               "1/2"   ""         => br(SregFlag::C, false, k);
     /// Branch if zero is clear (not equal).
-    Brne   "brne"   "k"      "1111 01kk kkkk k001" (k: Rel)               "1/2"   ""         => br(Flag::Z, false, k);
+    Brne   "brne"   "k"      "1111 01kk kkkk k001" (k: Rel)               "1/2"   ""         => br(SregFlag::Z, false, k);
     /// Branch if negative is clear (plus).
-    Brpl   "brpl"   "k"      "1111 01kk kkkk k010" (k: Rel)               "1/2"   ""         => br(Flag::N, false, k);
+    Brpl   "brpl"   "k"      "1111 01kk kkkk k010" (k: Rel)               "1/2"   ""         => br(SregFlag::N, false, k);
     /// Branch if overflow is clear.
-    Brvc   "brvc"   "k"      "1111 01kk kkkk k011" (k: Rel)               "1/2"   ""         => br(Flag::V, false, k);
+    Brvc   "brvc"   "k"      "1111 01kk kkkk k011" (k: Rel)               "1/2"   ""         => br(SregFlag::V, false, k);
     /// Branch if sign is clear (greater or equal, signed).
-    Brge   "brge"   "k"      "1111 01kk kkkk k100" (k: Rel)               "1/2"   ""         => br(Flag::S, false, k);
+    Brge   "brge"   "k"      "1111 01kk kkkk k100" (k: Rel)               "1/2"   ""         => br(SregFlag::S, false, k);
     /// Branch if half carry is clear.
-    Brhc   "brhc"   "k"      "1111 01kk kkkk k101" (k: Rel)               "1/2"   ""         => br(Flag::H, false, k);
+    Brhc   "brhc"   "k"      "1111 01kk kkkk k101" (k: Rel)               "1/2"   ""         => br(SregFlag::H, false, k);
     /// Branch if T is clear.
-    Brtc   "brtc"   "k"      "1111 01kk kkkk k110" (k: Rel)               "1/2"   ""         => br(Flag::T, false, k);
+    Brtc   "brtc"   "k"      "1111 01kk kkkk k110" (k: Rel)               "1/2"   ""         => br(SregFlag::T, false, k);
     /// Branch if interrupts are disabled.
-    Brid   "brid"   "k"      "1111 01kk kkkk k111" (k: Rel)               "1/2"   ""         => br(Flag::I, false, k);
+    Brid   "brid"   "k"      "1111 01kk kkkk k111" (k: Rel)               "1/2"   ""         => br(SregFlag::I, false, k);
     // Bits.
     /// Set bit in I/O register.
     Sbi    "sbi"    "a, b"   "1001 1010 aaaa abbb" (a: A, b: B)           "2"     ""         => io_bit(a, b, true);
@@ -145,37 +145,37 @@ macro_rules! avr_table {
     /// Swap nibbles.
     Swap   "swap"   "d"      "1001 010d dddd 0010" (d: R)                 "1"     ""         => swap(d);
     /// Set carry.
-    Sec    "sec"    ""       "1001 0100 0000 1000" ()                     "1"     "C"        => flag(Flag::C, true);
+    Sec    "sec"    ""       "1001 0100 0000 1000" ()                     "1"     "C"        => flag(SregFlag::C, true);
     /// Set zero.
-    Sez    "sez"    ""       "1001 0100 0001 1000" ()                     "1"     "Z"        => flag(Flag::Z, true);
+    Sez    "sez"    ""       "1001 0100 0001 1000" ()                     "1"     "Z"        => flag(SregFlag::Z, true);
     /// Set negative.
-    Sen    "sen"    ""       "1001 0100 0010 1000" ()                     "1"     "N"        => flag(Flag::N, true);
+    Sen    "sen"    ""       "1001 0100 0010 1000" ()                     "1"     "N"        => flag(SregFlag::N, true);
     /// Set overflow.
-    Sev    "sev"    ""       "1001 0100 0011 1000" ()                     "1"     "V"        => flag(Flag::V, true);
+    Sev    "sev"    ""       "1001 0100 0011 1000" ()                     "1"     "V"        => flag(SregFlag::V, true);
     /// Set sign.
-    Ses    "ses"    ""       "1001 0100 0100 1000" ()                     "1"     "S"        => flag(Flag::S, true);
+    Ses    "ses"    ""       "1001 0100 0100 1000" ()                     "1"     "S"        => flag(SregFlag::S, true);
     /// Set half carry.
-    Seh    "seh"    ""       "1001 0100 0101 1000" ()                     "1"     "H"        => flag(Flag::H, true);
+    Seh    "seh"    ""       "1001 0100 0101 1000" ()                     "1"     "H"        => flag(SregFlag::H, true);
     /// Set T.
-    Set    "set"    ""       "1001 0100 0110 1000" ()                     "1"     "T"        => flag(Flag::T, true);
+    Set    "set"    ""       "1001 0100 0110 1000" ()                     "1"     "T"        => flag(SregFlag::T, true);
     /// Enable interrupts, from after the next instruction.
-    Sei    "sei"    ""       "1001 0100 0111 1000" ()                     "1"     "I"        => flag(Flag::I, true);
+    Sei    "sei"    ""       "1001 0100 0111 1000" ()                     "1"     "I"        => flag(SregFlag::I, true);
     /// Clear carry.
-    Clc    "clc"    ""       "1001 0100 1000 1000" ()                     "1"     "C"        => flag(Flag::C, false);
+    Clc    "clc"    ""       "1001 0100 1000 1000" ()                     "1"     "C"        => flag(SregFlag::C, false);
     /// Clear zero.
-    Clz    "clz"    ""       "1001 0100 1001 1000" ()                     "1"     "Z"        => flag(Flag::Z, false);
+    Clz    "clz"    ""       "1001 0100 1001 1000" ()                     "1"     "Z"        => flag(SregFlag::Z, false);
     /// Clear negative.
-    Cln    "cln"    ""       "1001 0100 1010 1000" ()                     "1"     "N"        => flag(Flag::N, false);
+    Cln    "cln"    ""       "1001 0100 1010 1000" ()                     "1"     "N"        => flag(SregFlag::N, false);
     /// Clear overflow.
-    Clv    "clv"    ""       "1001 0100 1011 1000" ()                     "1"     "V"        => flag(Flag::V, false);
+    Clv    "clv"    ""       "1001 0100 1011 1000" ()                     "1"     "V"        => flag(SregFlag::V, false);
     /// Clear sign.
-    Cls    "cls"    ""       "1001 0100 1100 1000" ()                     "1"     "S"        => flag(Flag::S, false);
+    Cls    "cls"    ""       "1001 0100 1100 1000" ()                     "1"     "S"        => flag(SregFlag::S, false);
     /// Clear half carry.
-    Clh    "clh"    ""       "1001 0100 1101 1000" ()                     "1"     "H"        => flag(Flag::H, false);
+    Clh    "clh"    ""       "1001 0100 1101 1000" ()                     "1"     "H"        => flag(SregFlag::H, false);
     /// Clear T.
-    Clt    "clt"    ""       "1001 0100 1110 1000" ()                     "1"     "T"        => flag(Flag::T, false);
+    Clt    "clt"    ""       "1001 0100 1110 1000" ()                     "1"     "T"        => flag(SregFlag::T, false);
     /// Disable interrupts.
-    Cli    "cli"    ""       "1001 0100 1111 1000" ()                     "1"     "I"        => flag(Flag::I, false);
+    Cli    "cli"    ""       "1001 0100 1111 1000" ()                     "1"     "I"        => flag(SregFlag::I, false);
     /// Bit of register to T.
     Bst    "bst"    "d, b"   "1111 101d dddd 0bbb" (d: R, b: B)           "1"     "T"        => bst(d, b);
     /// T to bit of register.
@@ -274,7 +274,7 @@ avr_table!(emu_core::define_isa {});
 
 /// Other spellings that the assembler takes: mnemonic, syntax, what it stands for.
 #[rustfmt::skip]
-pub const ALIASES: &[Alias] = &[
+pub const ALIASES: &[SyntaxAlias] = &[
     ("lsl",  "d",    "add",  "d,d"),
     ("rol",  "d",    "adc",  "d,d"),
     ("tst",  "d",    "and",  "d,d"),
@@ -299,32 +299,32 @@ pub const ALIASES: &[Alias] = &[
 ];
 
 /// The table as tools see it, on a chip with so many bytes of flash, a power of two.
-pub const fn isa<const FLASH: u32>() -> Isa {
-    Isa {
+pub const fn instruction_set<const FLASH: u32>() -> InstructionSet {
+    InstructionSet {
         disassemble: disassemble_in::<FLASH>,
-        erased: 0xFFFF,
+        erased_word: 0xFFFF,
         rows: ROWS,
         word_bits: WORD_BITS,
         aliases: ALIASES,
-        site: |pc, len| Site { pc, len, next_len: 1, pc_mask: FLASH / 2 - 1 },
-        lacks: |row| matches!(KINDS.get(row), Some(&kind) if lacks(FLASH, kind)),
+        locate: |pc, len| InstructionLocation { pc, len, next_len: 1, pc_mask: FLASH / 2 - 1 },
+        is_missing: |row| matches!(KINDS.get(row), Some(&kind) if is_missing(FLASH, kind)),
         flow,
     }
 }
 
 /// What the instruction of a row may do to the order in which a program runs. Only what has a condition takes more cycles or fewer.
-fn flow(row: usize) -> Flow {
+fn flow(row: usize) -> FlowKind {
     match (KINDS.get(row), ROWS.get(row)) {
-        (Some(Kind::Reti), _) => Flow::EndsInterrupt,
-        (_, Some(row)) if row.varies() => Flow::Either,
-        _ => Flow::Straight,
+        (Some(Kind::Reti), _) => FlowKind::EndsInterrupt,
+        (_, Some(row)) if row.has_variable_cycles() => FlowKind::Conditional,
+        _ => FlowKind::Straight,
     }
 }
 
 /// A chip with so many bytes of flash does not have an instruction: jumps of two words come with more than 8 KB, ELPM with more
 /// than 64 KB (instruction set manual, core descriptions).
 #[must_use]
-pub const fn lacks(flash: u32, kind: Kind) -> bool {
+pub const fn is_missing(flash: u32, kind: Kind) -> bool {
     match kind {
         Kind::Jmp | Kind::Call => flash <= 0x2000,
         Kind::Elpm | Kind::ElpmZ | Kind::ElpmZi => flash <= 0x1_0000,
@@ -337,12 +337,12 @@ pub const WORD_BITS: u32 = 16;
 
 /// The words of one instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Words {
+pub struct InstructionWords {
     words: [u16; 2],
     len: usize,
 }
 
-impl std::ops::Deref for Words {
+impl std::ops::Deref for InstructionWords {
     type Target = [u16];
     fn deref(&self) -> &[u16] {
         &self.words[..self.len]
@@ -357,37 +357,37 @@ pub const PC_MASK: u32 = 0x3FFF;
 ///
 /// # Errors
 /// An operand that does not fit, with what is allowed.
-pub fn encode(kind: Kind, operands: &[i32], pc: u32) -> Result<Words, EncodeError> {
+pub fn encode(kind: Kind, operands: &[i32], pc: u32) -> Result<InstructionWords, EncodeError> {
     let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: "not an instruction".into() })?;
-    let bits = row.encode(operands, &Site { pc, len: row.len(), next_len: 1, pc_mask: PC_MASK })?;
+    let bits = row.encode(operands, &InstructionLocation { pc, len: row.len(), next_len: 1, pc_mask: PC_MASK })?;
     Ok(match row.len() {
-        2 => Words { words: [(bits >> WORD_BITS) as u16, bits as u16], len: 2 },
-        _ => Words { words: [bits as u16, 0], len: 1 },
+        2 => InstructionWords { words: [(bits >> WORD_BITS) as u16, bits as u16], len: 2 },
+        _ => InstructionWords { words: [bits as u16, 0], len: 1 },
     })
 }
 
 /// Disassembles the instruction at the front of `words`, which stands at the word address `pc` of an ATmega328P. Targets
 /// print as byte addresses.
 #[must_use]
-pub fn disassemble(words: &[u16], pc: u32) -> Line {
+pub fn disassemble(words: &[u16], pc: u32) -> DisassembledInstruction {
     disassemble_in::<{ 2 * (PC_MASK + 1) }>(words, pc)
 }
 
-fn disassemble_in<const FLASH: u32>(words: &[u16], pc: u32) -> Line {
-    let lacking = words.first().and_then(|&word| row_of(word, 0)).is_some_and(|(_, kind, _)| lacks(FLASH, kind));
+fn disassemble_in<const FLASH: u32>(words: &[u16], pc: u32) -> DisassembledInstruction {
+    let lacking = words.first().and_then(|&word| find_row(word, 0)).is_some_and(|(_, kind, _)| is_missing(FLASH, kind));
     let rows = if lacking { &[] } else { ROWS };
-    disassemble_line(rows, WORD_BITS, words, &Site { pc, len: 1, next_len: 1, pc_mask: FLASH / 2 - 1 })
+    disassemble_line(rows, WORD_BITS, words, &InstructionLocation { pc, len: 1, next_len: 1, pc_mask: FLASH / 2 - 1 })
 }
 
 /// The row of the word at the front of an instruction; `None` when there is none.
 #[must_use]
-pub fn row_of(first: u16, second: u16) -> Option<(&'static Row, Kind, u32)> {
-    let (i, bits) = find(ROWS, WORD_BITS, &[first, second])?;
+pub fn find_row(first: u16, second: u16) -> Option<(&'static InstructionRow, Kind, u32)> {
+    let (i, bits) = emu_core::table::find_row(ROWS, WORD_BITS, &[first, second])?;
     Some((&ROWS[i], KINDS[i], bits))
 }
 
 /// A predecoded AVR instruction.
-pub type AvrOp = Op<Kind>;
+pub type AvrOp = PredecodedOp<Kind>;
 
 #[cfg(test)]
 mod tests {
@@ -400,7 +400,7 @@ mod tests {
             for first in 0..=0xFFFFu16 {
                 let words = [first, second];
                 let line = disassemble(&words, 0x100);
-                let back = emu_asm::line(&crate::chips::ATMEGA328P, &line.text, 0x100);
+                let back = emu_asm::assemble_line(&crate::chips::ATMEGA328P, &line.text, 0x100);
                 let back = back.unwrap_or_else(|e| panic!("{first:04x}: {}: {e}", line.text));
                 assert_eq!(back, words[..line.len], "{first:04x}: {}", line.text);
             }
@@ -413,7 +413,7 @@ mod tests {
         let wanted = [("LdY", "LddY"), ("LdZ", "LddZ"), ("StY", "StdY"), ("StZ", "StdZ")];
         for (i, a) in ROWS.iter().enumerate() {
             for b in &ROWS[i + 1..] {
-                let shift = |r: &Row, v: u32| if r.len() == 2 { v >> 16 } else { v };
+                let shift = |r: &InstructionRow, v: u32| if r.len() == 2 { v >> 16 } else { v };
                 let both = shift(a, a.pattern.mask) & shift(b, b.pattern.mask);
                 let overlap = (shift(a, a.pattern.value) ^ shift(b, b.pattern.value)) & both == 0;
                 assert_eq!(overlap, wanted.contains(&(a.name, b.name)), "{} and {}", a.name, b.name);

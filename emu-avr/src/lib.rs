@@ -9,16 +9,16 @@ pub mod chips;
 pub mod isa;
 pub mod operands;
 
-mod boundary;
+mod cpu_engine;
 mod cpu;
 mod exec;
 mod flags;
 mod lint;
 pub mod periph;
 mod predecode;
-mod record;
+mod recorder;
 pub mod soc;
 mod state;
-mod turn;
+mod executor;
 
-pub use cpu::{Avr, Options, Readings};
+pub use cpu::{Avr, Options, AvrReadings};

@@ -15,169 +15,169 @@ use emu_core::cpu::{NEVER, Probe};
 use emu_core::image::Image;
 use emu_core::lint::Lint;
 
-use crate::chips::Part;
-use crate::flags::Flag;
+use crate::chips::AvrPart;
+use crate::flags::SregFlag;
 use crate::isa::{AvrOp, Kind};
-use crate::predecode::Code;
-use crate::record::record;
-use crate::soc::Soc;
-use crate::turn::Turn;
-use shadow::Shadow;
-use value::Doubt;
+use crate::predecode::CodeMemory;
+use crate::recorder::record_instruction;
+use crate::soc::AvrSoc;
+use crate::executor::Executor;
+use shadow::ShadowMachine;
+use value::UnknownBits;
 
 /// Cycles after the last write of a port's settings from which on they count as what the program wants.
-const SETTLED: u64 = 256;
+const SETTLE_CYCLES: u64 = 256;
 
 /// Greatest error of a baud rate that is accepted, in thousandths. At 16 MHz the usual rates 57,600 and 115,200 are 2.1 %
 /// off, and every Arduino board runs so (ATmega328P data sheet, tables 19-9 to 19-12).
 const BAUD_TOLERANCE: u64 = 25;
 
 /// Where the linker of avr-libc ends static data: the last of these that there is.
-const ENDS: [&str; 4] = ["__data_end", "__bss_end", "_end", "__heap_start"];
+const END_SYMBOLS: [&str; 4] = ["__data_end", "__bss_end", "_end", "__heap_start"];
 
 /// Where avr-libc keeps the end of its heap.
-const HEAP: &str = "__brkval";
+const HEAP_SYMBOL: &str = "__brkval";
 
 /// What the chip keeps for diagnostics. Next to nothing until a probe asks for them.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Lints {
-    ground: Arc<Ground>,
-    live: Option<Box<Live>>,
+pub(crate) struct LintState {
+    program_facts: Arc<ProgramFacts>,
+    tracker: Option<Box<LintTracker>>,
 }
 
 /// What is known of a program before it runs.
 #[derive(Debug, Clone, Default)]
-struct Ground {
+struct ProgramFacts {
     /// The data address behind static data; 0 where nobody says.
-    end: u16,
+    static_data_end: u16,
     /// Where the end of the heap is kept.
-    heap: Option<u16>,
+    heap_end_variable: Option<u16>,
     /// The bytes of RAM that the image fills.
-    filled: Vec<u16>,
+    initialized_ram: Vec<u16>,
 }
 
-impl Lints {
+impl LintState {
     /// For a program.
-    pub(crate) fn of(image: &Image, part: &Part) -> Lints {
-        let data = || image.symbols.iter().filter(|symbol| symbol.space == part.chip.ram);
+    pub(crate) fn for_program(image: &Image, part: &AvrPart) -> LintState {
+        let data = || image.symbols.iter().filter(|symbol| symbol.space == part.chip.ram_space);
         let address = |symbol: &emu_core::image::SymbolAt| u16::try_from(symbol.addr).ok();
-        let end = data().filter(|symbol| ENDS.contains(&symbol.name.as_str())).filter_map(address).max();
-        let heap = data().find(|symbol| symbol.name == HEAP).and_then(address);
-        let filled = image.bytes_in(part.chip.ram).filter_map(|(addr, _)| u16::try_from(addr).ok());
-        let ground = Ground { end: end.unwrap_or(0), heap, filled: filled.collect() };
-        Lints { ground: Arc::new(ground), live: None }
+        let end = data().filter(|symbol| END_SYMBOLS.contains(&symbol.name.as_str())).filter_map(address).max();
+        let heap = data().find(|symbol| symbol.name == HEAP_SYMBOL).and_then(address);
+        let filled = image.bytes_in(part.chip.ram_space).filter_map(|(addr, _)| u16::try_from(addr).ok());
+        let ground = ProgramFacts { static_data_end: end.unwrap_or(0), heap_end_variable: heap, initialized_ram: filled.collect() };
+        LintState { program_facts: Arc::new(ground), tracker: None }
     }
 
     /// The machine is another one: it is looked at anew.
     pub(crate) fn forget(&mut self) {
-        self.live = None;
+        self.tracker = None;
     }
 
     /// An edge on INT`int` has ended the sleep of the instruction before.
     pub(crate) fn edge_woke(&mut self, int: u8) {
-        if let Some(live) = &mut self.live {
-            live.found.push((live.last, Lint::EdgeWoke { int }));
+        if let Some(live) = &mut self.tracker {
+            live.found.push((live.last_pc, Lint::EdgeWoke { int }));
         }
     }
 
     /// The chip is reset: what registers of the core and of the chip hold is known.
     pub(crate) fn reset(&mut self) {
-        if let Some(live) = &mut self.live {
-            live.flags = [Doubt::NONE; 8];
-            live.stack = Stack::START;
-            live.settled = [(NEVER, 0); 2];
-            live.look = false;
+        if let Some(live) = &mut self.tracker {
+            live.flags = [UnknownBits::NONE; 8];
+            live.stack = StackTracker::START;
+            live.pending_bauds = [(NEVER, 0); 2];
+            live.check_vectors = false;
         }
     }
 }
 
 /// Kept while a probe asks for diagnostics. What a tool pokes into RAM stays as unknown as it was.
 #[derive(Debug, Clone)]
-struct Live {
-    part: &'static Part,
-    ground: Arc<Ground>,
+struct LintTracker {
+    part: &'static AvrPart,
+    ground: Arc<ProgramFacts>,
     /// What is not known of the registers, of the flags, and of RAM from its first byte on.
-    regs: [Doubt; 32],
-    flags: [Doubt; 8],
-    ram: Vec<Doubt>,
+    regs: [UnknownBits; 32],
+    flags: [UnknownBits; 8],
+    ram: Vec<UnknownBits>,
     /// Registers that hold what was worked out from the stack pointer, a bit each.
     from_sp: u32,
     /// Registers and cells that were told of.
-    told: BTreeSet<u16>,
+    reported_addresses: BTreeSet<u16>,
     /// Pins that were told of.
-    told_pins: [u8; PORTS],
-    stack: Stack,
+    reported_pins: [u8; PORT_COUNT],
+    stack: StackTracker,
     /// Instructions that have written where nothing is, each with the first such address.
-    wild: BTreeMap<u32, u16>,
+    reserved_writes: BTreeMap<u32, u16>,
     /// Baud rates that were told of, and from when on settings count, with the instruction that made them.
-    told_bauds: [u32; 2],
-    settled: [(u64, u32); 2],
+    reported_bauds: [u32; 2],
+    pending_bauds: [(u64, u32); 2],
     /// Enables of interrupts may have changed since they were looked at; those that were told of.
-    look: bool,
-    told_vectors: u64,
+    check_vectors: bool,
+    reported_vectors: u64,
     /// The instruction before.
-    last: u32,
+    last_pc: u32,
     /// The running instruction, and what was found: at which, and what.
     pc: u32,
     found: Vec<(u32, Lint)>,
 }
 
 /// Most ports of a chip.
-const PORTS: usize = 8;
+const PORT_COUNT: usize = 8;
 
 /// Where the stack may grow.
 #[derive(Debug, Clone, Copy)]
-struct Stack {
+struct StackTracker {
     /// The program has put it somewhere by a number that did not come from where it was; nothing has been pushed since.
-    placed: bool,
+    was_set: bool,
     /// It was placed where static data lie, as the stack of a task does: only the end of RAM bounds it.
-    own: bool,
+    is_task_stack: bool,
     /// Where the stack pointer was before it was moved to make a frame that nobody has used so far.
     moved_from: Option<u16>,
     /// It is where it should not be, and that was told.
-    over: bool,
+    overflow_reported: bool,
 }
 
-impl Stack {
-    const START: Stack = Stack { placed: true, own: false, moved_from: None, over: false };
+impl StackTracker {
+    const START: StackTracker = StackTracker { was_set: true, is_task_stack: false, moved_from: None, overflow_reported: false };
 }
 
-impl Live {
+impl LintTracker {
     /// For a machine that has executed nothing so far if `fresh`; otherwise nobody knows any more what was written.
-    fn new(part: &'static Part, ground: &Arc<Ground>, fresh: bool) -> Box<Live> {
+    fn new(part: &'static AvrPart, ground: &Arc<ProgramFacts>, fresh: bool) -> Box<LintTracker> {
         let first = part.chip.ram_start;
-        let whole = |addr| if fresh { Doubt::at(addr, 0xFF) } else { Doubt::NONE };
-        let mut live = Live {
+        let whole = |addr| if fresh { UnknownBits::at(addr, 0xFF) } else { UnknownBits::NONE };
+        let mut live = LintTracker {
             part,
             ground: Arc::clone(ground),
             regs: std::array::from_fn(|n| whole(n as u16)),
-            flags: [Doubt::NONE; 8],
+            flags: [UnknownBits::NONE; 8],
             ram: (first..first + part.chip.ram_len).map(whole).collect(),
             from_sp: 0,
-            told: BTreeSet::new(),
-            told_pins: [0; PORTS],
-            stack: Stack::START,
-            wild: BTreeMap::new(),
-            told_bauds: [0; 2],
-            settled: [(NEVER, 0); 2],
-            look: false,
-            told_vectors: 0,
-            last: 0,
+            reported_addresses: BTreeSet::new(),
+            reported_pins: [0; PORT_COUNT],
+            stack: StackTracker::START,
+            reserved_writes: BTreeMap::new(),
+            reported_bauds: [0; 2],
+            pending_bauds: [(NEVER, 0); 2],
+            check_vectors: false,
+            reported_vectors: 0,
+            last_pc: 0,
             pc: 0,
             found: Vec::new(),
         };
-        for &addr in &ground.filled {
-            live.know(addr);
+        for &addr in &ground.initialized_ram {
+            live.mark_known(addr);
         }
         Box::new(live)
     }
 
-    fn find(&mut self, lint: Lint) {
+    fn add_finding(&mut self, lint: Lint) {
         self.found.push((self.pc, lint));
     }
 
     /// A byte of RAM or a register, by its data address.
-    fn cell(&mut self, addr: u16) -> Option<&mut Doubt> {
+    fn ram_doubt(&mut self, addr: u16) -> Option<&mut UnknownBits> {
         match addr {
             0..32 => self.regs.get_mut(usize::from(addr)),
             _ => self.ram.get_mut(usize::from(addr.wrapping_sub(self.part.chip.ram_start))),
@@ -185,182 +185,182 @@ impl Live {
     }
 
     /// The byte at a data address is known from now on.
-    fn know(&mut self, addr: u16) {
-        if let Some(cell) = self.cell(addr) {
-            *cell = Doubt::NONE;
+    fn mark_known(&mut self, addr: u16) {
+        if let Some(cell) = self.ram_doubt(addr) {
+            *cell = UnknownBits::NONE;
         }
     }
 
     /// Nothing is known any more of the bytes of RAM from one address up to another.
     fn forget(&mut self, from: u16, to: u16) {
         for addr in from.max(self.part.chip.ram_start)..=to {
-            let Some(cell) = self.cell(addr) else { return };
-            *cell = Doubt::at(addr, 0xFF);
-            self.told.remove(&addr);
+            let Some(cell) = self.ram_doubt(addr) else { return };
+            *cell = UnknownBits::at(addr, 0xFF);
+            self.reported_addresses.remove(&addr);
         }
     }
 
     /// What is unknown makes a difference now.
-    fn used(&mut self, doubt: Doubt) {
+    fn report_use(&mut self, doubt: UnknownBits) {
         // What a stack has overwritten that was told of says nothing new.
-        if doubt.bits == 0 || self.stack.over {
+        if doubt.bits == 0 || self.stack.overflow_reported {
             return;
         }
         let addr = doubt.from;
         if let Some(port) = self.part.input_port(addr) {
-            let bits = doubt.source & !self.told_pins[port % PORTS];
+            let bits = doubt.source & !self.reported_pins[port % PORT_COUNT];
             if bits != 0 {
-                self.told_pins[port % PORTS] |= bits;
-                self.find(Lint::FloatingRead { port: addr, bits });
+                self.reported_pins[port % PORT_COUNT] |= bits;
+                self.add_finding(Lint::FloatingRead { port: addr, bits });
             }
-        } else if self.told.insert(addr) {
-            self.find(Lint::UnknownUse { space: self.part.chip.ram, addr });
+        } else if self.reported_addresses.insert(addr) {
+            self.add_finding(Lint::UnknownUse { space: self.part.chip.ram_space, addr });
         }
     }
 
     /// The stack pointer is about to be moved by hand from `sp` on, by a number that comes from where it was if `frame`.
     fn move_stack(&mut self, sp: u16, frame: bool, heap: u16) {
         if frame {
-            self.settle(sp, heap);
+            self.check_stack_pointer(sp, heap);
             self.stack.moved_from.get_or_insert(sp);
         } else {
-            (self.stack.placed, self.stack.moved_from) = (true, None);
+            (self.stack.was_set, self.stack.moved_from) = (true, None);
         }
     }
 
     /// The first address of RAM, and the one behind static data and the heap.
-    fn bounds(&self, heap: u16) -> (u16, u16) {
-        let (first, behind) = (self.part.chip.ram_start, self.behind());
-        let end = if (first..behind).contains(&heap) { self.ground.end.max(heap) } else { self.ground.end };
+    fn stack_bounds(&self, heap: u16) -> (u16, u16) {
+        let (first, behind) = (self.part.chip.ram_start, self.ram_end());
+        let end = if (first..behind).contains(&heap) { self.ground.static_data_end.max(heap) } else { self.ground.static_data_end };
         (first, end.max(first))
     }
 
     /// The address behind RAM.
-    const fn behind(&self) -> u16 {
+    const fn ram_end(&self) -> u16 {
         self.part.chip.ram_start + self.part.chip.ram_len
     }
 
     /// A stack that was placed begins to be used at `addr`.
-    fn settle(&mut self, addr: u16, heap: u16) {
-        let (first, end) = self.bounds(heap);
-        if std::mem::take(&mut self.stack.placed) {
-            self.stack.own = (first..end).contains(&addr);
+    fn check_stack_pointer(&mut self, addr: u16, heap: u16) {
+        let (first, end) = self.stack_bounds(heap);
+        if std::mem::take(&mut self.stack.was_set) {
+            self.stack.is_task_stack = (first..end).contains(&addr);
         }
     }
 
     /// A byte is pushed at `addr`, or a frame reaches down to it; `heap` is what stands where avr-libc keeps the end of its heap.
-    fn stacked(&mut self, addr: u16, heap: u16) {
-        self.settle(addr, heap);
-        let (first, end) = self.bounds(heap);
-        let limit = if self.stack.own { first } else { end };
+    fn check_push(&mut self, addr: u16, heap: u16) {
+        self.check_stack_pointer(addr, heap);
+        let (first, end) = self.stack_bounds(heap);
+        let limit = if self.stack.is_task_stack { first } else { end };
         // A stack that has run out of RAM at its beginning goes round to the end of the address space.
-        let over = addr < limit || self.stack.over && addr >= self.behind();
-        if over && !self.stack.over {
-            self.find(Lint::StackMeets { limit });
+        let over = addr < limit || self.stack.overflow_reported && addr >= self.ram_end();
+        if over && !self.stack.overflow_reported {
+            self.add_finding(Lint::StackMeets { limit });
         }
-        self.stack.over = over;
+        self.stack.overflow_reported = over;
     }
 
     /// Settings of serial ports that have stood long enough, with the receiver on.
-    fn look_at_bauds(&mut self, soc: &Soc, now: u64) {
+    fn check_bauds(&mut self, soc: &AvrSoc, now: u64) {
         for n in 0..2 {
-            let (at, pc) = self.settled[n];
+            let (at, pc) = self.pending_bauds[n];
             if at <= now {
-                self.settled[n].0 = NEVER;
+                self.pending_bauds[n].0 = NEVER;
                 if soc.listens_at(n, now) {
-                    self.baud(soc, n, now, pc);
+                    self.check_baud(soc, n, now, pc);
                 }
             }
         }
     }
 
     /// Compares the baud rate of a serial port with usual ones.
-    fn baud(&mut self, soc: &Soc, n: usize, now: u64, pc: u32) {
+    fn check_baud(&mut self, soc: &AvrSoc, n: usize, now: u64, pc: u32) {
         let Some((hz, clocks)) = soc.baud(n, now) else { return };
         let baud = u32::try_from((hz + clocks / 2) / clocks).unwrap_or(u32::MAX);
-        let usual = u64::from(emu_core::lint::usual_baud(baud));
+        let usual = u64::from(emu_core::lint::nearest_standard_baud(baud));
         let off = hz.abs_diff(usual * clocks);
-        if off * 1_000 > BAUD_TOLERANCE * usual * clocks && std::mem::replace(&mut self.told_bauds[n], baud) != baud {
+        if off * 1_000 > BAUD_TOLERANCE * usual * clocks && std::mem::replace(&mut self.reported_bauds[n], baud) != baud {
             self.found.push((pc, Lint::Baud { uart: n as u8, baud }));
         }
     }
 
     /// Interrupts that can come now and that nobody serves.
-    fn look_at_vectors(&mut self, soc: &Soc, code: &Code, now: u64) {
-        self.look = false;
-        let enabled = soc.enabled(now) & !self.told_vectors;
+    fn check_vectors(&mut self, soc: &AvrSoc, code: &CodeMemory, now: u64) {
+        self.check_vectors = false;
+        let enabled = soc.enabled(now) & !self.reported_vectors;
         for vector in (1..64u8).filter(|vector| enabled >> vector & 1 == 1) {
-            if !handled(soc, code, soc.vectors() + u32::from(vector) * self.part.chip.vector_words) {
-                self.told_vectors |= 1 << vector;
-                self.found.push((self.last, Lint::Unhandled { vector }));
+            if !has_handler(soc, code, soc.vector_base() + u32::from(vector) * self.part.chip.words_per_vector) {
+                self.reported_vectors |= 1 << vector;
+                self.found.push((self.last_pc, Lint::Unhandled { vector }));
             }
         }
     }
 }
 
 /// Where the instruction at `pc` jumps to, if it is a jump.
-fn jump(code: &Code, pc: u32) -> Option<u32> {
-    let op = code.plain.get(pc as usize).filter(|op| matches!(op.kind, Kind::Jmp | Kind::Rjmp))?;
-    record(*op, true).target.map(|target| target & code.mask())
+fn jump_target(code: &CodeMemory, pc: u32) -> Option<u32> {
+    let op = code.ops_unmarked.get(pc as usize).filter(|op| matches!(op.kind, Kind::Jmp | Kind::Rjmp))?;
+    record_instruction(*op, true).target.map(|target| target & code.mask())
 }
 
 /// Something serves the vector at the program word `at`: not what is erased, and neither a jump to the beginning nor one to such
 /// a jump, which is what avr-libc puts where a program has no handler.
-fn handled(soc: &Soc, code: &Code, at: u32) -> bool {
+fn has_handler(soc: &AvrSoc, code: &CodeMemory, at: u32) -> bool {
     let at = at & code.mask();
-    if code.plain.get(at as usize).is_none_or(|op| op.kind == Kind::Illegal) {
+    if code.ops_unmarked.get(at as usize).is_none_or(|op| op.kind == Kind::Illegal) {
         return false;
     }
-    let begins = |pc: u32| pc == soc.vectors() || pc == soc.reset_vector() || pc == 0;
-    jump(code, at).is_none_or(|target| !begins(target) && jump(code, target).is_none_or(|target| !begins(target)))
+    let begins = |pc: u32| pc == soc.vector_base() || pc == soc.reset_vector() || pc == 0;
+    jump_target(code, at).is_none_or(|target| !begins(target) && jump_target(code, target).is_none_or(|target| !begins(target)))
 }
 
-impl<P: Probe> Turn<'_, P> {
+impl<P: Probe> Executor<'_, P> {
     /// Looks at what `op`, the instruction at the program counter, is about to do. Kinds without a body are looked at when they
     /// are executed.
     #[inline(never)]
     pub(crate) fn lint(&mut self, op: &AvrOp) {
-        if matches!(op.kind, Kind::Illegal | Kind::Trap | Kind::Poll) {
+        if matches!(op.kind, Kind::Illegal | Kind::Breakpoint | Kind::PollingLoop) {
             return;
         }
-        let (now, pc) = (self.hot.time.now(), self.hot.pc & self.code.mask());
-        let mut live = self.live();
+        let (now, pc) = (self.core.clock.now(), self.core.pc & self.code.mask());
+        let mut live = self.take_tracker();
         live.pc = pc;
-        live.look_at_bauds(self.bus, now);
-        if live.look && self.hot.flags.get(Flag::I) {
-            live.look_at_vectors(self.bus, self.code, now);
+        live.check_bauds(self.bus, now);
+        if live.check_vectors && self.core.flags.get(SregFlag::I) {
+            live.check_vectors(self.bus, self.code, now);
         }
-        Shadow::new(&self.hot, self.data, self.bus, &mut live).execute(*op);
-        live.last = pc;
-        self.tell(live, now);
+        ShadowMachine::new(&self.core, self.data, self.bus, &mut live).execute_op(*op);
+        live.last_pc = pc;
+        self.report_findings(live, now);
     }
 
     /// The interrupt whose vector is the program word `at` is about to be entered.
     #[inline(never)]
     pub(crate) fn lint_interrupt(&mut self, at: u32) {
-        let now = self.hot.time.now();
-        let mut live = self.live();
+        let now = self.core.clock.now();
+        let mut live = self.take_tracker();
         live.pc = at;
-        if !handled(self.bus, self.code, at) {
-            let vector = at.wrapping_sub(self.bus.vectors()) / live.part.chip.vector_words.max(1);
-            live.find(Lint::NoHandler { vector: vector as u8 });
+        if !has_handler(self.bus, self.code, at) {
+            let vector = at.wrapping_sub(self.bus.vector_base()) / live.part.chip.words_per_vector.max(1);
+            live.add_finding(Lint::NoHandler { vector: vector as u8 });
         }
-        Shadow::new(&self.hot, self.data, self.bus, &mut live).interrupt();
-        self.tell(live, now);
+        ShadowMachine::new(&self.core, self.data, self.bus, &mut live).interrupt();
+        self.report_findings(live, now);
     }
 
-    fn live(&mut self) -> Box<Live> {
-        let fresh = self.hot.time.instructions() == 0;
+    fn take_tracker(&mut self) -> Box<LintTracker> {
+        let fresh = self.core.clock.instructions() == 0;
         let part = self.bus.part();
         let lints = &mut self.bus.lints;
-        lints.live.take().unwrap_or_else(|| Live::new(part, &lints.ground, fresh))
+        lints.tracker.take().unwrap_or_else(|| LintTracker::new(part, &lints.program_facts, fresh))
     }
 
     /// Tells the probe what was found, as of the first cycle of the instruction.
-    fn tell(&mut self, mut live: Box<Live>, at: u64) {
+    fn report_findings(&mut self, mut live: Box<LintTracker>, at: u64) {
         for (pc, lint) in live.found.drain(..) {
-            self.probe.lint(at, pc, lint);
+            self.probe.on_lint(at, pc, lint);
         }
-        self.bus.lints.live = Some(live);
+        self.bus.lints.tracker = Some(live);
     }
 }

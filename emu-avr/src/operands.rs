@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use emu_core::table::{Operand, OperandKind, Site};
+use emu_core::table::{Operand, OperandKind, InstructionLocation};
 
 macro_rules! operands {
     ($( $(#[doc = $doc:literal])+ $name:ident($type:ty) $wide:literal $label:literal
@@ -14,8 +14,8 @@ macro_rules! operands {
         impl Operand for $name {
             const KIND: OperandKind =
                 OperandKind {
-                    name: $label, wide: $wide, value: $value, raw: $raw, text: $text, named: $named, number: $number,
-                    register: $register,
+                    name: $label, wide: $wide, decode: $value, encode: $raw, write_text: $text, parse_name: $named, check_number: $number,
+                    check_register: $register,
                 };
             #[inline(always)]
             fn from_value(value: u16) -> Self {
@@ -26,11 +26,11 @@ macro_rules! operands {
 }
 
 /// A plain field: the value is the field.
-fn same(raw: u32, _: u32, _: &Site) -> i32 {
+fn unchanged(raw: u32, _: u32, _: &InstructionLocation) -> i32 {
     raw as i32
 }
 
-fn range(value: i32, low: i32, high: i32, what: &str) -> Result<u32, String> {
+fn check_range(value: i32, low: i32, high: i32, what: &str) -> Result<u32, String> {
     if (low..=high).contains(&value) {
         Ok((value - low) as u32)
     } else {
@@ -38,22 +38,22 @@ fn range(value: i32, low: i32, high: i32, what: &str) -> Result<u32, String> {
     }
 }
 
-fn fits(value: i32, bits: u32, what: &str) -> Result<u32, String> {
-    range(value, 0, (1 << bits) - 1, what)
+fn check_field(value: i32, bits: u32, what: &str) -> Result<u32, String> {
+    check_range(value, 0, (1 << bits) - 1, what)
 }
 
-fn step2(value: i32, low: i32, high: i32, what: &str) -> Result<u32, String> {
+fn check_even(value: i32, low: i32, high: i32, what: &str) -> Result<u32, String> {
     if value % 2 != 0 {
         return Err(format!("{what} r{value} is odd: the lower register of a pair is wanted"));
     }
-    range(value, low, high, what).map(|v| v / 2)
+    check_range(value, low, high, what).map(|v| v / 2)
 }
 
-fn register_text(value: i32, out: &mut String) {
+fn write_register(value: i32, out: &mut String) {
     let _ = write!(out, "r{value}");
 }
 
-fn register_named(text: &str) -> Option<i32> {
+fn parse_register(text: &str) -> Option<i32> {
     match text.to_ascii_uppercase().as_str() {
         "XL" => Some(26),
         "XH" => Some(27),
@@ -66,34 +66,34 @@ fn register_named(text: &str) -> Option<i32> {
 }
 
 /// A pair by its lower register, or by the name of a pointer.
-fn pair_named(text: &str) -> Option<i32> {
+fn parse_pair(text: &str) -> Option<i32> {
     match text {
         "X" | "x" => Some(26),
         "Y" | "y" => Some(28),
         "Z" | "z" => Some(30),
-        other => register_named(other),
+        other => parse_register(other),
     }
 }
 
-fn decimal_text(value: i32, out: &mut String) {
+fn write_decimal(value: i32, out: &mut String) {
     let _ = write!(out, "{value}");
 }
 
-fn hex2_text(value: i32, out: &mut String) {
+fn write_hex2(value: i32, out: &mut String) {
     let _ = write!(out, "0x{value:02X}");
 }
 
-fn hex4_text(value: i32, out: &mut String) {
+fn write_hex4(value: i32, out: &mut String) {
     let _ = write!(out, "0x{value:04X}");
 }
 
 /// Word address as bytes, the way objdump and gdb write AVR program addresses.
-fn target_text(value: i32, out: &mut String) {
+fn write_target(value: i32, out: &mut String) {
     let _ = write!(out, "0x{:04X}", value * 2);
 }
 
 /// A target in the text counts bytes.
-fn words(bytes: i32, _: &Site) -> Result<i32, String> {
+fn bytes_to_words(bytes: i32, _: &InstructionLocation) -> Result<i32, String> {
     if bytes % 2 == 0 {
         Ok(bytes / 2)
     } else {
@@ -110,13 +110,13 @@ fn io_address(addr: i32) -> Result<i32, String> {
     }
 }
 
-fn relative(raw: u32, bits: u32, site: &Site) -> i32 {
+fn decode_relative(raw: u32, bits: u32, site: &InstructionLocation) -> i32 {
     let offset = ((raw << (32 - bits)) as i32) >> (32 - bits);
     ((site.pc as i32 + 1 + offset) as u32 & site.pc_mask) as i32
 }
 
 /// The distance to a target, the short way round where program memory wraps.
-fn distance(value: i32, bits: u32, site: &Site) -> Result<u32, String> {
+fn encode_distance(value: i32, bits: u32, site: &InstructionLocation) -> Result<u32, String> {
     let half = 1i32 << (bits - 1);
     let straight = value - (site.pc as i32 + 1);
     let size = site.pc_mask as i32 + 1;
@@ -135,43 +135,43 @@ fn distance(value: i32, bits: u32, site: &Site) -> Result<u32, String> {
 operands! {
     /// Any register, r0 to r31.
     R(u8) false "register"
-        value same, raw |v, b, _| fits(v, b, "register"), text register_text, named register_named, number OperandKind::itself, register OperandKind::its_address;
+        value unchanged, raw |v, b, _| check_field(v, b, "register"), text write_register, named parse_register, number OperandKind::same_number, register OperandKind::same_address;
     /// An upper register, r16 to r31.
     Rh(u8) false "register r16 to r31"
-        value |raw, _, _| raw as i32 + 16, raw |v, _, _| range(v, 16, 31, "register"), text register_text, named register_named, number OperandKind::itself, register OperandKind::its_address;
+        value |raw, _, _| raw as i32 + 16, raw |v, _, _| check_range(v, 16, 31, "register"), text write_register, named parse_register, number OperandKind::same_number, register OperandKind::same_address;
     /// A register of the signed multiplications, r16 to r23.
     Rm(u8) false "register r16 to r23"
-        value |raw, _, _| raw as i32 + 16, raw |v, _, _| range(v, 16, 23, "register"), text register_text, named register_named, number OperandKind::itself, register OperandKind::its_address;
+        value |raw, _, _| raw as i32 + 16, raw |v, _, _| check_range(v, 16, 23, "register"), text write_register, named parse_register, number OperandKind::same_number, register OperandKind::same_address;
     /// The lower register of a pair, r0, r2 .. r30.
     Rp(u8) false "register pair"
-        value |raw, _, _| raw as i32 * 2, raw |v, _, _| step2(v, 0, 30, "register"), text register_text, named pair_named, number OperandKind::itself, register OperandKind::its_address;
+        value |raw, _, _| raw as i32 * 2, raw |v, _, _| check_even(v, 0, 30, "register"), text write_register, named parse_pair, number OperandKind::same_number, register OperandKind::same_address;
     /// The lower register of an upper pair, r24, r26, r28 or r30.
     Rw(u8) false "register pair from r24"
-        value |raw, _, _| raw as i32 * 2 + 24, raw |v, _, _| step2(v, 24, 30, "register"), text register_text, named pair_named, number OperandKind::itself, register OperandKind::its_address;
+        value |raw, _, _| raw as i32 * 2 + 24, raw |v, _, _| check_even(v, 24, 30, "register"), text write_register, named parse_pair, number OperandKind::same_number, register OperandKind::same_address;
     /// A constant byte, or a smaller field of ADIW and SBIW; negative constants stand for their two's complement.
     K(u8) false "constant"
-        value same,
-        raw |v, b, _| if b == 8 && (-128..0).contains(&v) { Ok(v as u32 & 0xFF) } else { fits(v, b, "constant") },
-        text hex2_text, named OperandKind::no_name, number OperandKind::itself, register OperandKind::its_address;
+        value unchanged,
+        raw |v, b, _| if b == 8 && (-128..0).contains(&v) { Ok(v as u32 & 0xFF) } else { check_field(v, b, "constant") },
+        text write_hex2, named OperandKind::never_a_name, number OperandKind::same_number, register OperandKind::same_address;
     /// An I/O address, 0 to 63 (0 to 31 for the single-bit instructions); the data address is 0x20 higher.
     A(u8) false "I/O address"
-        value same, raw |v, b, _| fits(v, b, "I/O address"), text hex2_text, named OperandKind::no_name, number OperandKind::itself, register io_address;
+        value unchanged, raw |v, b, _| check_field(v, b, "I/O address"), text write_hex2, named OperandKind::never_a_name, number OperandKind::same_number, register io_address;
     /// A bit number, 0 to 7.
     B(u8) false "bit"
-        value same, raw |v, b, _| fits(v, b, "bit"), text decimal_text, named OperandKind::no_name, number OperandKind::itself, register OperandKind::its_address;
+        value unchanged, raw |v, b, _| check_field(v, b, "bit"), text write_decimal, named OperandKind::never_a_name, number OperandKind::same_number, register OperandKind::same_address;
     /// A displacement, 0 to 63.
     Q(u8) false "displacement"
-        value same, raw |v, b, _| fits(v, b, "displacement"), text decimal_text, named OperandKind::no_name, number OperandKind::itself, register OperandKind::its_address;
+        value unchanged, raw |v, b, _| check_field(v, b, "displacement"), text write_decimal, named OperandKind::never_a_name, number OperandKind::same_number, register OperandKind::same_address;
     /// A data address of the two-word loads and stores.
     D16(u16) true "data address"
-        value same, raw |v, b, _| fits(v, b, "data address"), text hex4_text, named OperandKind::no_name, number OperandKind::itself, register OperandKind::its_address;
+        value unchanged, raw |v, b, _| check_field(v, b, "data address"), text write_hex4, named OperandKind::never_a_name, number OperandKind::same_number, register OperandKind::same_address;
     /// A relative target, kept as an absolute word address.
     Rel(u16) true "target"
-        value relative, raw distance, text target_text, named OperandKind::no_name, number words, register OperandKind::its_address;
+        value decode_relative, raw encode_distance, text write_target, named OperandKind::never_a_name, number bytes_to_words, register OperandKind::same_address;
     /// The absolute target of JMP and CALL, a word address.
     Abs(u16) true "target"
-        value same, raw |v, b, _| fits(v, b, "target"), text target_text, named OperandKind::no_name, number words, register OperandKind::its_address;
+        value unchanged, raw |v, b, _| check_field(v, b, "target"), text write_target, named OperandKind::never_a_name, number bytes_to_words, register OperandKind::same_address;
     /// Words to skip: the length of the next instruction. Not in any pattern.
     Skip(u8) false "skip"
-        value |_, _, site| site.next_len as i32, raw |_, _, _| Ok(0), text |_, _| {}, named OperandKind::no_name, number OperandKind::itself, register OperandKind::its_address;
+        value |_, _, site| site.next_len as i32, raw |_, _, _| Ok(0), text |_, _| {}, named OperandKind::never_a_name, number OperandKind::same_number, register OperandKind::same_address;
 }

@@ -5,64 +5,64 @@
 
 use std::{collections::VecDeque, sync::Arc};
 
-use emu_core::cpu::{Bus, NEVER, Reset, Wake};
-use emu_core::outside::{Drives, Log};
+use emu_core::cpu::{Bus, NEVER, ResetCause, BusEffect};
+use emu_core::external_io::{DriveQueue, EventLog};
 use emu_core::parts::prescaler::Prescaler;
-use emu_core::pins::{Event, Level, Pin, PinId, Time};
+use emu_core::pins::{ChipEvent, PinLevel, PinState, PinId, CycleTime};
 
-use crate::chips::{Fuses, Part, Site, unit};
+use crate::chips::{FuseLayout, AvrPart, RegisterSlot, unit_index};
 use crate::cpu::Options;
-use crate::periph::adc::Adc;
-use crate::periph::comparator::Comparator;
-use crate::periph::eeprom::Eeprom;
-use crate::periph::external::External;
-use crate::periph::guard::{self, Watchdog};
-use crate::periph::ports::Ports;
-use crate::periph::spi::Spi;
-use crate::periph::spm::{Bytes, Spm};
-use crate::periph::timers::Timer;
-use crate::periph::twi::Twi;
-use crate::periph::usart::Usart;
-use crate::periph::{Device, Outbox, Signal, timers};
-use crate::turn::RAM;
+use crate::periph::adc::AvrAdc;
+use crate::periph::comparator::AvrComparator;
+use crate::periph::eeprom::AvrEeprom;
+use crate::periph::external::ExternalInterrupts;
+use crate::periph::watchdog::{self, AvrWatchdog};
+use crate::periph::ports::AvrPorts;
+use crate::periph::spi::AvrSpi;
+use crate::periph::spm::{ConfigBytes, SelfProgramming};
+use crate::periph::timers::AvrTimer;
+use crate::periph::twi::AvrTwi;
+use crate::periph::usart::AvrUsart;
+use crate::periph::{AvrDevice, AvrOutbox, AvrSignal, timers};
+use crate::executor::RAM_START;
 
 /// Does something with the unit of a number.
-macro_rules! unit {
+macro_rules! with_unit {
     ($soc:expr, $number:expr, $unit:ident => $what:expr) => {
         match $number {
-            n @ unit::TIMER..unit::USART => {
-                let $unit = &mut $soc.timers[n - unit::TIMER];
+            n @ unit_index::TIMER..unit_index::USART => {
+                let $unit = &mut $soc.timers[n - unit_index::TIMER];
                 $what
             }
-            n @ unit::USART..unit::SPI => {
-                let $unit = &mut $soc.usarts[n - unit::USART];
+            n @ unit_index::USART..unit_index::SPI => {
+                let $unit = &mut $soc.usarts[n - unit_index::USART];
                 $what
             }
-            unit::SPI => {
+            unit_index::SPI => {
                 let $unit = &mut $soc.spi;
                 $what
             }
-            unit::TWI => {
+            unit_index::TWI => {
                 let $unit = &mut $soc.twi;
                 $what
             }
-            unit::ADC => {
+            unit_index::ADC => {
                 let $unit = &mut $soc.adc;
                 $what
             }
-            unit::COMPARATOR => {
+            unit_index::COMPARATOR => {
                 let $unit = &mut $soc.comparator;
                 $what
             }
-            unit::EEPROM => {
+            unit_index::EEPROM => {
                 let $unit = &mut $soc.eeprom;
                 $what
             }
-            unit::SPM => {
+            unit_index::SPM => {
                 let $unit = &mut $soc.spm;
                 $what
             }
-            unit::WATCHDOG => {
+            unit_index::WATCHDOG => {
                 let $unit = &mut $soc.watchdog;
                 $what
             }
@@ -73,7 +73,7 @@ macro_rules! unit {
         }
     };
 }
-use unit as with_unit;
+use unit_index as with_unit;
 
 mod lint;
 mod memory;
@@ -83,15 +83,15 @@ mod regs;
 mod sleep;
 mod state;
 
-pub use memory::LOW;
-pub use pins::Put;
-use pins::Wiring;
-use power::Power;
+pub use memory::LOW_BYTES;
+pub use pins::OutsideInput;
+use pins::PinLines;
+use power::PowerState;
 pub use sleep::SleepMode;
 
 /// What the chip wants of its core between two instructions.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Order {
+pub enum CoreRequest {
     /// A page of program memory is erased, from this byte address on.
     Erase {
         /// Byte address of its first byte.
@@ -110,20 +110,20 @@ pub enum Order {
 
 /// The chip without its core and RAM.
 #[derive(Debug, Clone)]
-pub struct Soc {
-    part: &'static Part,
-    wiring: Arc<Wiring>,
-    ports: Ports,
-    timers: [Timer; 4],
-    usarts: [Usart; 2],
-    spi: Spi,
-    twi: Twi,
-    adc: Adc,
-    comparator: Comparator,
-    eeprom: Eeprom,
-    spm: Spm,
-    watchdog: Watchdog,
-    external: External,
+pub struct AvrSoc {
+    part: &'static AvrPart,
+    wiring: Arc<PinLines>,
+    ports: AvrPorts,
+    timers: [AvrTimer; 4],
+    usarts: [AvrUsart; 2],
+    spi: AvrSpi,
+    twi: AvrTwi,
+    adc: AvrAdc,
+    comparator: AvrComparator,
+    eeprom: AvrEeprom,
+    spm: SelfProgramming,
+    watchdog: AvrWatchdog,
+    external: ExternalInterrupts,
     /// The prescaler of timers 0, 1 and 3, and that of timer 2 (17, 18.10).
     prescalers: [Prescaler; 2],
     gtccr: u8,
@@ -134,53 +134,53 @@ pub struct Soc {
     osccal: u8,
     rampz: u8,
     /// Bytes that are only kept.
-    kept: [u8; 4],
+    kept_bytes: [u8; 4],
     /// RAM below 100h, where a chip has it, from 60h on.
-    low: [u8; RAM - LOW],
+    low_ram: [u8; RAM_START - LOW_BYTES],
     /// When the register that URSEL shares out was read last.
     ursel_read: [u64; 2],
-    power: Power,
+    power: PowerState,
     /// Levels, voltages and supply that are to come.
-    drives: Drives<Put>,
-    log: Log,
+    drives: DriveQueue<OutsideInput>,
+    log: EventLog,
     /// When each unit is next due, what it asks for, and which of them were touched since that was asked.
-    nexts: [u64; unit::COUNT],
-    asks: [u8; unit::COUNT],
-    touched: u16,
+    unit_deadlines: [u64; unit_index::COUNT],
+    unit_requests: [u8; unit_index::COUNT],
+    touched_units: u16,
     /// The vector of the interrupt that goes first.
-    first: Option<u8>,
+    first_vector: Option<u8>,
     due: u64,
     /// The deadline that the core was told last.
-    told: u64,
-    orders: VecDeque<Order>,
+    core_deadline: u64,
+    requests: VecDeque<CoreRequest>,
     /// The core stands still up to this cycle; 0 where it does not.
     stall: u64,
-    out: Outbox,
-    pub(crate) lints: crate::lint::Lints,
+    out: AvrOutbox,
+    pub(crate) lints: crate::lint::LintState,
 }
 
-impl Soc {
+impl AvrSoc {
     /// The chip at cycle 0 after power-on; `eeprom` is its data memory.
     #[must_use]
-    pub fn new(part: &'static Part, options: Options, bytes: Bytes, eeprom: Arc<Vec<u8>>) -> Soc {
-        let timer = |n: usize| Timer::new(options.readings.timer(part.timers.get(n)));
+    pub fn new(part: &'static AvrPart, options: Options, bytes: ConfigBytes, eeprom: Arc<Vec<u8>>) -> AvrSoc {
+        let timer = |n: usize| AvrTimer::new(options.readings.apply_to_timer(part.timers.get(n)));
         let hz = options.hz.max(1);
-        let power = Power::new(part, options, &bytes);
-        let always_on = Fuses::programmed(bytes.fuses, part.fuses.wdton);
-        let mut soc = Soc {
+        let power = PowerState::new(part, options, &bytes);
+        let always_on = FuseLayout::is_programmed(bytes.fuses, part.fuses.wdton);
+        let mut soc = AvrSoc {
             part,
-            wiring: Arc::new(Wiring::new(part, options.package)),
-            ports: Ports::new(part.ports, power.has_reset_pin.then_some(part.reset)),
+            wiring: Arc::new(PinLines::new(part, options.package)),
+            ports: AvrPorts::new(part.ports, power.has_reset_pin.then_some(part.reset_pin)),
             timers: std::array::from_fn(timer),
-            usarts: std::array::from_fn(|_| Usart::new(0)),
-            spi: Spi::new(),
-            twi: Twi::new(),
-            adc: Adc::new(part.adc),
-            comparator: Comparator::new(part.adc.bandgap_mv, hz),
-            eeprom: Eeprom::new(part.eeprom, eeprom, hz),
-            spm: Spm::new(part.spm, bytes, part.boot_start(bytes.fuses), hz),
-            watchdog: Watchdog::new(part.watchdog, always_on, hz),
-            external: External::new(options.readings.external(part.external)),
+            usarts: std::array::from_fn(|_| AvrUsart::new(0)),
+            spi: AvrSpi::new(),
+            twi: AvrTwi::new(),
+            adc: AvrAdc::new(part.adc_kind),
+            comparator: AvrComparator::new(part.adc_kind.bandgap_mv, hz),
+            eeprom: AvrEeprom::new(part.eeprom_kind, eeprom, hz),
+            spm: SelfProgramming::new(part.spm_kind, bytes, part.boot_start(bytes.fuses), hz),
+            watchdog: AvrWatchdog::new(part.watchdog_kind, always_on, hz),
+            external: ExternalInterrupts::new(options.readings.apply_to_external(part.external_kind)),
             prescalers: [Prescaler::new(0); 2],
             gtccr: 0,
             mcusr: 0,
@@ -189,54 +189,54 @@ impl Soc {
             prr: 0,
             osccal: bytes.calibration,
             rampz: 0,
-            kept: [0; 4],
-            low: [0; RAM - LOW],
+            kept_bytes: [0; 4],
+            low_ram: [0; RAM_START - LOW_BYTES],
             ursel_read: [NEVER; 2],
             power,
-            drives: Drives::NONE,
-            log: Log::OFF,
-            nexts: [NEVER; unit::COUNT],
-            asks: [0; unit::COUNT],
-            touched: u16::MAX,
-            first: None,
+            drives: DriveQueue::NONE,
+            log: EventLog::OFF,
+            unit_deadlines: [NEVER; unit_index::COUNT],
+            unit_requests: [0; unit_index::COUNT],
+            touched_units: u16::MAX,
+            first_vector: None,
             due: NEVER,
-            told: NEVER,
-            orders: VecDeque::new(),
+            core_deadline: NEVER,
+            requests: VecDeque::new(),
             stall: 0,
-            out: Outbox::new(),
-            lints: crate::lint::Lints::default(),
+            out: AvrOutbox::new(),
+            lints: crate::lint::LintState::default(),
         };
-        soc.reset(Reset::PowerOn, 0);
+        soc.reset(ResetCause::PowerOn, 0);
         soc
     }
 
     /// Level of a pin after everything that was run so far; [`Level::Float`] for one that does not exist.
     #[must_use]
-    pub fn level(&self, pin: PinId) -> Level {
+    pub fn level(&self, pin: PinId) -> PinLevel {
         self.ports.pin(pin).level()
     }
 
     /// All pins.
     #[must_use]
-    pub fn pins(&self) -> &[Pin] {
+    pub fn pins(&self) -> &[PinState] {
         self.ports.pins()
     }
 
     /// Logs edges, sent bytes and fights over pins from the cycle `now` on, those that are fought for already too, or stops and
     /// forgets them.
-    pub fn log(&mut self, on: bool, now: u64) {
+    pub fn set_event_log(&mut self, on: bool, now: u64) {
         let pins = 0..self.ports.pins().len() as PinId;
-        self.log.switch(on, now, pins.filter(|&pin| self.ports.pin(pin).contention()));
+        self.log.set_enabled(on, now, pins.filter(|&pin| self.ports.pin(pin).has_contention()));
     }
 
     /// Takes the oldest logged event.
-    pub fn drain(&mut self) -> Option<Event> {
-        self.log.take()
+    pub fn next_event(&mut self) -> Option<ChipEvent> {
+        self.log.pop()
     }
 
     /// Takes the oldest order to the core.
-    pub fn order(&mut self) -> Option<Order> {
-        self.orders.pop_front()
+    pub fn next_request(&mut self) -> Option<CoreRequest> {
+        self.requests.pop_front()
     }
 
     /// The content of the EEPROM.
@@ -252,8 +252,8 @@ impl Soc {
 
     /// Fuses, lock bits, signature and calibration.
     #[must_use]
-    pub fn bytes(&self) -> &Bytes {
-        self.spm.bytes()
+    pub fn config_bytes(&self) -> &ConfigBytes {
+        self.spm.config_bytes()
     }
 
     /// Boot lock bits bar interrupts while the instruction at the byte address `pc` runs.
@@ -265,83 +265,83 @@ impl Soc {
     /// Program word at which a reset starts: 0, or the boot section (BOOTRST).
     #[must_use]
     pub fn reset_vector(&self) -> u32 {
-        let bytes = self.spm.bytes();
-        let boot = Fuses::programmed(bytes.fuses, self.part.fuses.bootrst);
+        let bytes = self.spm.config_bytes();
+        let boot = FuseLayout::is_programmed(bytes.fuses, self.part.fuses.bootrst);
         if boot { self.part.boot_start(bytes.fuses) / 2 } else { 0 }
     }
 
     /// Program word at which the vectors begin: 0, or the boot section (IVSEL).
     #[must_use]
-    pub fn vectors(&self) -> u32 {
-        if self.mcucr & regs::IVSEL != 0 { self.part.boot_start(self.spm.bytes().fuses) / 2 } else { 0 }
+    pub fn vector_base(&self) -> u32 {
+        if self.mcucr & regs::IVSEL != 0 { self.part.boot_start(self.spm.config_bytes().fuses) / 2 } else { 0 }
     }
 
     /// WDR in the cycle `now`.
     pub fn clear_watchdog(&mut self, now: u64) {
         self.run(now);
-        self.run_unit(unit::WATCHDOG, now + 1);
+        self.run_unit(unit_index::WATCHDOG, now + 1);
         self.watchdog.restart(now + 1, &mut self.out);
-        self.plan();
+        self.update_deadlines();
     }
 
     /// Runs everything due up to `now`, in order of time.
     fn run(&mut self, now: u64) {
         while self.due <= now && self.due != NEVER {
             let due = self.due;
-            self.run_outside(due);
-            for number in 0..unit::COUNT {
-                if self.nexts[number] <= due {
+            self.apply_inputs(due);
+            for number in 0..unit_index::COUNT {
+                if self.unit_deadlines[number] <= due {
                     self.run_unit(number, due);
                 }
             }
             self.run_power(due);
-            self.plan();
+            self.update_deadlines();
         }
     }
 
     /// Does what is due in a unit up to the edge `t`.
     fn run_unit(&mut self, number: usize, t: u64) {
-        self.touch(number);
-        with_unit!(self, number, unit => unit.run(t, &mut self.out));
-        self.carry_out(number);
+        self.mark_touched(number);
+        with_unit!(self, number, unit => unit.run_due(t, &mut self.out));
+        self.apply_signals(number);
     }
 
-    fn touch(&mut self, number: usize) {
-        self.touched |= 1 << number;
+    fn mark_touched(&mut self, number: usize) {
+        self.touched_units |= 1 << number;
     }
 
     /// Works out when anything is due next: also the end of a write to the EEPROM, which is looked at from outside.
-    fn plan(&mut self) {
-        let mut touched = self.touched & ((1 << unit::COUNT) - 1);
+    fn update_deadlines(&mut self) {
+        let mut touched = self.touched_units & ((1 << unit_index::COUNT) - 1);
         while touched != 0 {
             let number = touched.trailing_zeros() as usize;
             touched &= touched - 1;
-            (self.nexts[number], self.asks[number]) = with_unit!(self, number, unit => (unit.next(), unit.requests()));
+            (self.unit_deadlines[number], self.unit_requests[number]) = with_unit!(self, number, unit => (unit.next_cycle(), unit.interrupt_requests()));
         }
-        if self.touched >> unit::EEPROM & 1 == 1 {
-            self.nexts[unit::EEPROM] = self.nexts[unit::EEPROM].min(self.eeprom.changes_at());
+        if self.touched_units >> unit_index::EEPROM & 1 == 1 {
+            self.unit_deadlines[unit_index::EEPROM] = self.unit_deadlines[unit_index::EEPROM].min(self.eeprom.changes_at());
         }
-        if std::mem::take(&mut self.touched) != 0 {
-            self.first = self.find_first();
+        if std::mem::take(&mut self.touched_units) != 0 {
+            self.first_vector = self.highest_priority_vector();
         }
         let stall = if self.stall == 0 { NEVER } else { self.stall };
-        let due = self.drives.next().min(self.power.next()).min(stall);
-        self.due = self.nexts.iter().fold(due, |due, &next| due.min(next));
+        let due = self.drives.next_cycle().min(self.power.next()).min(stall);
+        self.due = self.unit_deadlines.iter().fold(due, |due, &next| due.min(next));
     }
 
     /// Carries out what the unit `number` has put into the outbox.
     #[inline(always)]
-    fn carry_out(&mut self, number: usize) {
+    fn apply_signals(&mut self, number: usize) {
         if !self.out.is_empty() {
-            self.carry_all(number);
+            self.apply_all_signals(number);
         }
     }
 
     #[inline(never)]
-    fn carry_all(&mut self, number: usize) {
+    fn apply_all_signals(&mut self, number: usize) {
         let mut signals = std::mem::take(&mut self.out);
         for signal in signals.drain(..) {
-            self.carry(number, signal);
+            self.apply_signal(number, signal);
         }
         // The list itself is used again.
         if self.out.is_empty() {
@@ -349,64 +349,64 @@ impl Soc {
         }
     }
 
-    fn carry(&mut self, number: usize, signal: Signal) {
+    fn apply_signal(&mut self, number: usize, signal: AvrSignal) {
         match signal {
-            Signal::Drive { t, line, drive } => self.take_line(number, line, drive, t),
-            Signal::Sent { t, byte } => {
-                let uart = (number - unit::USART) as u8;
-                self.log.note(Event::Sent { at: Time::at(t), uart, byte });
+            AvrSignal::Drive { t, line, drive } => self.set_line_driver(number, line, drive, t),
+            AvrSignal::Sent { t, byte } => {
+                let uart = (number - unit_index::USART) as u8;
+                self.log.record(ChipEvent::Sent { at: CycleTime::at(t), uart, byte });
             }
-            Signal::Flag { t, irq } => {
-                if let Some(source) = self.listened().filter(|&source| self.part.trigger(source) == Some((number, irq)))
+            AvrSignal::Flag { t, irq } => {
+                if let Some(source) = self.listened_trigger().filter(|&source| self.part.adc_trigger(source) == Some((number, irq)))
                 {
                     self.adc.trigger(source, true, t);
-                    self.touch(unit::ADC);
+                    self.mark_touched(unit_index::ADC);
                 }
             }
-            Signal::Reset { .. } => self.power.request(Reset::Watchdog),
-            Signal::Stall { until } => self.stall = self.stall.max(until),
-            Signal::ErasePage { addr } => self.orders.push_back(Order::Erase { addr, len: self.part.spm.page }),
-            Signal::WritePage { addr, words } => self.orders.push_back(Order::Program { addr, words }),
+            AvrSignal::Reset { .. } => self.power.request(ResetCause::Watchdog),
+            AvrSignal::Stall { until } => self.stall = self.stall.max(until),
+            AvrSignal::ErasePage { addr } => self.requests.push_back(CoreRequest::Erase { addr, len: self.part.spm_kind.page }),
+            AvrSignal::WritePage { addr, words } => self.requests.push_back(CoreRequest::Program { addr, words }),
         }
     }
 
     /// The trigger source that the converter listens to.
-    fn listened(&self) -> Option<u8> {
-        self.adc.listens()
+    fn listened_trigger(&self) -> Option<u8> {
+        self.adc.listened_trigger()
     }
 
     /// What an access asks of the core, before which so many events were logged and units asked for this.
-    fn wake(&self, logged: usize, asks: [u8; unit::COUNT]) -> Wake {
-        let calm = self.due >= self.told
-            && self.orders.is_empty()
+    fn bus_effect(&self, logged: usize, asks: [u8; unit_index::COUNT]) -> BusEffect {
+        let calm = self.due >= self.core_deadline
+            && self.requests.is_empty()
             && self.stall == 0
             && self.log.len() == logged
-            && !self.power.requests()
-            && self.asks == asks;
-        if calm { Wake::NONE } else { Wake::DEADLINE }
+            && !self.power.has_reset_request()
+            && self.unit_requests == asks;
+        if calm { BusEffect::NONE } else { BusEffect::RECHECK }
     }
 
     /// The interrupt that asks first, by the order of the vectors.
-    fn find_first(&self) -> Option<u8> {
-        if self.asks == [0; unit::COUNT] {
+    fn highest_priority_vector(&self) -> Option<u8> {
+        if self.unit_requests == [0; unit_index::COUNT] {
             return None;
         }
-        let deaf = self.power.asleep.map_or(0, |asleep| asleep.0.deaf());
-        let asks = |&(number, irq): &(usize, u8)| self.asks[number] >> irq & 1 == 1 && deaf >> number & 1 == 0;
-        self.part.vectors.iter().position(asks).map(|at| at as u8 + 1)
+        let deaf = self.power.asleep.map_or(0, |asleep| asleep.0.units_unable_to_wake());
+        let asks = |&(number, irq): &(usize, u8)| self.unit_requests[number] >> irq & 1 == 1 && deaf >> number & 1 == 0;
+        self.part.interrupt_sources.iter().position(asks).map(|at| at as u8 + 1)
     }
 }
 
-impl Bus for Soc {
+impl Bus for AvrSoc {
     #[inline]
-    fn read(&mut self, reg: u16, now: u64) -> (u8, Wake) {
+    fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
         // What programs wait for goes the short way.
         if now < self.due
-            && let Site::Timer(n, timers::Reg::TIFR) = self.site(reg)
+            && let RegisterSlot::Timer(n, timers::TimerRegister::TIFR) = self.register_slot(reg)
             && self.prr == 0
-            && let Some(flags) = self.timers[usize::from(n) % 4].calm_flags(now)
+            && let Some(flags) = self.timers[usize::from(n) % 4].flags_if_quiet(now)
         {
-            return (flags, Wake::NONE);
+            return (flags, BusEffect::NONE);
         }
         self.read_any(reg, now)
     }
@@ -415,84 +415,84 @@ impl Bus for Soc {
         if self.due <= now {
             let mut soc = self.clone();
             soc.run(now);
-            return soc.show(soc.site(reg), now);
+            return soc.peek_register(soc.register_slot(reg), now);
         }
-        self.show(self.site(reg), now)
+        self.peek_register(self.register_slot(reg), now)
     }
 
-    fn write(&mut self, reg: u16, value: u8, now: u64) -> Wake {
-        if let Site::Low(addr) = self.site(reg) {
+    fn write(&mut self, reg: u16, value: u8, now: u64) -> BusEffect {
+        if let RegisterSlot::Low(addr) = self.register_slot(reg) {
             self.set_low_byte(addr, value);
-            return Wake::NONE;
+            return BusEffect::NONE;
         }
         self.write_bits(reg, 0xFF, value, now)
     }
 
-    fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> Wake {
+    fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> BusEffect {
         let due = self.due <= now;
-        let (mask, value) = self.whole(reg, mask, value, now);
+        let (mask, value) = self.merge_whole_register(reg, mask, value, now);
         self.run(now);
-        let (logged, asks) = (self.log.len(), self.asks);
-        self.store(self.site(reg), mask, value, now + 1);
-        if self.touched != 0 {
-            self.plan();
+        let (logged, asks) = (self.log.len(), self.unit_requests);
+        self.write_register(self.register_slot(reg), mask, value, now + 1);
+        if self.touched_units != 0 {
+            self.update_deadlines();
         }
         // The instruction behind a write of IVSEL runs before any interrupt (12.5.1).
         if std::mem::take(&mut self.power.moved_vectors) {
-            return Wake::HOLD;
+            return BusEffect::HOLD_INTERRUPTS;
         }
-        if due { Wake::DEADLINE } else { self.wake(logged, asks) }
+        if due { BusEffect::RECHECK } else { self.bus_effect(logged, asks) }
     }
 
     fn fire(&mut self, now: u64) -> u64 {
         self.run(now);
-        self.told = self.due;
+        self.core_deadline = self.due;
         self.due
     }
 
     fn steady_until(&self, reg: u16, now: u64) -> u64 {
-        if self.due <= now { now } else { self.steady(self.site(reg), now).min(self.due) }
+        if self.due <= now { now } else { self.register_steady_until(self.register_slot(reg), now).min(self.due) }
     }
 
-    fn pending(&self, now: u64) -> Option<u8> {
+    fn pending_interrupt(&self, now: u64) -> Option<u8> {
         if self.due <= now {
             let mut soc = self.clone();
             soc.run(now);
-            return soc.first;
+            return soc.first_vector;
         }
-        self.first
+        self.first_vector
     }
 
-    fn take(&mut self, vector: u8, now: u64) {
+    fn acknowledge_interrupt(&mut self, vector: u8, now: u64) {
         self.run(now);
-        let source = usize::from(vector).checked_sub(1).and_then(|at| self.part.vectors.get(at));
+        let source = usize::from(vector).checked_sub(1).and_then(|at| self.part.interrupt_sources.get(at));
         if let Some(&(number, irq)) = source {
-            with_unit!(self, number, unit => unit.taken(irq, now, &mut self.out));
-            self.touch(number);
-            self.carry_out(number);
-            self.tell_trigger(number, now);
+            with_unit!(self, number, unit => unit.on_interrupt_taken(irq, now, &mut self.out));
+            self.mark_touched(number);
+            self.apply_signals(number);
+            self.notify_trigger(number, now);
         }
-        self.plan();
+        self.update_deadlines();
     }
 
     fn can_wake(&self, interrupts_enabled: bool) -> bool {
-        let deaf = self.power.asleep.map_or(0, |asleep| asleep.0.deaf());
-        let waits = (0..unit::COUNT).any(|n| deaf >> n & 1 == 0 && (self.nexts[n] != NEVER || self.asks[n] != 0));
-        let listens = self.usarts.iter().any(Usart::listens);
-        self.watchdog.peek(guard::Reg::WDTCSR, 0) & WDE != 0
+        let deaf = self.power.asleep.map_or(0, |asleep| asleep.0.units_unable_to_wake());
+        let waits = (0..unit_index::COUNT).any(|n| deaf >> n & 1 == 0 && (self.unit_deadlines[n] != NEVER || self.unit_requests[n] != 0));
+        let listens = self.usarts.iter().any(AvrUsart::is_receiver_enabled);
+        self.watchdog.peek(watchdog::WatchdogRegister::WDTCSR, 0) & WDE != 0
             || self.power.next() != NEVER
             || self.stall != 0
             || interrupts_enabled && (waits || listens)
     }
 
-    fn busy(&self) -> bool {
+    fn is_busy(&self) -> bool {
         // What moves pins by itself: units that have something to do and no interrupt enabled for it.
-        let moves = |n: usize| self.nexts[n] != NEVER && self.timers[n].peek(timers::Reg::TIMSK, 0) == 0;
-        let units = [unit::SPI, unit::TWI, unit::ADC, unit::EEPROM];
-        self.drives.next() != NEVER
-            || self.usarts.iter().any(Usart::sending)
+        let moves = |n: usize| self.unit_deadlines[n] != NEVER && self.timers[n].peek(timers::TimerRegister::TIMSK, 0) == 0;
+        let units = [unit_index::SPI, unit_index::TWI, unit_index::ADC, unit_index::EEPROM];
+        self.drives.next_cycle() != NEVER
+            || self.usarts.iter().any(AvrUsart::is_sending)
             || (0..4).any(moves)
-            || units.iter().any(|&n| self.nexts[n] != NEVER)
+            || units.iter().any(|&n| self.unit_deadlines[n] != NEVER)
     }
 }
 

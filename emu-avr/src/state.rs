@@ -3,60 +3,60 @@
 use std::sync::Arc;
 
 use emu_core::cpu::Cpu;
-use emu_core::engine::Looks;
-use emu_core::state::{Damaged, State, Tape, load, save};
+use emu_core::engine::RunState;
+use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape, load_state, save_state};
 
 use crate::cpu::Avr;
-use crate::flags::Flags;
-use crate::turn::{Hot, RAM};
+use crate::flags::SregFlags;
+use crate::executor::{CoreRegisters, RAM_START};
 
 impl Avr {
     /// The bytes of this machine.
-    pub(crate) fn to_bytes(&self) -> Vec<u8> {
+    pub(crate) fn to_snapshot(&self) -> Vec<u8> {
         let mut copy = self.clone();
         let now = copy.cycle();
-        copy.soc.settle_down(now);
-        save(&mut copy)
+        copy.soc.normalize(now);
+        save_state(&mut copy)
     }
 
     /// This machine as the bytes have it.
-    pub(crate) fn of_bytes(&self, bytes: &[u8]) -> Result<Avr, Damaged> {
+    pub(crate) fn from_snapshot(&self, bytes: &[u8]) -> Result<Avr, SnapshotDamaged> {
         let mut copy = self.clone();
-        load(&mut copy, bytes)?;
+        load_state(&mut copy, bytes)?;
         Ok(copy)
     }
 }
 
-impl State for Avr {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
-        self.hot.pc &= self.code.mask();
-        self.hot.state(tape)?;
-        tape.demand(self.hot.pc <= self.code.mask())?;
-        let (registers, rest) = self.data.bytes.split_at_mut(RAM);
-        tape.all(&mut registers[..32])?;
-        tape.memory(&mut rest[..usize::from(self.data.ram_len)])?;
-        for (addr, byte) in self.code.changes.pass(&self.code.bytes, tape)? {
+impl SnapshotState for Avr {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        self.core.pc &= self.code.mask();
+        self.core.pass_state(tape)?;
+        tape.require(self.core.pc <= self.code.mask())?;
+        let (registers, rest) = self.data.bytes.split_at_mut(RAM_START);
+        tape.pass_slice(&mut registers[..32])?;
+        tape.pass_memory(&mut rest[..usize::from(self.data.ram_len)])?;
+        for (addr, byte) in self.code.changes.pass_state(&self.code.bytes, tape)? {
             Arc::make_mut(&mut self.code).poke(addr, byte);
         }
-        self.soc.state(tape)?;
-        self.looks = Looks { skip: self.looks.skip, ..Looks::START };
-        tape.demand(self.soc.is_settled(tape.now()))
+        self.soc.pass_state(tape)?;
+        self.run_state = RunState { skip_idle_loops: self.run_state.skip_idle_loops, ..RunState::START };
+        tape.require(self.soc.is_settled(tape.now()))
     }
 }
 
 /// What the loop has noted for itself is not in it: it finds that again.
-impl State for Hot {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+impl SnapshotState for CoreRegisters {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let mut sreg = self.flags.pack();
-        self.time.state(tape)?;
+        self.clock.pass_state(tape)?;
         // Only the boundary at this very cycle is held.
-        let held = tape.flag(self.hold_at == tape.now())?;
-        self.pc.state(tape)?;
-        self.sp.state(tape)?;
-        sreg.state(tape)?;
-        self.sleeping.state(tape)?;
-        let hold_at = if held { tape.now() } else { Hot::START.hold_at };
-        *self = Hot { flags: Flags::unpack(sreg), hold_at, escape: false, stop: false, ..*self };
+        let held = tape.pass_flag(self.no_interrupt_at == tape.now())?;
+        self.pc.pass_state(tape)?;
+        self.sp.pass_state(tape)?;
+        sreg.pass_state(tape)?;
+        self.is_sleeping.pass_state(tape)?;
+        let hold_at = if held { tape.now() } else { CoreRegisters::START.no_interrupt_at };
+        *self = CoreRegisters { flags: SregFlags::unpack(sreg), no_interrupt_at: hold_at, slow_path_requested: false, stop_requested: false, ..*self };
         Ok(())
     }
 }

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use emu_avr::chips::{ATMEGA328P, CHIPS, PARTS, Part, Site, chip, part, unit};
-use emu_avr::soc::{Put, Soc};
+use emu_avr::chips::{ATMEGA328P, AVR_CHIPS, AVR_PARTS, AvrPart, RegisterSlot, chip, part, unit_index};
+use emu_avr::soc::{OutsideInput, AvrSoc};
 use emu_avr::{Avr, Options};
 use emu_core::chip::{Chip, PinDef};
-use emu_core::cpu::{Bus, Reset};
+use emu_core::cpu::{Bus, ResetCause};
 use emu_core::image::{Image, Segment};
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Level, RamInit, Stop};
+use emu_core::{Cpu, PinLevel, RamInit, StopReason};
 
 /// Chip, document, KB of flash, bytes of page, bytes of the largest boot section, first address of RAM, bytes of RAM, of
 /// EEPROM, ports, vectors, signature.
@@ -42,7 +42,7 @@ fn sizes_are_those_of_the_data_sheets() {
     for line in SIZES.lines().filter(|line| !line.trim().is_empty()) {
         let part = part(line.split('|').next().unwrap_or_default().trim()).unwrap_or_else(|| panic!("{line}"));
         let c = part.chip;
-        let boot = if part.spm.boot { c.flash - part.spm.nrww } else { 0 };
+        let boot = if part.spm_kind.boot { c.flash_bytes - part.spm_kind.nrww } else { 0 };
         let ports: BTreeSet<char> =
             c.pins.iter().filter(|pin| pin.name.starts_with('P')).filter_map(|pin| pin.name.chars().nth(1)).collect();
         let ports: String = ports.into_iter().collect();
@@ -50,37 +50,37 @@ fn sizes_are_those_of_the_data_sheets() {
         let found = format!(
             "{} | {} | {} | {} | {boot} | {:x} | {} | {} | {ports} | {} | {signature}",
             c.name,
-            c.source,
-            c.flash / 1024,
-            part.spm.page,
+            c.data_sheet,
+            c.flash_bytes / 1024,
+            part.spm_kind.page,
             c.ram_start,
             c.ram_len,
-            c.eeprom,
+            c.eeprom_bytes,
             c.vectors.len(),
         );
         let squeezed: Vec<&str> = line.split('|').map(str::trim).collect();
         assert_eq!(found, squeezed.join(" | "));
         named.insert(c.name);
     }
-    assert_eq!(named, CHIPS.iter().map(|chip| chip.name).collect());
-    assert_eq!(CHIPS.len(), PARTS.len());
+    assert_eq!(named, AVR_CHIPS.iter().map(|chip| chip.name).collect());
+    assert_eq!(AVR_CHIPS.len(), AVR_PARTS.len());
 }
 
 /// Whatever a row names exists: pins, units, interrupts, addresses.
 #[test]
 fn rows_name_what_exists() {
-    for part in PARTS {
+    for part in AVR_PARTS {
         let name = part.chip.name;
         let exists = |pin: u16| part.ports.get(usize::from(pin / 8)).is_some_and(|bits| bits >> (pin % 8) & 1 == 1);
-        assert!(part.lines.iter().all(|&(number, _, pin)| number < unit::COUNT && exists(pin)), "{name}: lines");
+        assert!(part.peripheral_pins.iter().all(|&(number, _, pin)| number < unit_index::COUNT && exists(pin)), "{name}: lines");
         assert!(part.pin_changes.iter().all(|&(pin, _)| exists(pin)), "{name}: pin changes");
-        assert!(part.analog.iter().chain(&part.ain).all(|&pin| exists(pin)), "{name}: analog pins");
-        let reset = part.chip.pins.get(usize::from(part.reset)).map_or("", |pin| pin.note);
+        assert!(part.analog_pins.iter().chain(&part.comparator_pins).all(|&pin| exists(pin)), "{name}: analog pins");
+        let reset = part.chip.pins.get(usize::from(part.reset_pin)).map_or("", |pin| pin.note);
         assert_eq!(reset, "RESET", "{name}");
         for (i, pin) in part.chip.pins.iter().enumerate() {
             assert_eq!(exists(i as u16), pin.name != "RESET" && pin.note != "absent", "{name}: {}", pin.name);
-            assert_eq!(pin.name.starts_with("ADC"), pin.note == PinDef::ANALOG, "{name}: {}", pin.name);
-            if pin.name == "RESET" || pin.note == PinDef::ANALOG {
+            assert_eq!(pin.name.starts_with("ADC"), pin.note == PinDef::ANALOG_INPUT_NOTE, "{name}: {}", pin.name);
+            if pin.name == "RESET" || pin.note == PinDef::ANALOG_INPUT_NOTE {
                 continue;
             }
             let letter = pin.name.chars().nth(1).unwrap_or_default() as usize;
@@ -90,11 +90,11 @@ fn rows_name_what_exists() {
         }
         let dips: Vec<u8> = part.chip.pins.iter().map(|pin| pin.dip).filter(|&dip| dip != 0).collect();
         assert_eq!(dips.len(), dips.iter().collect::<BTreeSet<_>>().len(), "{name}: package pins");
-        assert_eq!(part.vectors.len() + 1, part.chip.vectors.len(), "{name}: vectors");
-        let once: BTreeSet<_> = part.vectors.iter().collect();
-        assert_eq!(once.len(), part.vectors.len(), "{name}: a source asks for two vectors");
+        assert_eq!(part.interrupt_sources.len() + 1, part.chip.vectors.len(), "{name}: vectors");
+        let once: BTreeSet<_> = part.interrupt_sources.iter().collect();
+        assert_eq!(once.len(), part.interrupt_sources.len(), "{name}: a source asks for two vectors");
         assert!(
-            part.vectors.iter().chain(part.triggers).all(|&(number, irq)| number < unit::COUNT && irq < 8),
+            part.interrupt_sources.iter().chain(part.adc_triggers).all(|&(number, irq)| number < unit_index::COUNT && irq < 8),
             "{name}"
         );
     }
@@ -120,19 +120,19 @@ fn packages_have_the_pins_of_the_data_sheets() {
         let chip = chip(name).expect("a chip");
         let found = chip.package(package.trim()).expect("a package");
         for (number, name) in (1..).zip(pins.split_whitespace()) {
-            let at = (0..).zip(chip.pins).find(|&(pin, _)| found.number(pin) == Some(number));
+            let at = (0..).zip(chip.pins).find(|&(pin, _)| found.pin_number(pin) == Some(number));
             assert_eq!(at.map_or("-", |(_, def)| def.name), name, "{head}: pin {number}");
         }
         read.push((chip.name, found.name));
     }
-    for part in PARTS {
+    for part in AVR_PARTS {
         let chip = part.chip;
         let there = |name: &str| read.contains(&(name, chip.packages[0].name));
         assert!(chip.packages.iter().all(|package| package.pins.len() == chip.pins.len()), "{}", chip.name);
-        assert_eq!(chip.packages.len() == 1, !there(chip.name) && chip.source != "DS40002061", "{}", chip.name);
+        assert_eq!(chip.packages.len() == 1, !there(chip.name) && chip.data_sheet != "DS40002061", "{}", chip.name);
         // Every pin is in some package, and every converter's channel has one.
         assert!((0..).zip(chip.pins).all(|(pin, def)| chip.has_pin(pin) || def.note == "absent"), "{}", chip.name);
-        assert!(part.analog.iter().all(|&pin| chip.has_pin(pin)), "{}", chip.name);
+        assert!(part.analog_pins.iter().all(|&pin| chip.has_pin(pin)), "{}", chip.name);
     }
 }
 
@@ -145,7 +145,7 @@ fn channels_of_the_flat_packages_convert() {
         for (channel, millivolts, wanted) in [(6, 1_200, 245), (7, 3_700, 757)] {
             let mut soc = soc(chip);
             let pin = chip.pin(&format!("ADC{channel}")).expect("a pin");
-            soc.put(0, 0, Put::Volts(pin, millivolts));
+            soc.queue_input(0, 0, OutsideInput::Volts(pin, millivolts));
             soc.write(reg("ADMUX"), 0x40 | channel, 1);
             soc.write(reg("ADCSRA"), 0xC0, 2);
             soc.fire(100);
@@ -156,11 +156,11 @@ fn channels_of_the_flat_packages_convert() {
 }
 
 fn options(chip: &Chip) -> Options {
-    Options::at(chip.default_hz)
+    Options::at_hz(chip.default_hz)
 }
 
 /// The chip around the core after power-on.
-fn soc(chip: &'static Chip) -> Soc {
+fn soc(chip: &'static Chip) -> AvrSoc {
     Avr::with(chip, &Image::default(), RamInit::Zero, options(chip)).soc().clone()
 }
 
@@ -215,7 +215,7 @@ const CASES: &str = "
     atmega16  | 0:WDTCR=FF 1:WDTCR?1F 6:WDTCR?0F 7:WDTCR=00 8:WDTCR?08
 ";
 
-fn step(soc: &mut Soc, chip: &Chip, step: &str) -> Result<(), String> {
+fn step(soc: &mut AvrSoc, chip: &Chip, step: &str) -> Result<(), String> {
     let (cycle, what) = step.split_once(':').ok_or("no cycle")?;
     let now: u64 = cycle.parse().map_err(|_| "no cycle")?;
     let at = what.find(['=', '|', '&', '?', '!']).ok_or("no operator")?;
@@ -223,8 +223,8 @@ fn step(soc: &mut Soc, chip: &Chip, step: &str) -> Result<(), String> {
     soc.fire(now);
     if let Some(pin) = chip.pin(name) {
         let level = match soc.level(pin) {
-            Level::High => "H",
-            Level::Low => "L",
+            PinLevel::High => "H",
+            PinLevel::Low => "L",
             _ => "Z",
         };
         return if level == value { Ok(()) } else { Err(level.to_owned()) };
@@ -245,7 +245,7 @@ trait Done {
     fn ok(self) -> Result<(), String>;
 }
 
-impl Done for emu_core::Wake {
+impl Done for emu_core::BusEffect {
     fn ok(self) -> Result<(), String> {
         Ok(())
     }
@@ -318,7 +318,7 @@ const VECTORS: &str = "
 /// A chip whose flash begins with these lines at these words.
 fn machine(chip: &'static Chip, lines: &[(u32, &str)]) -> Avr {
     let text: String = lines.iter().map(|(at, line)| format!(".org {}\n{line}\n", 2 * at)).collect();
-    let image = emu_asm::image(chip, &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let image = emu_asm::assemble_text(chip, &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
     Avr::new(chip, &image, RamInit::Zero)
 }
 
@@ -328,10 +328,10 @@ fn interrupts_arrive_at_their_vectors() {
         let &[name, writes, vector] = &line.split('|').map(str::trim).collect::<Vec<_>>()[..] else { panic!("{line}") };
         let chip = chip(name).unwrap_or_else(|| panic!("{line}"));
         let number = chip.vectors.iter().position(|known| *known == vector).unwrap_or_else(|| panic!("{line}"));
-        let wanted = number as u32 * chip.vector_words;
+        let wanted = number as u32 * chip.words_per_vector;
         // The program loops behind all vectors, and each vector is a loop of its own.
         let mut lines: Vec<(u32, &str)> =
-            (0..chip.vectors.len() as u32).map(|n| (n * chip.vector_words, "rjmp .-2")).collect();
+            (0..chip.vectors.len() as u32).map(|n| (n * chip.words_per_vector, "rjmp .-2")).collect();
         lines.extend([(0x100, "nop"), (0x101, "rjmp .-4")]);
         let mut avr = machine(chip, &lines);
         for write in writes.split(' ') {
@@ -340,14 +340,14 @@ fn interrupts_arrive_at_their_vectors() {
             let value = u8::from_str_radix(value, 16).expect("a value");
             assert!(avr.poke("data", addr.into(), value), "{line}");
             avr.set_pc(0x100);
-            (0..8).for_each(|_| assert_eq!(avr.step(&mut ()), Stop::Limit, "{line}"));
+            (0..8).for_each(|_| assert_eq!(avr.step(&mut ()), StopReason::Limit, "{line}"));
         }
         assert!(avr.set_reg("SP", u32::from(chip.ram_start + chip.ram_len - 1)) && avr.set_reg("SREG", 0x80));
         for _ in 0..40_000 {
             if avr.pc() < 0x100 {
                 break;
             }
-            assert_eq!(avr.step(&mut ()), Stop::Limit, "{line}");
+            assert_eq!(avr.step(&mut ()), StopReason::Limit, "{line}");
         }
         assert_eq!(avr.pc(), wanted, "{line}");
     }
@@ -363,12 +363,12 @@ fn ram_below_100h() {
         let mut avr = machine(chip, &code);
         assert_eq!(avr.reg("SP"), Some(0));
         assert!(avr.poke("data", 0xFF, 0x77) && avr.poke("data", 0x100, 0x88));
-        (0..5).for_each(|_| assert_eq!(avr.step(&mut ()), Stop::Limit));
+        (0..5).for_each(|_| assert_eq!(avr.step(&mut ()), StopReason::Limit));
         assert_eq!(avr.cycle(), 1 + 4 * 2);
         assert_eq!([17, 18, 19].map(|r| avr.peek("data", r)), [Some(0x77), Some(0x88), Some(0x5A)]);
         assert_eq!(avr.peek("data", 0x60), Some(0x5A));
         assert_eq!(avr.clone().peek("data", 0x60), Some(0x5A));
-        avr.reset(Reset::External);
+        avr.reset(ResetCause::External);
         assert_eq!(avr.peek("data", 0x60), Some(0x5A), "a reset leaves RAM");
 
         let data = Segment { space: "data", addr: 0x5F, bytes: vec![0x11, 0x22, 0x33] };
@@ -379,29 +379,29 @@ fn ram_below_100h() {
         assert!(random.len() > 32, "{name}: {random:?}");
     }
     // The larger ones have registers there.
-    assert_eq!(PARTS.iter().filter(|part| part.sites.iter().any(|site| matches!(site, Site::Low(_)))).count(), 3);
+    assert_eq!(AVR_PARTS.iter().filter(|part| part.register_slots.iter().any(|site| matches!(site, RegisterSlot::Low(_)))).count(), 3);
 }
 
 /// Jumps of two words need more than 8 KB, ELPM more than 64 KB.
 #[test]
 fn instructions_that_a_chip_lacks() {
     let largest = chip("atmega128").expect("a chip");
-    for part in PARTS {
-        let (chip, jumps) = (part.chip, part.chip.flash > 0x2000);
+    for part in AVR_PARTS {
+        let (chip, jumps) = (part.chip, part.chip.flash_bytes > 0x2000);
         for (line, there) in
-            [("jmp 0x200", jumps), ("call 0x200", jumps), ("elpm", chip.flash > 0x1_0000), ("movw r0,r2", true)]
+            [("jmp 0x200", jumps), ("call 0x200", jumps), ("elpm", chip.flash_bytes > 0x1_0000), ("movw r0,r2", true)]
         {
             // No assembler for the chip takes it, so it stands there as words.
-            let words = emu_asm::line(largest, line, 0).expect(line);
+            let words = emu_asm::assemble_line(largest, line, 0).expect(line);
             let text = words.iter().map(|word| format!(".word {word:#x}\n")).collect::<String>();
             let mut avr = machine(chip, &[(0, &text)]);
             let stop = avr.step(&mut ());
-            assert_eq!(emu_asm::line(chip, line, 0).is_ok(), there, "{}: {line}", chip.name);
-            assert_eq!(matches!(stop, Stop::Illegal { pc: 0, .. }), !there, "{}: {line}: {stop:?}", chip.name);
+            assert_eq!(emu_asm::assemble_line(chip, line, 0).is_ok(), there, "{}: {line}", chip.name);
+            assert_eq!(matches!(stop, StopReason::Illegal { pc: 0, .. }), !there, "{}: {line}: {stop:?}", chip.name);
             let shown = (chip.isa.disassemble)(&words, 0).text;
             assert_eq!(shown.starts_with(".word"), !there, "{}: {line}: {shown}", chip.name);
         }
-        let stack = if part.stack_at_end { chip.ram_start + chip.ram_len - 1 } else { 0 };
+        let stack = if part.stack_starts_at_ram_end { chip.ram_start + chip.ram_len - 1 } else { 0 };
         assert_eq!(machine(chip, &[]).reg("SP"), Some(stack.into()), "{}", chip.name);
     }
 }
@@ -437,9 +437,9 @@ fn resets_go_where_the_fuses_say() {
 #[test]
 fn nothing_written_breaks_a_chip() {
     let rounds = if cfg!(debug_assertions) { 300 } else { 20_000 };
-    for part in PARTS {
+    for part in AVR_PARTS {
         let mut soc = soc(part.chip);
-        let (seed, mut now) = (0xC41F + part.chip.flash as u64, 0);
+        let (seed, mut now) = (0xC41F + part.chip.flash_bytes as u64, 0);
         let mut rng = Rng::new(seed);
         for _ in 0..rounds {
             now += rng.below(300);
@@ -453,16 +453,16 @@ fn nothing_written_breaks_a_chip() {
                 }
                 1 => {
                     let pin = rng.below(part.chip.pins.len() as u64) as u16;
-                    soc.drive(now, now, pin, Level::of(value & 1 == 1));
+                    soc.drive(now, now, pin, PinLevel::from_bit(value & 1 == 1));
                 }
                 2 => {
                     soc.sleep(now);
                     soc.wake_up(now);
                 }
-                3 if value < 4 => soc.reset(Reset::External, now),
+                3 if value < 4 => soc.reset(ResetCause::External, now),
                 4 => {
-                    if let Some(vector) = soc.pending(now) {
-                        soc.take(vector, now);
+                    if let Some(vector) = soc.pending_interrupt(now) {
+                        soc.acknowledge_interrupt(vector, now);
                     }
                 }
                 5..7 => {
@@ -476,8 +476,8 @@ fn nothing_written_breaks_a_chip() {
                     soc.write(reg, value, now);
                 }
             }
-            while soc.order().is_some() {}
-            let _ = soc.reset_requested(now);
+            while soc.next_request().is_some() {}
+            let _ = soc.requested_reset(now);
             now += 1;
         }
     }
@@ -486,7 +486,7 @@ fn nothing_written_breaks_a_chip() {
 #[test]
 fn names_are_found_in_any_case() {
     assert_eq!(chip("ATmega328P").map(|chip| chip.name), Some(ATMEGA328P.name));
-    let row: Option<&Part> = part("ATMEGA162");
+    let row: Option<&AvrPart> = part("ATMEGA162");
     assert_eq!(row.map(|part| part.chip.name), Some("atmega162"));
     assert!(chip("atmega169").is_none());
 }

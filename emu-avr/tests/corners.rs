@@ -2,12 +2,12 @@
 
 use emu_avr::chips::ATMEGA328P;
 use emu_avr::{Avr, Options};
-use emu_core::{Cpu, Event, Level, Probe, RamInit, Stop, Time};
+use emu_core::{Cpu, ChipEvent, PinLevel, Probe, RamInit, StopReason, CycleTime};
 
 /// The machine of a program.
 fn machine(source: &str, lock: u8, fuses: [u8; 3]) -> Avr {
-    let image = emu_asm::image(&ATMEGA328P, source).unwrap_or_else(|e| panic!("{e}\n{source}"));
-    let options = Options { fuses: Some(fuses), lock: Some(lock), ..Options::at(1_000_000) };
+    let image = emu_asm::assemble_text(&ATMEGA328P, source).unwrap_or_else(|e| panic!("{e}\n{source}"));
+    let options = Options { fuses: Some(fuses), lock: Some(lock), ..Options::at_hz(1_000_000) };
     Avr::with(&ATMEGA328P, &image, RamInit::Zero, options)
 }
 
@@ -17,7 +17,7 @@ const FUSES: [u8; 3] = [0xFF, 0xD9, 0xFF];
 fn after(mut avr: Avr, cycles: u64) -> [u8; 4] {
     let mut slow = avr.clone();
     let stop = avr.run(cycles, &mut ());
-    while slow.cycle() < cycles && slow.run(slow.cycle() + 1, &mut ()) == Stop::Limit {}
+    while slow.cycle() < cycles && slow.run(slow.cycle() + 1, &mut ()) == StopReason::Limit {}
     let seen = |avr: &Avr| [0x100, 0x101, 0x102, 0x103].map(|addr| avr.peek("data", addr).unwrap_or(0));
     assert_eq!(seen(&avr), seen(&slow), "cycle by cycle, {stop:?}");
     seen(&avr)
@@ -149,7 +149,7 @@ fn pin_changes_win_over_didr() {
         rjmp .-2";
     let mut avr = machine(source, 0xFF, FUSES);
     for name in ["PC0", "PC1"] {
-        avr.drive(Time::at(0), ATMEGA328P.pin(name).expect("a pin"), Level::High);
+        avr.drive(CycleTime::at(0), ATMEGA328P.pin(name).expect("a pin"), PinLevel::High);
     }
     assert_eq!(after(avr, 100), [0, 1, 0, 0]);
 }
@@ -157,11 +157,11 @@ fn pin_changes_win_over_didr() {
 /// MOSI and OC2A on PB3 are ORed (14.3.1): OC2A low, the byte is seen.
 #[test]
 fn mosi_and_oc2a_share_a_pin() {
-    struct Edges(Vec<Level>);
+    struct Edges(Vec<PinLevel>);
     impl Probe for Edges {
         const EVENTS: bool = true;
-        fn event(&mut self, event: Event) -> bool {
-            if let Event::Edge { pin, level, .. } = event
+        fn on_event(&mut self, event: ChipEvent) -> bool {
+            if let ChipEvent::Edge { pin, level, .. } = event
                 && Some(pin) == ATMEGA328P.pin("PB3")
             {
                 self.0.push(level);
@@ -181,8 +181,8 @@ fn mosi_and_oc2a_share_a_pin() {
     let mut edges = Edges(Vec::new());
     machine(source, 0xFF, FUSES).run(200, &mut edges);
     // 0 1 0 1 0 1 0 1, after the edge that makes the pin an output.
-    let bits: Vec<Level> = edges.0.into_iter().skip_while(|&level| level != Level::High).collect();
-    assert_eq!(bits.iter().filter(|&&level| level == Level::High).count(), 4, "{bits:?}");
+    let bits: Vec<PinLevel> = edges.0.into_iter().skip_while(|&level| level != PinLevel::High).collect();
+    assert_eq!(bits.iter().filter(|&&level| level == PinLevel::High).count(), 4, "{bits:?}");
 }
 
 /// A reset does not wait until the core goes on: while its clock starts (16K clocks), and while it stands.
@@ -200,11 +200,11 @@ fn a_reset_ends_every_wait() {
         rjmp .-2";
     let mut avr = machine(source, 0xFF, FUSES);
     let pin = |name| ATMEGA328P.pin(name).expect("a pin");
-    avr.drive(Time::at(1000), pin("PD2"), Level::Low);
-    avr.drive(Time::at(1100), pin("PD2"), Level::High);
-    avr.drive(Time::at(2000), pin("PC6"), Level::Low);
-    avr.drive(Time::at(2010), pin("PC6"), Level::High);
+    avr.drive(CycleTime::at(1000), pin("PD2"), PinLevel::Low);
+    avr.drive(CycleTime::at(1100), pin("PD2"), PinLevel::High);
+    avr.drive(CycleTime::at(2000), pin("PC6"), PinLevel::Low);
+    avr.drive(CycleTime::at(2010), pin("PC6"), PinLevel::High);
     let mut early = avr.clone();
-    assert_eq!((early.run(1500, &mut ()), early.cycle()), (Stop::Limit, 1500));
+    assert_eq!((early.run(1500, &mut ()), early.cycle()), (StopReason::Limit, 1500));
     assert_eq!(after(avr, 2030)[0], 2);
 }

@@ -1,14 +1,14 @@
 //! Random writes to all registers of every chip: a machine that is saved and restored is the machine that was
 //! not.
 
-use emu_avr::chips::{PARTS, Part};
+use emu_avr::chips::{AVR_PARTS, AvrPart};
 use emu_avr::{Avr, Options};
-use emu_core::cuts::{boundary_byte, plan_at_random, search};
+use emu_core::cut_tests::{boundary_byte, random_slice_plan, search_restore_faults};
 use emu_core::image::{Image, Segment};
 use emu_core::pins::PinId;
 use emu_core::rng::Rng;
-use emu_core::slices::{Plan, pick};
-use emu_core::{Cpu, RamInit, Stop};
+use emu_core::slices::{SlicePlan, pick_random};
+use emu_core::{Cpu, RamInit, StopReason};
 
 /// Programs for each chip; `EMU_STATE_PROGRAMS` asks for another number.
 const PROGRAMS: u64 = if cfg!(debug_assertions) { 10 } else { 60 };
@@ -27,7 +27,7 @@ const CORE: [&str; 3] = ["SPL", "SPH", "SREG"];
 /// A program that grows.
 struct Text<'a> {
     words: Vec<u16>,
-    part: &'static Part,
+    part: &'static AvrPart,
     rng: &'a mut Rng,
 }
 
@@ -54,7 +54,7 @@ impl Text<'_> {
 
     fn register(&mut self) -> u16 {
         loop {
-            let register = pick(self.rng, self.part.chip.regs);
+            let register = pick_random(self.rng, self.part.chip.regs);
             if !CORE.contains(&register.name) {
                 return register.addr;
             }
@@ -75,12 +75,12 @@ impl Text<'_> {
                 self.load(18, turns);
                 self.words.extend([0x952A, 0xF7F1]);
             }
-            1 => self.words.push(pick(self.rng, &[SLEEP, WDR, SEI, CLI, SEI])),
+            1 => self.words.push(pick_random(self.rng, &[SLEEP, WDR, SEI, CLI, SEI])),
             2 => {
                 let (addr, byte) = (boundary_byte(self.rng), boundary_byte(self.rng));
                 self.named("EEARL", addr);
                 self.named("EEDR", byte);
-                let mode = pick(self.rng, &[0x00, 0x10, 0x20, 0x08]);
+                let mode = pick_random(self.rng, &[0x00, 0x10, 0x20, 0x08]);
                 self.unlock("EECR", mode | 4, mode | 6);
             }
             3 => {
@@ -95,7 +95,7 @@ impl Text<'_> {
             }
             5 => {
                 // Z, then SPM.
-                let (page, order) = (boundary_byte(self.rng) & 0x3F, pick(self.rng, &[0x03, 0x05, 0x01, 0x11, 0x09]));
+                let (page, order) = (boundary_byte(self.rng) & 0x3F, pick_random(self.rng, &[0x03, 0x05, 0x01, 0x11, 0x09]));
                 self.words.extend([0xE0E0, 0xE0F0 | u16::from(page & 0xF)]);
                 for name in ["SPMCSR", "SPMCR"] {
                     self.named(name, order);
@@ -119,7 +119,7 @@ impl Text<'_> {
                 // SBI or CBI.
                 let (addr, bit) = (self.register(), self.rng.below(8) as u16);
                 if (0x20..0x40).contains(&addr) {
-                    self.words.push(pick(self.rng, &[0x9A00, 0x9800]) | (addr - 0x20) << 3 | bit);
+                    self.words.push(pick_random(self.rng, &[0x9A00, 0x9800]) | (addr - 0x20) << 3 | bit);
                 }
             }
             _ => {
@@ -131,9 +131,9 @@ impl Text<'_> {
 }
 
 /// Service routines, writes, and a loop over some of them, a sleep or a jump to itself.
-fn program(part: &'static Part, rng: &mut Rng) -> Vec<u16> {
+fn program(part: &'static AvrPart, rng: &mut Rng) -> Vec<u16> {
     let chip = part.chip;
-    let vectors = chip.vectors.len() * chip.vector_words as usize;
+    let vectors = chip.vectors.len() * chip.words_per_vector as usize;
     let mut text = Text { words: vec![RETI; vectors], part, rng };
     // Some vectors share a routine that writes something.
     let routine = text.words.len();
@@ -141,7 +141,7 @@ fn program(part: &'static Part, rng: &mut Rng) -> Vec<u16> {
     text.words.push(RETI);
     for vector in 1..chip.vectors.len() {
         if text.rng.one_in(3) {
-            let at = vector * chip.vector_words as usize;
+            let at = vector * chip.words_per_vector as usize;
             text.words[at] = 0xC000 | (routine - at - 1) as u16 & 0xFFF;
         }
     }
@@ -153,26 +153,26 @@ fn program(part: &'static Part, rng: &mut Rng) -> Vec<u16> {
     let body = text.words.len();
     (0..text.rng.below(6)).for_each(|_| text.step());
     let here = text.words.len();
-    let end = pick(text.rng, &[body, here]);
+    let end = pick_random(text.rng, &[body, here]);
     text.words.push(0xC000 | (end.wrapping_sub(here + 1)) as u16 & 0xFFF);
     text.words
 }
 
-fn plan(part: &'static Part, rng: &mut Rng) -> Plan<Avr> {
+fn plan(part: &'static AvrPart, rng: &mut Rng) -> SlicePlan<Avr> {
     let words = program(part, rng);
     let fuses = |rng: &mut Rng| rng.next_u64().to_le_bytes();
     let [low, high, extended, lock, ..] = fuses(rng);
-    let hz = pick(rng, &[16_000_000, 8_000_000, 1_000_000, 128_000, 32_768]);
+    let hz = pick_random(rng, &[16_000_000, 8_000_000, 1_000_000, 128_000, 32_768]);
     let options = Options {
         fuses: rng.one_in(2).then_some([low, high, extended]),
         lock: rng.one_in(4).then_some(lock),
         start_up: rng.one_in(4),
-        ..Options::at(hz)
+        ..Options::at_hz(hz)
     };
     let listing: Vec<String> = words.iter().enumerate().map(|(n, word)| format!("{n:03x}: {word:04x}")).collect();
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     // The program stands in the boot loader's section too, from which it may write program memory.
-    let boot = part.chip.flash - 0x400;
+    let boot = part.chip.flash_bytes - 0x400;
     let segments =
         vec![Segment { space: "flash", addr: 0, bytes: bytes.clone() }, Segment { space: "flash", addr: boot, bytes }];
     let image = Image { segments, ..Image::default() };
@@ -181,15 +181,15 @@ fn plan(part: &'static Part, rng: &mut Rng) -> Plan<Avr> {
         start.set_pc(boot / 2);
     }
     let pins: Vec<PinId> = (0..part.chip.pins.len() as PinId).collect();
-    let plan = plan_at_random(start, &pins, SPAN, rng);
-    let what = format!("{}, {options:x?}\n{}\n{}", part.chip.name, listing.join(" "), plan.what);
-    Plan { what, ..plan }
+    let plan = random_slice_plan(start, &pins, SPAN, rng);
+    let what = format!("{}, {options:x?}\n{}\n{}", part.chip.name, listing.join(" "), plan.description);
+    SlicePlan { description: what, ..plan }
 }
 
 #[test]
 fn saved_and_restored() {
-    let chips: Vec<(&str, &'static Part)> = PARTS.iter().map(|&part| (part.chip.name, part)).collect();
-    search(&chips, PROGRAMS, |part, rng| plan(part, rng));
+    let chips: Vec<(&str, &'static AvrPart)> = AVR_PARTS.iter().map(|&part| (part.chip.name, part)).collect();
+    search_restore_faults(&chips, PROGRAMS, |part, rng| plan(part, rng));
 }
 
 /// What the search has found once: a time-out of the watchdog at the end of WDR, and lock bits that change
@@ -201,7 +201,7 @@ fn found_before() {
         let mut rng = Rng::new(name.bytes().fold(seed, |sum, byte| Rng::new(sum ^ u64::from(byte)).next_u64()));
         let start = plan(part, &mut rng).start;
         let (mut whole, mut restored) = (start.clone(), start);
-        while restored.cycle() < SPAN && restored.run(restored.cycle() + 1, &mut ()) == Stop::Limit {
+        while restored.cycle() < SPAN && restored.run(restored.cycle() + 1, &mut ()) == StopReason::Limit {
             let state = restored.save();
             assert_eq!(restored.restore(&state), Ok(()), "{name}, seed {seed:#x}, cycle {}", restored.cycle());
         }

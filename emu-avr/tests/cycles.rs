@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 
 use emu_avr::isa::{KINDS, Kind, ROWS};
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Stop};
+use emu_core::{Cpu, StopReason};
 
 const SEED: u64 = 0x5EED_0001;
 const STATES: usize = 600;
@@ -53,14 +53,14 @@ fn cycles_and_flags_are_the_columns() {
             let mut avr = states::put(&base, &d);
             let before = avr.cycle();
             let stop = avr.step(&mut ());
-            let ends = stop == Stop::Halted && avr.pc() == d.pc.into();
-            assert!((stop == Stop::Limit || ends) && avr.instructions() == 1, "{}: {stop:?}, {d:x?}", row.name);
+            let ends = stop == StopReason::Halted && avr.pc() == d.pc.into();
+            assert!((stop == StopReason::Limit || ends) && avr.instructions() == 1, "{}: {stop:?}, {d:x?}", row.name);
             cycles.insert((avr.cycle() - before) as u8);
             if !writes_sreg(kind, &d) {
                 changed |= avr.reg("SREG").map_or(0, |s| s as u8) ^ d.sreg;
             }
         }
-        let wanted: BTreeSet<u8> = row.cycles.outcomes().iter().copied().collect();
+        let wanted: BTreeSet<u8> = row.cycles.possible_counts().iter().copied().collect();
         if cycles != wanted {
             failures.push(format!("{}: cycles {cycles:?}, the column says {wanted:?}", row.name));
         }

@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use emu_avr::chips::{PARTS, Part, unit};
-use emu_avr::periph::Line;
+use emu_avr::chips::{AVR_PARTS, AvrPart, unit_index};
+use emu_avr::periph::AvrLine;
 use emu_core::chip::PinDef;
 use emu_core::pins::PinId;
 
@@ -15,7 +15,7 @@ fn the_page_of_instructions_is_the_table() {
          of that operand; several cycle counts\nare those of the outcomes: not taken, taken, taken over an instruction of two \
          words. Source: AVR Instruction Set Manual DS40002198.\n\n",
     );
-    page.push_str(&emu_core::table::markdown(emu_avr::isa::ROWS));
+    page.push_str(&emu_core::table::instruction_list_markdown(emu_avr::isa::ROWS));
     page.push_str("\nOther spellings that the assembler takes:\n\n| written | means |\n|---|---|\n");
     for (name, syntax, target, text) in emu_avr::isa::ALIASES {
         page.push_str(&format!("| `{name} {syntax}` | `{target} {}` |\n", text.replace(',', ", ")));
@@ -28,39 +28,39 @@ fn the_page_of_instructions_is_the_table() {
 }
 
 /// What a line of a unit is called by the data sheets.
-fn line(part: &Part, number: usize, line: Line) -> String {
-    let timer = number.wrapping_sub(unit::TIMER);
+fn line(part: &AvrPart, number: usize, line: AvrLine) -> String {
+    let timer = number.wrapping_sub(unit_index::TIMER);
     let one = part.timers.get(timer).is_some_and(|shape| shape.channels == 1);
-    let both = part.lines.iter().any(|row| row.0 == unit::USART + 1);
-    let usart = if both { (number - unit::USART.min(number)).to_string() } else { String::new() };
+    let both = part.peripheral_pins.iter().any(|row| row.0 == unit_index::USART + 1);
+    let usart = if both { (number - unit_index::USART.min(number)).to_string() } else { String::new() };
     match line {
-        Line::T => format!("T{timer}"),
-        Line::Icp => format!("ICP{timer}"),
-        Line::OcA if one => format!("OC{timer}"),
-        Line::OcA => format!("OC{timer}A"),
-        Line::OcB => format!("OC{timer}B"),
-        Line::OcC => format!("OC{timer}C"),
-        Line::Txd => format!("TXD{usart}"),
-        Line::Rxd => format!("RXD{usart}"),
-        Line::Xck => format!("XCK{usart}"),
-        Line::Int(n) => format!("INT{n}"),
-        Line::Pc(n) => format!("PCINT{n}"),
-        Line::Sck | Line::Miso | Line::Mosi | Line::Ss | Line::Scl | Line::Sda => format!("{line:?}").to_uppercase(),
+        AvrLine::T => format!("T{timer}"),
+        AvrLine::Icp => format!("ICP{timer}"),
+        AvrLine::OcA if one => format!("OC{timer}"),
+        AvrLine::OcA => format!("OC{timer}A"),
+        AvrLine::OcB => format!("OC{timer}B"),
+        AvrLine::OcC => format!("OC{timer}C"),
+        AvrLine::Txd => format!("TXD{usart}"),
+        AvrLine::Rxd => format!("RXD{usart}"),
+        AvrLine::Xck => format!("XCK{usart}"),
+        AvrLine::Int(n) => format!("INT{n}"),
+        AvrLine::Pc(n) => format!("PCINT{n}"),
+        AvrLine::Sck | AvrLine::Miso | AvrLine::Mosi | AvrLine::Ss | AvrLine::Scl | AvrLine::Sda => format!("{line:?}").to_uppercase(),
     }
 }
 
 /// What the units of a part have at a pin.
-fn uses(part: &Part, pin: PinId) -> String {
-    let lines = part.lines.iter().filter(|row| row.2 == pin).map(|&(number, of, _)| line(part, number, of));
-    let analog = part.analog.iter().enumerate().filter(|row| *row.1 == pin).map(|(n, _)| format!("ADC{n}"));
-    let compared = part.ain.iter().enumerate().filter(|row| *row.1 == pin).map(|(n, _)| format!("AIN{n}"));
+fn uses(part: &AvrPart, pin: PinId) -> String {
+    let lines = part.peripheral_pins.iter().filter(|row| row.2 == pin).map(|&(number, of, _)| line(part, number, of));
+    let analog = part.analog_pins.iter().enumerate().filter(|row| *row.1 == pin).map(|(n, _)| format!("ADC{n}"));
+    let compared = part.comparator_pins.iter().enumerate().filter(|row| *row.1 == pin).map(|(n, _)| format!("AIN{n}"));
     let changes = part.pin_changes.iter().filter(|row| row.0 == pin).map(|row| format!("PCINT{}", row.1));
-    let reset = (part.reset == pin).then(|| "RESET".to_owned());
+    let reset = (part.reset_pin == pin).then(|| "RESET".to_owned());
     lines.chain(analog).chain(compared).chain(changes).chain(reset).collect::<Vec<_>>().join(" ")
 }
 
-fn timers(part: &Part) -> String {
-    let of = |(n, shape): (usize, &emu_avr::periph::timers::Shape)| {
+fn timers(part: &AvrPart) -> String {
+    let of = |(n, shape): (usize, &emu_avr::periph::timers::TimerShape)| {
         let (wide, crystal) = (if shape.wide { "w" } else { "" }, if shape.asynchronous { "x" } else { "" });
         format!("{n}:{}{wide}{crystal}", shape.channels)
     };
@@ -72,44 +72,44 @@ fn table_of_chips() -> String {
         "\n| Chip | Flash | RAM from | RAM | EEPROM | Page | Timers | USARTs | SPI, TWI | ADC | INT | PCINT | Vectors | Signature | Fuses |\n\
          |---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
-    for part in PARTS {
+    for part in AVR_PARTS {
         let chip = part.chip;
-        let has = |number: usize| part.lines.iter().any(|row| row.0 == number);
-        let serial = [(unit::SPI, "SPI"), (unit::TWI, "TWI")].iter().filter(|row| has(row.0)).map(|row| row.1);
-        let ints = part.lines.iter().filter(|row| matches!(row.1, Line::Int(_))).count();
+        let has = |number: usize| part.peripheral_pins.iter().any(|row| row.0 == number);
+        let serial = [(unit_index::SPI, "SPI"), (unit_index::TWI, "TWI")].iter().filter(|row| has(row.0)).map(|row| row.1);
+        let ints = part.peripheral_pins.iter().filter(|row| matches!(row.1, AvrLine::Int(_))).count();
         let fuse_bytes = chip.spaces.iter().find(|space| space.0 == "fuse").map_or(0, |space| space.1 as usize);
         let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ");
         table += &format!(
             "| {} | {} | {:X}h | {} | {} | {} | {} | {} | {} | {} | {ints} | {} | {} | {} | {} |\n",
             chip.name,
-            chip.flash,
+            chip.flash_bytes,
             chip.ram_start,
             chip.ram_len,
-            chip.eeprom,
-            part.spm.page,
+            chip.eeprom_bytes,
+            part.spm_kind.page,
             timers(part),
-            (0..2).filter(|n| has(unit::USART + n)).count(),
+            (0..2).filter(|n| has(unit_index::USART + n)).count(),
             serial.collect::<Vec<_>>().join(" "),
-            part.analog.len(),
+            part.analog_pins.len(),
             part.pin_changes.len(),
             chip.vectors.len(),
             hex(&part.signature),
-            hex(&part.fuses.assumed[..fuse_bytes]),
+            hex(&part.fuses.default_bytes[..fuse_bytes]),
         );
     }
     table
 }
 
 /// The number of a pin in the usual package, or with the name of the first other package that has it.
-fn number(part: &Part, id: PinId, pin: &PinDef) -> String {
-    let other = || part.chip.packages.iter().find_map(|of| Some(format!("{} of {}", of.number(id)?, of.name)));
+fn number(part: &AvrPart, id: PinId, pin: &PinDef) -> String {
+    let other = || part.chip.packages.iter().find_map(|of| Some(format!("{} of {}", of.pin_number(id)?, of.name)));
     if pin.dip != 0 { pin.dip.to_string() } else { other().unwrap_or_default() }
 }
 
 /// Pins of each kind of chip; those that are alike stand together.
 fn table_of_pins() -> String {
     let mut kinds: Vec<(Vec<&str>, String)> = Vec::new();
-    for part in PARTS.iter().filter(|part| part.chip.name != "atmega328p") {
+    for part in AVR_PARTS.iter().filter(|part| part.chip.name != "atmega328p") {
         let mut table = String::from("| Pin | No. | Units | Pin | No. | Units |\n|---|---|---|---|---|---|\n");
         let there = |(id, pin): &(PinId, &PinDef)| part.ports[usize::from(*id / 8)] >> (id % 8) & 1 == 1 || pin.dip > 0;
         let cells: Vec<String> = (0..)

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use emu_avr::chips::{PARTS, Part, Site, chip, part};
+use emu_avr::chips::{AVR_PARTS, AvrPart, RegisterSlot, chip, part};
 
 mod gcc;
 
@@ -138,9 +138,9 @@ fn pin_change(name: &str) -> bool {
 }
 
 /// Every pin of a port that the header has is there, and no other; and so are the inputs of pin changes, by their bits.
-fn check_pins(part: &Part, header: &Header, wrong: &mut Vec<String>) {
+fn check_pins(part: &AvrPart, header: &Header, wrong: &mut Vec<String>) {
     let chip = part.chip;
-    let there = |id: usize| part.ports[id / 8] >> (id % 8) & 1 == 1 || id == usize::from(part.reset);
+    let there = |id: usize| part.ports[id / 8] >> (id % 8) & 1 == 1 || id == usize::from(part.reset_pin);
     let ours = chip.pins.iter().enumerate().filter(|(id, p)| pin(p.name) && there(*id)).map(|(_, p)| p.name);
     let (ours, mut theirs) = (ours.collect::<BTreeSet<_>>(), BTreeSet::new());
     theirs.extend(header.names.keys().map(String::as_str).filter(|name| pin(name)));
@@ -166,7 +166,7 @@ fn besides(name: &str) -> bool {
     BESIDES.lines().any(|line| line.split_whitespace().next() == Some(name))
 }
 
-fn check_registers(part: &Part, header: &Header, wrong: &mut Vec<String>) {
+fn check_registers(part: &AvrPart, header: &Header, wrong: &mut Vec<String>) {
     let chip = part.chip;
     for (name, &addr) in &header.registers {
         match chip.reg(name) {
@@ -179,20 +179,20 @@ fn check_registers(part: &Part, header: &Header, wrong: &mut Vec<String>) {
         if !header.registers.contains_key(reg.name) && !besides(reg.name) {
             wrong.push(format!("{}: the header has no {}", chip.name, reg.name));
         }
-        let site = part.sites[usize::from(reg.addr)];
-        if site == Site::Reserved && reg.name != "OCDR" || matches!(site, Site::Low(_)) {
+        let site = part.register_slots[usize::from(reg.addr)];
+        if site == RegisterSlot::Reserved && reg.name != "OCDR" || matches!(site, RegisterSlot::Low(_)) {
             wrong.push(format!("{}: nothing stands at {}", chip.name, reg.name));
         }
     }
-    for (addr, site) in part.sites.iter().enumerate() {
+    for (addr, site) in part.register_slots.iter().enumerate() {
         let named = chip.regs.iter().any(|reg| usize::from(reg.addr) == addr);
-        if !named && !matches!(site, Site::Reserved | Site::Low(_)) {
+        if !named && !matches!(site, RegisterSlot::Reserved | RegisterSlot::Low(_)) {
             wrong.push(format!("{}: {site:?} at {addr:#x} has no name", chip.name));
         }
     }
 }
 
-fn check_vectors(part: &Part, header: &Header, wrong: &mut Vec<String>) {
+fn check_vectors(part: &AvrPart, header: &Header, wrong: &mut Vec<String>) {
     let chip = part.chip;
     let ours: BTreeMap<String, u32> =
         chip.vectors.iter().zip(0..).skip(1).map(|(name, number)| ((*name).to_owned(), number)).collect();
@@ -213,21 +213,21 @@ fn check_vectors(part: &Part, header: &Header, wrong: &mut Vec<String>) {
             wrong.push(format!("{}: the header has no vector {number}, ours is {name}", chip.name));
         }
     }
-    if part.vectors.len() + 1 != chip.vectors.len() {
-        wrong.push(format!("{}: {} sources of {} vectors", chip.name, part.vectors.len(), chip.vectors.len()));
+    if part.interrupt_sources.len() + 1 != chip.vectors.len() {
+        wrong.push(format!("{}: {} sources of {} vectors", chip.name, part.interrupt_sources.len(), chip.vectors.len()));
     }
 }
 
-fn check_sizes(part: &Part, header: &Header, wrong: &mut Vec<String>) {
+fn check_sizes(part: &AvrPart, header: &Header, wrong: &mut Vec<String>) {
     let chip = part.chip;
     let [a, b, c] = part.signature.map(u32::from);
     let fuses = chip.spaces.iter().find(|space| space.0 == "fuse").map_or(0, |space| space.1);
     let sizes = [
         ("RAMSTART", u32::from(chip.ram_start)),
         ("RAMEND", u32::from(chip.ram_start + chip.ram_len - 1)),
-        ("FLASHEND", chip.flash - 1),
-        ("E2END", u32::from(chip.eeprom - 1)),
-        ("SPM_PAGESIZE", part.spm.page),
+        ("FLASHEND", chip.flash_bytes - 1),
+        ("E2END", u32::from(chip.eeprom_bytes - 1)),
+        ("SPM_PAGESIZE", part.spm_kind.page),
         ("SIGNATURE_0", a),
         ("SIGNATURE_1", b),
         ("SIGNATURE_2", c),
@@ -239,8 +239,8 @@ fn check_sizes(part: &Part, header: &Header, wrong: &mut Vec<String>) {
             wrong.push(format!("{}: {name} is {theirs:x?} in the header, ours {ours:#x}", chip.name));
         }
     }
-    if part.spm.flash != chip.flash {
-        wrong.push(format!("{}: {:#x} bytes for SPM", chip.name, part.spm.flash));
+    if part.spm_kind.flash != chip.flash_bytes {
+        wrong.push(format!("{}: {:#x} bytes for SPM", chip.name, part.spm_kind.flash));
     }
 }
 
@@ -248,7 +248,7 @@ fn check_sizes(part: &Part, header: &Header, wrong: &mut Vec<String>) {
 #[ignore = "needs avr-gcc and avr-libc"]
 fn rows_are_what_the_headers_say() {
     let mut wrong = Vec::new();
-    for part in PARTS {
+    for part in AVR_PARTS {
         let header = Header::of(part.chip.name);
         assert!(header.registers.len() > 50 && header.vectors.len() > 15, "{}", part.chip.name);
         check_registers(part, &header, &mut wrong);
@@ -276,7 +276,7 @@ fn bits_land_where_they_belong() {
                 continue;
             }
             let addr = chip(&name).and_then(|chip| chip.reg(register)).expect("a register");
-            let Site::Split(ours) = part.sites[usize::from(addr)] else { panic!("{name}: {register}") };
+            let RegisterSlot::Split(ours) = part.register_slots[usize::from(addr)] else { panic!("{name}: {register}") };
             walked.insert((name.clone(), addr));
             let ours: BTreeMap<u32, String> =
                 ours.iter().map(|&(bit, site, its)| (u32::from(bit), format!("{site:?}.{its}"))).collect();
@@ -293,8 +293,8 @@ fn bits_land_where_they_belong() {
                 wrong.push(format!("{name}: {register}: {ours:?}\n  by the header {theirs:?}"));
             }
         }
-        for (addr, site) in part.sites.iter().enumerate() {
-            if matches!(site, Site::Split(_)) && !walked.contains(&(name.clone(), addr as u16)) {
+        for (addr, site) in part.register_slots.iter().enumerate() {
+            if matches!(site, RegisterSlot::Split(_)) && !walked.contains(&(name.clone(), addr as u16)) {
                 wrong.push(format!("{name}: the table has no bits for {addr:#x}"));
             }
         }
@@ -330,7 +330,7 @@ fn reserved_bits_have_no_names() {
         for (name, named) in bits {
             let whole = ["PIN", "DDR", "PORT", "TIFR", "EIFR", "PCIFR"].iter().any(|start| name.starts_with(start));
             let addr = part.chip.reg(name).unwrap_or_else(|| panic!("{mcu}: {name}"));
-            let ours = part.present(addr, 0xFF);
+            let ours = part.existing_bits(addr, 0xFF);
             count += 1;
             if ours != Some(if whole { 0xFF } else { named }) && !OTHERWISE.contains(&(mcu, name)) {
                 wrong.push(format!("{mcu}: {name} has the bits {named:02X}, ours {ours:02X?}"));

@@ -1,10 +1,10 @@
 //! The diagnostics of the family, case by case in `lint/programs.txt`: a program, and every lint that it gives with its cycle.
 
 use emu_avr::{Avr, Options, chips};
-use emu_core::cpu::{Cpu, Probe, RamInit, Stop};
+use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
 use emu_core::image::{Image, Segment, SymbolAt};
-use emu_core::lint::{CODES, Lint};
-use emu_core::pins::{Level, Time};
+use emu_core::lint::{LINT_CODES, Lint};
+use emu_core::pins::{PinLevel, CycleTime};
 use emu_core::rng::Rng;
 
 #[derive(Default)]
@@ -13,7 +13,7 @@ struct Seen(Vec<String>);
 impl Probe for Seen {
     const LINT: bool = true;
 
-    fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
+    fn on_lint(&mut self, at: u64, pc: u32, lint: Lint) {
         let more = match lint {
             Lint::UnknownUse { addr, .. } | Lint::NothingThere { addr } => format!("{addr:X}"),
             Lint::StackMeets { limit } => format!("{limit:X}"),
@@ -38,8 +38,8 @@ fn hex(text: &str) -> u32 {
 fn machine(chip: &str, program: &str, wiring: &str) -> (Avr, u64) {
     let chip = chips::chip(&format!("atmega{chip}")).unwrap_or_else(|| panic!("no atmega{chip}"));
     let lines = program.replace(';', "\n");
-    let mut image = emu_asm::image(chip, &lines).unwrap_or_else(|e| panic!("{program}: {e}"));
-    let (mut drives, mut cycles, mut options) = (Vec::new(), 100, Options::at(16_000_000));
+    let mut image = emu_asm::assemble_text(chip, &lines).unwrap_or_else(|e| panic!("{program}: {e}"));
+    let (mut drives, mut cycles, mut options) = (Vec::new(), 100, Options::at_hz(16_000_000));
     for word in wiring.split_whitespace() {
         match word.split_once('=').expect("a level or a number") {
             ("for", number) => cycles = number.parse().expect("cycles"),
@@ -53,14 +53,14 @@ fn machine(chip: &str, program: &str, wiring: &str) -> (Avr, u64) {
             }
             (pin, level) => {
                 let level = match level {
-                    "1" => Level::High,
-                    "0" => Level::Low,
-                    "up" => Level::PullUp,
+                    "1" => PinLevel::High,
+                    "0" => PinLevel::Low,
+                    "up" => PinLevel::PullUp,
                     other => panic!("{other}: no level"),
                 };
                 let (at, pin) = pin.split_once(':').unwrap_or(("0", pin));
                 let pin = chip.pin(pin).unwrap_or_else(|| panic!("no {pin}"));
-                drives.push((Time::at(at.parse().expect("a cycle")), pin, level));
+                drives.push((CycleTime::at(at.parse().expect("a cycle")), pin, level));
             }
         }
     }
@@ -95,7 +95,7 @@ fn lints() {
 
         // Cut into cycles it is the same, and no diagnostic changes what the machine does.
         let (mut steps, mut seen) = (start.clone(), Seen::default());
-        _ = (1..=cycles).any(|until| steps.run(until, &mut seen) != Stop::Limit);
+        _ = (1..=cycles).any(|until| steps.run(until, &mut seen) != StopReason::Limit);
         let mut plain = start;
         plain.run(cycles, &mut ());
         if seen.0.join("; ") != found || state(&steps) != state(&avr) || state(&plain) != state(&avr) {
@@ -106,7 +106,7 @@ fn lints() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     // Each code of the family is told of somewhere.
     let silent = |code: &&str| fired.iter().all(|seen| !seen.contains(code));
-    let ours = CODES
+    let ours = LINT_CODES
         .iter()
         .map(|row| row.code)
         .filter(|&code| ["LINT007", "LINT020", "LINT021"].contains(&code) || ("LINT009"..="LINT015").contains(&code));
@@ -128,8 +128,8 @@ fn what_ran_before_counts_as_written() {
 fn whatever_runs_is_looked_at_and_nothing_changes() {
     for seed in 0..40 {
         let mut rng = Rng::new(seed);
-        let part = chips::PARTS[rng.below(chips::PARTS.len() as u64) as usize];
-        let mut bytes = vec![0; part.chip.flash as usize];
+        let part = chips::AVR_PARTS[rng.below(chips::AVR_PARTS.len() as u64) as usize];
+        let mut bytes = vec![0; part.chip.flash_bytes as usize];
         rng.fill(&mut bytes);
         // Vectors, stack pointer and I/O registers are met more often so.
         for pair in bytes.chunks_exact_mut(2) {
@@ -166,7 +166,7 @@ fn a_reset_leaves_ram_as_unknown_as_it_was() {
     let (mut avr, _) = machine("328p", program, "");
     let mut seen = Seen::default();
     avr.run(20, &mut seen);
-    avr.reset(emu_core::cpu::Reset::External);
+    avr.reset(emu_core::cpu::ResetCause::External);
     avr.run(50, &mut seen);
     assert_eq!(seen.0, ["4 8 LINT007 1"]);
 }

@@ -8,8 +8,8 @@ use std::process::Command;
 use emu_avr::{Avr, Options, chips};
 use emu_core::image::load_elf;
 use emu_core::lint::Lint;
-use emu_core::pins::Event;
-use emu_core::{Cpu, Probe, RamInit, Stop};
+use emu_core::pins::ChipEvent;
+use emu_core::{Cpu, Probe, RamInit, StopReason};
 
 /// What was sent, and every lint.
 #[derive(Default)]
@@ -22,14 +22,14 @@ impl Probe for Seen {
     const EVENTS: bool = true;
     const LINT: bool = true;
 
-    fn event(&mut self, event: Event) -> bool {
-        if let Event::Sent { byte, .. } = event {
+    fn on_event(&mut self, event: ChipEvent) -> bool {
+        if let ChipEvent::Sent { byte, .. } = event {
             self.sent.push(byte);
         }
         false
     }
 
-    fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
+    fn on_lint(&mut self, at: u64, pc: u32, lint: Lint) {
         self.lints.push(format!("cycle {at}, 0x{:04x}: {lint}", 2 * pc));
     }
 }
@@ -58,13 +58,13 @@ fn run(mcu: &str, name: &str, level: &str) -> Option<(String, Vec<String>)> {
     }
     assert!(gcc.status.success(), "{mcu} {name} {level}: {said}");
     let bytes = fs::read(&file).expect("an image");
-    let loaded = load_elf(name, &bytes, chip.elf, chip.elf_machine).expect("an image");
-    let options = Options::at(16_000_000);
+    let loaded = load_elf(name, &bytes, chip.elf_spaces, chip.elf_machine).expect("an image");
+    let options = Options::at_hz(16_000_000);
     let mut avr = Avr::with(chip, &loaded.image, RamInit::Random(5), options);
     let mut seen = Seen::default();
     let stop = avr.run(40_000_000, &mut seen);
     let mut wrong = seen.lints;
-    if stop != Stop::Halted || !seen.sent.ends_with(b"end\n") {
+    if stop != StopReason::Halted || !seen.sent.ends_with(b"end\n") {
         wrong.push(format!("{stop:?} after {:?}", String::from_utf8_lossy(&seen.sent)));
     }
     Some((String::from_utf8_lossy(&seen.sent).into_owned(), wrong))

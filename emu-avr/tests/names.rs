@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use emu_avr::chips::{PARTS, Part, part};
+use emu_avr::chips::{AVR_PARTS, AvrPart, part};
 
 mod gcc;
 
@@ -49,7 +49,7 @@ fn number(text: &str) -> i32 {
     text.strip_prefix("0x").map_or_else(|| text.parse(), |hex| i32::from_str_radix(hex, 16)).expect("a number")
 }
 
-fn names(part: &Part) -> BTreeMap<&'static str, i32> {
+fn names(part: &AvrPart) -> BTreeMap<&'static str, i32> {
     (part.chip.constants)().into_iter().collect()
 }
 
@@ -65,7 +65,7 @@ fn some_names_and_their_values() {
 /// No name means two things, and none is that of a register.
 #[test]
 fn names_are_clear() {
-    for part in PARTS {
+    for part in AVR_PARTS {
         let all = (part.chip.constants)();
         let once = names(part);
         assert!(all.len() > 300, "{}: {} names", part.chip.name, all.len());
@@ -194,7 +194,7 @@ fn header(mcu: &str) -> BTreeMap<String, i32> {
 #[test]
 #[ignore = "needs avr-gcc and avr-libc"]
 fn names_are_those_of_the_headers() {
-    let headers: Vec<_> = PARTS.iter().map(|part| (*part, header(part.chip.name))).collect();
+    let headers: Vec<_> = AVR_PARTS.iter().map(|part| (*part, header(part.chip.name))).collect();
     let (mut wrong, mut count) = (Vec::new(), 0);
     for (part, header) in &headers {
         let (mcu, ours) = (part.chip.name, names(part));
@@ -205,7 +205,7 @@ fn names_are_those_of_the_headers() {
                 wrong.push(format!("{mcu}: {name} is {theirs:#x} in the header, ours {:x?}", ours.get(name.as_str())));
             }
         }
-        let sheet = || headers.iter().filter(|other| other.0.chip.source == part.chip.source);
+        let sheet = || headers.iter().filter(|other| other.0.chip.data_sheet == part.chip.data_sheet);
         for (name, value) in ours {
             let known = sheet().any(|other| other.1.get(name) == Some(&value));
             let pair = part.chip.reg(&format!("{name}L")).is_some() || name == "ADCW";
@@ -215,6 +215,6 @@ fn names_are_those_of_the_headers() {
             }
         }
     }
-    println!("{} chips, {count} names", PARTS.len());
+    println!("{} chips, {count} names", AVR_PARTS.len());
     assert!(wrong.is_empty(), "{} differences\n{}", wrong.len(), wrong.join("\n"));
 }

@@ -4,7 +4,7 @@
 use emu_avr::{Avr, chips};
 use emu_core::image::Image;
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Probe, RamInit, Stop};
+use emu_core::{Cpu, Probe, RamInit, StopReason};
 
 const LIMIT: u64 = 4_000_000;
 
@@ -22,7 +22,7 @@ fn parse(text: &str) -> Vec<Program> {
         let wanted =
             wanted.lines().take_while(|l| !l.starts_with('#')).flat_map(|l| l.split(';')).map(|w| w.trim().to_owned());
         let chip = chips::chip("atmega328p").expect("chip");
-        let image = emu_asm::image(chip, code).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let image = emu_asm::assemble_text(chip, code).unwrap_or_else(|e| panic!("{name}: {e}"));
         programs.push(Program { name: name.to_owned(), image, wanted: wanted.filter(|w| !w.is_empty()).collect() });
     }
     programs
@@ -38,7 +38,7 @@ fn chip(program: &Program) -> Avr {
     let mut avr = Avr::new(chips::chip("atmega328p").expect("chip"), &program.image, RamInit::Zero);
     for wanted in &program.wanted {
         if let Some(addr) = wanted.strip_prefix("stop ") {
-            avr.trap(number(addr) as u32 / 2, true);
+            avr.set_breakpoint(number(addr) as u32 / 2, true);
         }
     }
     avr
@@ -51,26 +51,26 @@ fn state(avr: &Avr) -> (Vec<Option<u8>>, u32, u64, u64) {
 
 fn arrival(program: &Program, addr: &str) -> u64 {
     let mut avr = chip(program);
-    avr.trap(number(addr) as u32 / 2, true);
+    avr.set_breakpoint(number(addr) as u32 / 2, true);
     loop {
         match avr.run(LIMIT, &mut ()) {
-            Stop::Trap { pc } if u64::from(pc) * 2 == number(addr) => return avr.cycle(),
-            Stop::Trap { .. } => {}
+            StopReason::Breakpoint { pc } if u64::from(pc) * 2 == number(addr) => return avr.cycle(),
+            StopReason::Breakpoint { .. } => {}
             other => panic!("{}: {addr} is not reached: {other:?}", program.name),
         }
     }
 }
 
-fn judge(program: &Program, avr: &Avr, stop: Stop) {
+fn judge(program: &Program, avr: &Avr, stop: StopReason) {
     let name = &program.name;
     for wanted in &program.wanted {
         let words: Vec<&str> = wanted.split_whitespace().collect();
         match words[..] {
-            ["stop", addr] => assert_eq!(stop, Stop::Trap { pc: number(addr) as u32 / 2 }, "{name}"),
-            ["halted"] => assert_eq!(stop, Stop::Halted, "{name}"),
-            ["fault"] => assert!(matches!(stop, Stop::Fault { .. }), "{name}: {stop:?}"),
+            ["stop", addr] => assert_eq!(stop, StopReason::Breakpoint { pc: number(addr) as u32 / 2 }, "{name}"),
+            ["halted"] => assert_eq!(stop, StopReason::Halted, "{name}"),
+            ["fault"] => assert!(matches!(stop, StopReason::Fault { .. }), "{name}: {stop:?}"),
             ["illegal", word] => assert!(
-                matches!(stop, Stop::Illegal { word: w, .. } if u64::from(w) == number(word)),
+                matches!(stop, StopReason::Illegal { word: w, .. } if u64::from(w) == number(word)),
                 "{name}: {stop:?}"
             ),
             ["pc", addr] => assert_eq!(u64::from(avr.pc()) * 2, number(addr), "{name}: pc"),
@@ -121,7 +121,7 @@ impl Probe for All {
     const INSN: bool = true;
     const DATA: bool = true;
     const EVENTS: bool = true;
-    fn insn(&mut self, _: u64, _: u32) -> bool {
+    fn on_instruction(&mut self, _: u64, _: u32) -> bool {
         self.0 += 1;
         false
     }
@@ -137,7 +137,7 @@ fn any_way_of_running_gives_the_same_machine() {
         let wanted = (state(&whole), stop);
 
         let mut plain = chip(program);
-        plain.set_skip(false);
+        plain.set_skip_idle_loops(false);
         let stop = plain.run(LIMIT, &mut ());
         assert_eq!((state(&plain), stop), wanted, "{}: without jumping over loops", program.name);
 
@@ -146,7 +146,7 @@ fn any_way_of_running_gives_the_same_machine() {
         let stop = probed.run(LIMIT, &mut all);
         assert_eq!((state(&probed), stop), wanted, "{}: with a probe", program.name);
         // The instruction that stops a run without being executed has been looked at once.
-        let extra = u64::from(matches!(stop, Stop::Illegal { .. } | Stop::Fault { .. }));
+        let extra = u64::from(matches!(stop, StopReason::Illegal { .. } | StopReason::Fault { .. }));
         assert_eq!(all.0, probed.instructions() + extra, "{}: instructions seen", program.name);
 
         for _ in 0..20 {
@@ -163,7 +163,7 @@ fn any_way_of_running_gives_the_same_machine() {
                     assert_eq!(state(&copy), state(&avr), "{}: a clone, seed {seed:x}", program.name);
                     avr = copy;
                 }
-                if stop != Stop::Limit || avr.cycle() >= LIMIT {
+                if stop != StopReason::Limit || avr.cycle() >= LIMIT {
                     break stop;
                 }
             };
@@ -173,7 +173,7 @@ fn any_way_of_running_gives_the_same_machine() {
         let mut stepped = chip(program);
         let stop = loop {
             let stop = stepped.step(&mut ());
-            if stop != Stop::Limit || stepped.cycle() > LIMIT || stepped.instructions() > 20_000 {
+            if stop != StopReason::Limit || stepped.cycle() > LIMIT || stepped.instructions() > 20_000 {
                 break stop;
             }
         };
@@ -195,7 +195,7 @@ fn polls_are_left_at_every_distance_from_the_match() {
             );
             let program = &parse(&text)[0];
             let (mut jumping, mut plain) = (chip(program), chip(program));
-            plain.set_skip(false);
+            plain.set_skip_idle_loops(false);
             for round in 0..4 {
                 let wanted = plain.run(10_000, &mut ());
                 assert_eq!(jumping.run(10_000, &mut ()), wanted, "{}", program.name);
@@ -213,8 +213,8 @@ fn the_end_of_time_and_a_stop_beside_a_reset() {
     for program in parse(waits) {
         let mut avr = chip(&program);
         for _ in 0..2 {
-            assert_eq!(avr.run(u64::MAX, &mut ()), Stop::Limit, "{}", program.name);
-            assert_eq!(avr.step(&mut ()), Stop::Limit, "{}", program.name);
+            assert_eq!(avr.run(u64::MAX, &mut ()), StopReason::Limit, "{}", program.name);
+            assert_eq!(avr.step(&mut ()), StopReason::Limit, "{}", program.name);
         }
     }
     /// Stops at every write of data:0x100.
@@ -222,7 +222,7 @@ fn the_end_of_time_and_a_stop_beside_a_reset() {
     struct Watch(u32);
     impl Probe for Watch {
         const DATA: bool = true;
-        fn data(&mut self, _: u64, _: u8, addr: u16, _: u8, write: bool) -> bool {
+        fn on_data_access(&mut self, _: u64, _: u8, addr: u16, _: u8, write: bool) -> bool {
             self.0 += u32::from(write && addr == 0x100);
             write && addr == 0x100
         }
@@ -233,7 +233,7 @@ fn the_end_of_time_and_a_stop_beside_a_reset() {
     let mut avr = chip(program);
     avr.set_clock_hz(1000);
     let (mut watch, mut stops) = (Watch::default(), 0);
-    while avr.run(4000, &mut watch) == Stop::Probe {
+    while avr.run(4000, &mut watch) == StopReason::Probe {
         stops += 1;
     }
     assert!(stops > 100);

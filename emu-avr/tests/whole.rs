@@ -1,13 +1,13 @@
 //! Any way of running the whole chip gives the same machine: random programs that write peripherals, wait for them, sleep and are
 //! interrupted, while pins are driven.
 
-use emu_avr::{Avr, Options, Readings, chips};
+use emu_avr::{Avr, Options, AvrReadings, chips};
 use emu_core::chip::Chip;
-use emu_core::engine::Engine;
+use emu_core::engine::CpuEngine;
 use emu_core::image::{Image, Segment};
 use emu_core::rng::Rng;
-use emu_core::slices::{Act, Plan, Subject, pick};
-use emu_core::{Cpu, Level, PinId, RamInit, Reset, Time};
+use emu_core::slices::{RandomInput, SlicePlan, SliceSubject, pick_random};
+use emu_core::{Cpu, PinLevel, PinId, RamInit, ResetCause, CycleTime};
 
 const SEED: u64 = 0x5EED_A328;
 /// A build without optimisation runs the first ones only: each is run in eleven ways.
@@ -31,7 +31,7 @@ impl Text {
     }
 
     fn put(&mut self, line: &str) {
-        self.words.extend(emu_asm::line(&chips::ATMEGA328P, line, self.at()).unwrap_or_else(|e| panic!("{line}: {e}")));
+        self.words.extend(emu_asm::assemble_line(&chips::ATMEGA328P, line, self.at()).unwrap_or_else(|e| panic!("{line}: {e}")));
     }
 
     fn fill(&mut self, to: u32) {
@@ -57,7 +57,7 @@ impl Text {
 fn byte(rng: &mut Rng) -> u8 {
     match rng.below(3) {
         0 => 1 << rng.below(8),
-        1 => pick(rng, &[0, 1, 3, 7, 0x0F, 0x7F, 0x80, 0xFE, 0xFF]),
+        1 => pick_random(rng, &[0, 1, 3, 7, 0x0F, 0x7F, 0x80, 0xFE, 0xFF]),
         _ => rng.next_u64() as u8,
     }
 }
@@ -66,19 +66,19 @@ fn byte(rng: &mut Rng) -> u8 {
 fn register(chip: &Chip, rng: &mut Rng) -> u16 {
     let registers: Vec<u16> =
         chip.regs.iter().map(|register| register.addr).filter(|addr| !(0x5D..0x60).contains(addr)).collect();
-    pick(rng, &registers)
+    pick_random(rng, &registers)
 }
 
 /// The address of a register by its name, or that of GPIOR or PORTB where the chip has none.
 fn named(chip: &Chip, names: &[&str], rng: &mut Rng) -> u16 {
-    let name = pick(rng, names);
+    let name = pick_random(rng, names);
     let found = chip.regs.iter().find(|register| register.name == name);
     found.map_or_else(|| register(chip, rng), |register| register.addr)
 }
 
 /// What turns things on that come to an end or an edge by themselves.
 fn start(chip: &Chip, text: &mut Text, rng: &mut Rng) {
-    let clock = pick(rng, &[1, 1, 2, 3, 4, 5, 6]);
+    let clock = pick_random(rng, &[1, 1, 2, 3, 4, 5, 6]);
     match rng.below(10) {
         0..3 => {
             let mask = named(chip, &["TIMSK0", "TIMSK1", "TIMSK2", "TIMSK"], rng);
@@ -135,11 +135,11 @@ fn block(chip: &Chip, text: &mut Text, rng: &mut Rng) {
         }
         8 => {
             let bit = rng.below(8);
-            let word = pick(rng, &["sbi", "cbi", "sbic", "sbis"]);
+            let word = pick_random(rng, &["sbi", "cbi", "sbic", "sbis"]);
             text.put(&format!("{word} {:#x}, {bit}", rng.below(32)));
             text.put("inc r22");
         }
-        9 => text.put(pick(rng, &["sei", "sei", "sei", "cli", "wdr"])),
+        9 => text.put(pick_random(rng, &["sei", "sei", "sei", "cli", "wdr"])),
         10 => {
             text.put(&format!("ldi r18, {}", byte(rng)));
             text.put("dec r18");
@@ -150,7 +150,7 @@ fn block(chip: &Chip, text: &mut Text, rng: &mut Rng) {
             let (bit, addr) = (rng.below(8), register(chip, rng));
             text.put(&format!("ldi r19, {}", byte(rng)));
             text.put(&format!("lds r17, {addr:#x}"));
-            text.put(&format!("{} r17, {bit}", pick(rng, &["sbrs", "sbrc"])));
+            text.put(&format!("{} r17, {bit}", pick_random(rng, &["sbrs", "sbrc"])));
             text.put("rjmp .+4");
             text.put("dec r19");
             text.put("brne .-12");
@@ -158,7 +158,7 @@ fn block(chip: &Chip, text: &mut Text, rng: &mut Rng) {
         // One that may have none.
         13 => {
             start(chip, text, rng);
-            let wait = pick(rng, &["sbrs", "sbrs", "sbrc"]);
+            let wait = pick_random(rng, &["sbrs", "sbrs", "sbrc"]);
             if rng.one_in(3) {
                 text.put(&format!("in r17, {:#x}", 0x15 + rng.below(3)));
                 text.put(&format!("{wait} r17, {}", rng.below(3)));
@@ -168,7 +168,7 @@ fn block(chip: &Chip, text: &mut Text, rng: &mut Rng) {
                     "UCSR0A", "UCSRA", "SPSR", "TWCR", "ADCSRA", "EECR", "ACSR", "PIND", "PINB", "TCNT0", "TCNT1L",
                     "ASSR", "TIFR",
                 ];
-                let (addr, bit) = (named(chip, &names, rng), pick(rng, &[7, 7, 6, 5, 4, 3, 2, 1, 0]));
+                let (addr, bit) = (named(chip, &names, rng), pick_random(rng, &[7, 7, 6, 5, 4, 3, 2, 1, 0]));
                 text.put(&format!("lds r17, {addr:#x}"));
                 text.put(&format!("{wait} r17, {bit}"));
                 text.put("rjmp .-8");
@@ -193,7 +193,7 @@ fn block(chip: &Chip, text: &mut Text, rng: &mut Rng) {
                 1 => (named(chip, &["WDTCSR", "WDTCR"], rng), 0x18, byte(rng) & 0x7F | 6),
                 2 => (named(chip, &["GTCCR", "SFIOR"], rng), byte(rng), byte(rng)),
                 3 => (named(chip, &["PRR", "OSCCAL"], rng), byte(rng), 0),
-                _ => (named(chip, &["ASSR"], rng), 0x20, pick(rng, &[0x20, 0])),
+                _ => (named(chip, &["ASSR"], rng), 0x20, pick_random(rng, &[0x20, 0])),
             };
             text.sequence(addr, first, second, late);
         }
@@ -204,7 +204,7 @@ fn program(chip: &Chip, rng: &mut Rng) -> Text {
     let mut text = Text { words: Vec::new(), heads: Vec::new() };
     let vectors = chip.vectors.len() as u32 + 1;
     for n in 0..vectors {
-        text.fill(n * chip.vector_words);
+        text.fill(n * chip.words_per_vector);
         let to = if n == 0 { MAIN } else { MAIN - ROUTINE * (vectors - n) };
         let away = 2 * (i64::from(to) - i64::from(text.at()) - 1);
         text.put(&format!("rjmp .{away:+}"));
@@ -227,36 +227,36 @@ fn program(chip: &Chip, rng: &mut Rng) -> Text {
     text
 }
 
-fn level(rng: &mut Rng) -> Level {
-    pick(rng, &[Level::Low, Level::Low, Level::High, Level::High, Level::Float, Level::PullUp, Level::PullDown])
+fn level(rng: &mut Rng) -> PinLevel {
+    pick_random(rng, &[PinLevel::Low, PinLevel::Low, PinLevel::High, PinLevel::High, PinLevel::Float, PinLevel::PullUp, PinLevel::PullDown])
 }
 
-fn act(chip: &Chip, heads: &[u32], rng: &mut Rng) -> Act {
+fn act(chip: &Chip, heads: &[u32], rng: &mut Rng) -> RandomInput {
     match rng.below(8) {
-        0 => Act::Poke("data", u32::from(register(chip, rng)), byte(rng)),
-        1 => Act::Pc(pick(rng, heads)),
-        2 => Act::Trap(pick(rng, heads), rng.one_in(2)),
-        3 => Act::Reset(pick(rng, &[Reset::PowerOn, Reset::External, Reset::Watchdog, Reset::BrownOut])),
-        4 => Act::Nothing,
-        _ => Act::Drive(rng.below(chip.pins.len() as u64) as PinId, level(rng)),
+        0 => RandomInput::Poke("data", u32::from(register(chip, rng)), byte(rng)),
+        1 => RandomInput::Pc(pick_random(rng, heads)),
+        2 => RandomInput::Trap(pick_random(rng, heads), rng.one_in(2)),
+        3 => RandomInput::Reset(pick_random(rng, &[ResetCause::PowerOn, ResetCause::External, ResetCause::Watchdog, ResetCause::BrownOut])),
+        4 => RandomInput::Nothing,
+        _ => RandomInput::Drive(rng.below(chip.pins.len() as u64) as PinId, level(rng)),
     }
 }
 
 /// A chip with a random program, wired and driven at random, by a seed.
-fn plan(seed: u64) -> Plan<Avr> {
+fn plan(seed: u64) -> SlicePlan<Avr> {
     let mut rng = Rng::new(seed);
     let rng = &mut rng;
-    let chip = chips::chip(pick(rng, &CHIPS)).expect("a chip");
+    let chip = chips::chip(pick_random(rng, &CHIPS)).expect("a chip");
     let text = program(chip, rng);
     let options = Options {
-        hz: pick(rng, &[1_000_000, 8_000_000, 16_000_000, 100_000]),
+        hz: pick_random(rng, &[1_000_000, 8_000_000, 16_000_000, 100_000]),
         start_up: rng.one_in(4),
-        readings: Readings {
-            edges_wake: pick(rng, &[None, Some(false), Some(true)]),
+        readings: AvrReadings {
+            edges_wake: pick_random(rng, &[None, Some(false), Some(true)]),
             icr_only_as_top: rng.one_in(4),
             erased_is_nop: rng.one_in(4),
         },
-        ..Options::at(0)
+        ..Options::at_hz(0)
     };
     let bytes = text.words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let image = Image { segments: vec![Segment { space: "flash", addr: 0, bytes }], ..Image::default() };
@@ -268,18 +268,18 @@ fn plan(seed: u64) -> Plan<Avr> {
         at += if rng.one_in(3) { rng.below(4) } else { rng.below(SPAN / 10) };
         let on = rng.below(chip.pins.len() as u64) as PinId;
         if Some(on) != reset || rng.one_in(20) {
-            start.drive(Time::at(at), on, level(rng));
+            start.drive(CycleTime::at(at), on, level(rng));
         } else if rng.one_in(4) {
-            start.drive_volts(Time::at(at), on, rng.below(5000) as u32);
+            start.drive_volts(CycleTime::at(at), on, rng.below(5000) as u32);
         }
         if rng.one_in(200) {
-            start.supply(Time::at(at), 1000 + rng.below(5000) as u32);
+            start.set_supply(CycleTime::at(at), 1000 + rng.below(5000) as u32);
         }
     }
-    let mut acts: Vec<(u64, Act)> = (0..rng.below(6)).map(|_| (rng.below(SPAN), act(chip, &text.heads, rng))).collect();
-    acts.push((SPAN, Act::Nothing));
+    let mut acts: Vec<(u64, RandomInput)> = (0..rng.below(6)).map(|_| (rng.below(SPAN), act(chip, &text.heads, rng))).collect();
+    acts.push((SPAN, RandomInput::Nothing));
     acts.sort_by_key(|act| act.0);
-    Plan { what: format!("seed {seed:#018x}, {}, {options:?}, {acts:x?}", chip.name), start, acts, places: text.heads }
+    SlicePlan { description: format!("seed {seed:#018x}, {}, {options:?}, {acts:x?}", chip.name), start, inputs: acts, breakpoint_candidates: text.heads }
 }
 
 /// Registers and data memory, SREG, SP.
@@ -289,21 +289,21 @@ fn seen(avr: &Avr) -> Vec<Option<u8>> {
 
 #[test]
 fn random_programs_on_the_whole_chip() {
-    let subject = Subject {
-        seen,
+    let subject = SliceSubject {
+        visible_state: seen,
         memories: |avr| {
             (0..0x1000).map(|a| avr.peek("data", a)).chain((0..0x400).map(|a| avr.peek("eeprom", a))).collect()
         },
-        code: 0x400,
-        set_skip: Avr::set_skip,
-        asleep: Engine::asleep,
-        spoil: |avr| {
+        code_words: 0x400,
+        set_skip_idle_loops: Avr::set_skip_idle_loops,
+        asleep: CpuEngine::is_core_asleep,
+        corrupt_state: |avr| {
             avr.poke("flash", 2 * avr.pc(), 0);
             avr.poke("data", 0x140, 0xFF);
         },
     };
     let mut rng = Rng::new(SEED);
-    let far: u64 = (0..PROGRAMS).map(|_| subject.same_however_run(&plan(rng.next_u64()), &mut rng)).sum();
+    let far: u64 = (0..PROGRAMS).map(|_| subject.assert_slicing_invariant(&plan(rng.next_u64()), &mut rng)).sum();
     // Were they all to stop at once, nothing would have been compared.
     assert!(far > PROGRAMS * SPAN / 2, "only {far} cycles in all");
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 /// Kinds of things that count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Class {
+pub enum CoverageClass {
     /// Contacts: pass and block a true rung.
     Contacts,
     /// Branches of parallel groups: true and false at their end.
@@ -34,29 +34,29 @@ pub enum Class {
     Peripherals,
 }
 
-impl Class {
+impl CoverageClass {
     /// Its name in the plural, such as `contacts`.
     #[must_use]
     pub fn name(self) -> &'static str {
-        Class::ALL.iter().find(|(class, ..)| *class == self).map_or("", |(_, name, _)| name)
+        CoverageClass::ALL_CLASSES.iter().find(|(class, ..)| *class == self).map_or("", |(_, name, _)| name)
     }
 
     /// All classes with their name and what covering one means, in the order of the report.
     #[rustfmt::skip]
-    const ALL: [(Class, &'static str, &'static str); 13] = [
-        (Class::Contacts,     "contacts",      "both ways"),
-        (Class::Branches,     "branches",      "both ways"),
-        (Class::Coils,        "coils",         "both values"),
-        (Class::Compares,     "compares",      "both ways"),
-        (Class::Timers,       "timers",        "expired and reset"),
-        (Class::Counters,     "counters",      "in all states"),
-        (Class::OneShots,     "one-shots",     "fired"),
-        (Class::MasterRelays, "master relays", "both ways"),
-        (Class::Actions,      "actions",       "both ways"),
-        (Class::Tables,         "tables",          "in all parts"),
-        (Class::ShiftRegisters, "shift registers", "shifted"),
-        (Class::Serial,         "serial",          "with bytes and without"),
-        (Class::Peripherals,    "peripherals",     "used"),
+    const ALL_CLASSES: [(CoverageClass, &'static str, &'static str); 13] = [
+        (CoverageClass::Contacts,     "contacts",      "both ways"),
+        (CoverageClass::Branches,     "branches",      "both ways"),
+        (CoverageClass::Coils,        "coils",         "both values"),
+        (CoverageClass::Compares,     "compares",      "both ways"),
+        (CoverageClass::Timers,       "timers",        "expired and reset"),
+        (CoverageClass::Counters,     "counters",      "in all states"),
+        (CoverageClass::OneShots,     "one-shots",     "fired"),
+        (CoverageClass::MasterRelays, "master relays", "both ways"),
+        (CoverageClass::Actions,      "actions",       "both ways"),
+        (CoverageClass::Tables,         "tables",          "in all parts"),
+        (CoverageClass::ShiftRegisters, "shift registers", "shifted"),
+        (CoverageClass::Serial,         "serial",          "with bytes and without"),
+        (CoverageClass::Peripherals,    "peripherals",     "used"),
     ];
 }
 
@@ -64,7 +64,7 @@ impl Class {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ClassCoverage {
     /// Which class.
-    pub class: Class,
+    pub class: CoverageClass,
     /// How many of `total` did everything that counts.
     pub covered: u32,
     /// How many can do everything that counts, as far as is known.
@@ -76,7 +76,7 @@ pub struct ClassCoverage {
 
 /// Something that was not seen.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Missing {
+pub struct MissingOutcome {
     /// Rung, from 1.
     pub rung: u32,
     /// Element within the rung, from 1; of a branch its first.
@@ -84,7 +84,7 @@ pub struct Missing {
     /// That element as `.ld` text.
     pub element_text: String,
     /// What it is.
-    pub class: Class,
+    pub class: CoverageClass,
     /// What it was not seen doing.
     pub what: String,
     /// Why it cannot ever do that; nothing where it might.
@@ -93,20 +93,20 @@ pub struct Missing {
 
 /// The coverage of a check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Coverage {
+pub struct LadderCoverage {
     /// Everything that is not known to be impossible was seen.
     pub full: bool,
     /// By class, those that the program has.
     pub classes: Vec<ClassCoverage>,
     /// What was not seen, in the order of the program.
-    pub missing: Vec<Missing>,
+    pub missing: Vec<MissingOutcome>,
 }
 
-impl Coverage {
+impl LadderCoverage {
     /// `items` are the things of the program, each with true for all seen, false for not, nothing for "cannot do all".
-    pub(crate) fn new(items: impl Iterator<Item = (Class, Option<bool>)>, mut missing: Vec<Missing>) -> Coverage {
+    pub(crate) fn new(items: impl Iterator<Item = (CoverageClass, Option<bool>)>, mut missing: Vec<MissingOutcome>) -> LadderCoverage {
         let items: Vec<_> = items.collect();
-        let classes = Class::ALL.iter().filter_map(|&(class, _, _)| {
+        let classes = CoverageClass::ALL_CLASSES.iter().filter_map(|&(class, _, _)| {
             let count = |wanted: &dyn Fn(Option<bool>) -> bool| {
                 items.iter().filter(|(c, seen)| *c == class && wanted(*seen)).count() as u32
             };
@@ -120,15 +120,15 @@ impl Coverage {
         });
         let classes = classes.collect();
         missing.sort_by_key(|m| (m.rung, m.element));
-        Coverage { full: missing.iter().all(|m| m.impossible.is_some()), classes, missing }
+        LadderCoverage { full: missing.iter().all(|m| m.impossible.is_some()), classes, missing }
     }
 
     /// One line for the classes.
     #[must_use]
-    pub fn line(&self) -> String {
+    pub fn summary_line(&self) -> String {
         let class = |row: &ClassCoverage| {
             let (name, how) =
-                Class::ALL.iter().find(|(class, ..)| *class == row.class).map_or(("", ""), |&(_, n, h)| (n, h));
+                CoverageClass::ALL_CLASSES.iter().find(|(class, ..)| *class == row.class).map_or(("", ""), |&(_, n, h)| (n, h));
             let more = if row.impossible > 0 { format!(" ({} more cannot)", row.impossible) } else { String::new() };
             format!("{name} {}/{} {how}{more}", row.covered, row.total)
         };
@@ -139,10 +139,10 @@ impl Coverage {
 
     /// One line for each thing that was not seen.
     #[must_use]
-    pub fn missed(&self) -> String {
-        let line = |missing: &Missing| {
-            let Missing { rung, element, element_text, what, .. } = missing;
-            let branch = if missing.class == Class::Branches { "branch at " } else { "" };
+    pub fn missing_lines(&self) -> String {
+        let line = |missing: &MissingOutcome| {
+            let MissingOutcome { rung, element, element_text, what, .. } = missing;
+            let branch = if missing.class == CoverageClass::Branches { "branch at " } else { "" };
             let why = match &missing.impossible {
                 Some(why) => format!("impossible, {why}"),
                 None => "not seen".to_owned(),

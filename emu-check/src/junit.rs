@@ -4,27 +4,27 @@ use std::fmt::Write;
 
 use diag::escape_markup;
 
-use crate::report::Report;
-use crate::table::{Outcome, Refused};
+use crate::report::CheckReport;
+use crate::summary_table::{CheckOutcome, RefusedCheck};
 
 /// One document of all outcomes: a difference is a failure, a refusal is skipped.
 #[must_use]
-pub fn junit(outcomes: &[Outcome]) -> String {
-    let differs = |outcome: &&Outcome| matches!(outcome, Outcome::Checked(report) if !report.agreed);
+pub fn junit(outcomes: &[CheckOutcome]) -> String {
+    let differs = |outcome: &&CheckOutcome| matches!(outcome, CheckOutcome::Checked(report) if !report.agreed);
     let failures = outcomes.iter().filter(differs).count();
-    let skipped = outcomes.iter().filter(|outcome| matches!(outcome, Outcome::Refused(_))).count();
+    let skipped = outcomes.iter().filter(|outcome| matches!(outcome, CheckOutcome::Refused(_))).count();
     let counts = format!("tests=\"{}\" failures=\"{failures}\" errors=\"0\" skipped=\"{skipped}\"", outcomes.len());
     let mut text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned();
     _ = writeln!(text, "<testsuites name=\"emu check\" {counts}>\n <testsuite name=\"emu check\" {counts}>");
     for outcome in outcomes {
         match outcome {
-            Outcome::Checked(report) => text += &checked(report),
-            Outcome::Refused(Refused { program, mcu, errors }) => {
+            CheckOutcome::Checked(report) => text += &checked_case(report),
+            CheckOutcome::Refused(RefusedCheck { program, mcu, errors }) => {
                 let why: Vec<String> = errors.iter().map(|e| format!("{} [{}]", e.cause, e.code)).collect();
                 _ = writeln!(
                     text,
                     "  {}\n   <skipped message=\"{}\"/>\n  </testcase>",
-                    case(program, mcu),
+                    test_case(program, mcu),
                     escape_markup(&why.join("; "))
                 );
             }
@@ -33,12 +33,12 @@ pub fn junit(outcomes: &[Outcome]) -> String {
     text + " </testsuite>\n</testsuites>\n"
 }
 
-fn case(program: &str, mcu: &str) -> String {
+fn test_case(program: &str, mcu: &str) -> String {
     format!("<testcase classname=\"{}\" name=\"{}\">", escape_markup(program), escape_markup(mcu))
 }
 
-fn checked(report: &Report) -> String {
-    let mut text = format!("  {}\n", case(&report.program, &report.mcu));
+fn checked_case(report: &CheckReport) -> String {
+    let mut text = format!("  {}\n", test_case(&report.program, &report.mcu));
     if let Some(difference) = &report.difference {
         let what = difference.symbol.as_deref().unwrap_or("the course of the program");
         let message = format!("{what}: expected {}, found {}", difference.expected, difference.found);

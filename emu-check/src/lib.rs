@@ -12,71 +12,71 @@
 #![forbid(unsafe_code)]
 
 mod codes;
-mod contract;
+mod map_contract;
 mod coverage;
-mod family;
+mod families;
 mod foreign;
 pub mod fuzz;
-mod goals;
-mod hints;
-mod html;
-mod html_trace;
+mod coverage_goals;
+mod value_hints;
+mod html_report;
+mod symbol_trace;
 mod junit;
-mod lines;
-mod locate;
+mod peripheral_lines;
+mod fault_location;
 mod lockstep;
 mod peripherals;
-mod places;
-mod play;
-mod play_chip;
-mod pulse;
-mod reach;
+mod program_places;
+mod scenario_play;
+mod scenario_on_chip;
+mod pwm_meter;
+mod possible_outcomes;
 mod report;
-mod rig;
-mod run;
-mod shrink;
+mod chip_runner;
+mod check_run;
+mod shrink_stimulus;
 mod stimulus;
-mod svg;
-mod table;
-mod tap;
+mod waveform_svg;
+mod summary_table;
+mod pin_listener;
 #[cfg(test)]
 mod tests;
 pub mod via;
-mod wanted;
-mod wire;
-mod wiring;
-mod wishes;
+mod coverage_rules;
+mod serial_line;
+mod pin_behaviour;
+mod boundary_goals;
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::Chip;
 use emu_core::image::{self, Image};
-use ladder::Program;
-use ladder_compile::Compiled;
+use ladder::LadderProgram;
+use ladder_compile::CompiledProgram;
 use ladder_eval::Evaluator;
 
-use contract::Pace;
-use family::{Job, Target, on_machines};
-use hints::Hints;
-use lockstep::Bench;
-use places::Places;
+use map_contract::ScanPace;
+use families::{MachineVisitor, CheckedChip, visit_machines};
+use value_hints::ValueHints;
+use lockstep::TestBench;
+use program_places::ProgramPlaces;
 
 pub use codes::CODES;
-pub use coverage::{Class, ClassCoverage, Coverage, Missing};
-pub use family::needs_pull_up;
+pub use coverage::{CoverageClass, ClassCoverage, LadderCoverage, MissingOutcome};
+pub use families::needs_pull_up;
 pub use foreign::{
-    FOREIGN_CODES, Finding, Foreign, ForeignDifference, ForeignReport, MOST, Period, check_foreign, read_map,
+    FOREIGN_CODES, ForeignFinding, ForeignImage, ForeignDifference, ForeignReport, MAX_SCANS, MeasuredPeriod, check_foreign, read_map,
 };
-pub use html::{Entry, html};
+pub use html_report::{ReportEntry, html_report};
 pub use junit::junit;
-pub use play::{LadderSite, Outside, Rehearsal};
-pub use play_chip::{Performance, Performances, Row, differing, document, perform, rehearse, word};
-pub use report::{Difference, Figures, Report, RungFigures, SCHEMA, What};
-pub use table::{Outcome, Refused, Summary, table};
-pub use wire::{Slot, edges};
+pub use scenario_play::{LadderResolver, ScanInputs, EvaluatorPlay};
+pub use scenario_on_chip::{ScenarioResult, ScenarioReport, ScenarioReportRow, verdict_diagnostic, scenario_report, play_on_chip, play_on_evaluator, outcome_name};
+pub use report::{CheckDifference, ProgramFigures, CheckReport, RungFigures, SCHEMA, DifferenceKind};
+pub use summary_table::{CheckOutcome, RefusedCheck, CheckSummary, summary_table};
+pub use serial_line::{ArrivalWindow, byte_edges};
 
 /// How a program is checked.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Options {
+pub struct CheckOptions {
     /// The chip, such as `atmega328p`.
     pub mcu: String,
     /// Seed of everything random: stimulus, and what RAM holds at power-up.
@@ -95,9 +95,9 @@ pub struct Options {
 }
 
 /// 2,000 scans on an ATmega328P with seed 1, with the time of every rung, and a difference explained.
-impl Default for Options {
+impl Default for CheckOptions {
     fn default() -> Self {
-        Options {
+        CheckOptions {
             mcu: "atmega328p".to_owned(),
             seed: 1,
             scans: 2_000,
@@ -116,11 +116,11 @@ impl Default for Options {
 /// # Errors
 /// Why there is nothing to check: the compiler or the evaluator refuses the program, or no scans were asked for.
 pub fn check(
-    program: &Program,
-    options: &Options,
+    program: &LadderProgram,
+    options: &CheckOptions,
     progress: &mut dyn FnMut(u64, u64),
-) -> Result<Report, Vec<Diagnostic>> {
-    let target = ladder_compile::Options {
+) -> Result<CheckReport, Vec<Diagnostic>> {
+    let target = ladder_compile::CompileOptions {
         mcu: options.mcu.clone(),
         pins: options.pins.clone(),
         clock_hz: options.clock_hz,
@@ -135,78 +135,78 @@ pub fn check(
 /// # Errors
 /// As [`check`], and when image and map do not fit the program or the chip.
 pub fn check_compiled(
-    program: &Program,
-    compiled: &Compiled,
-    options: &Options,
+    program: &LadderProgram,
+    compiled: &CompiledProgram,
+    options: &CheckOptions,
     progress: &mut dyn FnMut(u64, u64),
-) -> Result<Report, Vec<Diagnostic>> {
+) -> Result<CheckReport, Vec<Diagnostic>> {
     if options.scans == 0 {
         let cause = "0 scans were asked for, which compares nothing".to_owned();
         let hint = "give --scans 1 or more";
         return Err(vec![Diagnostic::new(Severity::Error, codes::NOTHING, &program.file, Pos::default(), cause, hint)]);
     }
-    let Prepared { chip, image, places, hints, eval } = prepared(program, compiled, options)?;
-    let disagreements = contract::disagreements(program, options, &places.pace, (&compiled.map, chip));
+    let PreparedCheck { chip, image, places, hints, eval } = prepare_check(program, compiled, options)?;
+    let disagreements = map_contract::map_disagreements(program, options, &places.pace, (&compiled.map, chip));
     let hz = places.pace.clock_hz;
-    let job = Check { program, compiled, options, places, hints, eval, disagreements, progress };
-    Ok(on_machines(chip, &image, hz, job))
+    let job = CheckVisitor { program, compiled, options, places, hints, eval, disagreements, progress };
+    Ok(visit_machines(chip, &image, hz, job))
 }
 
 /// An image and its program, ready for the bench.
-pub(crate) struct Prepared {
+pub(crate) struct PreparedCheck {
     pub chip: &'static Chip,
     pub image: Image,
-    pub places: Places,
-    pub hints: Hints,
+    pub places: ProgramPlaces,
+    pub hints: ValueHints,
     pub eval: Evaluator,
 }
 
 /// Looks up all that a bench needs.
-pub(crate) fn prepared(program: &Program, compiled: &Compiled, options: &Options) -> Result<Prepared, Vec<Diagnostic>> {
+pub(crate) fn prepare_check(program: &LadderProgram, compiled: &CompiledProgram, options: &CheckOptions) -> Result<PreparedCheck, Vec<Diagnostic>> {
     let error = |code, cause: String, hint: &str| {
         vec![Diagnostic::new(Severity::Error, code, &program.file, Pos::default(), cause, hint)]
     };
-    let eval = Evaluator::new(program).map_err(|refusal| vec![run::no_meaning(program, &refusal)])?;
+    let eval = Evaluator::new(program).map_err(|refusal| vec![check_run::unsupported_diagnostic(program, &refusal)])?;
     let map = &compiled.map;
-    let Some(chip) = ladder_compile::chip(&options.mcu) else {
+    let Some(chip) = ladder_compile::find_chip(&options.mcu) else {
         let known: Vec<&str> = ladder_compile::CHIPS.iter().map(|chip| chip.name).collect();
         let cause = format!("there is no compiler for the chip `{}`, so no image to check", options.mcu);
         return Err(error(codes::NO_CHIP, cause, &format!("known are {}", known.join(", "))));
     };
-    let Some(pace) = Pace::new(program, options, chip) else {
+    let Some(pace) = ScanPace::new(program, options, chip) else {
         let cause = "the program's cycle time or its clock is 0, so there are no scans to compare".to_owned();
         return Err(error(codes::NOTHING, cause, "give the program a CYCLE= and a CRYSTAL= above 0"));
     };
-    let loaded = image::load_hex(&program.file, compiled.hex.as_bytes(), chip.hex).map_err(|faults| {
+    let loaded = image::load_hex(&program.file, compiled.hex.as_bytes(), chip.hex_spaces).map_err(|faults| {
         let cause = format!("the compiler's HEX text is refused with {} faults", faults.len());
-        let mut told = error(codes::BAD_IMAGE, cause, "please report this with the program");
-        told.extend(faults);
-        told
+        let mut diagnostics = error(codes::BAD_IMAGE, cause, "please report this with the program");
+        diagnostics.extend(faults);
+        diagnostics
     })?;
-    let places = Places::new(program, map, chip, &eval, pace)?;
-    let hints = Hints::new(program, &eval);
-    Ok(Prepared { chip, image: loaded.image, places, hints, eval })
+    let places = ProgramPlaces::new(program, map, chip, &eval, pace)?;
+    let hints = ValueHints::new(program, &eval);
+    Ok(PreparedCheck { chip, image: loaded.image, places, hints, eval })
 }
 
 /// A check that is ready to run.
-struct Check<'a> {
-    program: &'a Program,
-    compiled: &'a Compiled,
-    options: &'a Options,
-    places: Places,
-    hints: Hints,
+struct CheckVisitor<'a> {
+    program: &'a LadderProgram,
+    compiled: &'a CompiledProgram,
+    options: &'a CheckOptions,
+    places: ProgramPlaces,
+    hints: ValueHints,
     eval: Evaluator,
     disagreements: Vec<(String, String)>,
     progress: &'a mut dyn FnMut(u64, u64),
 }
 
-impl Job for Check<'_> {
-    type Out = Report;
+impl MachineVisitor for CheckVisitor<'_> {
+    type Output = CheckReport;
 
-    fn on<C: Target, F: Fn(u64) -> C>(self, power_up: F) -> Report {
-        let Check { program, compiled, options, places, hints, eval, disagreements, progress } = self;
+    fn visit<C: CheckedChip, F: Fn(u64) -> C>(self, power_up: F) -> CheckReport {
+        let CheckVisitor { program, compiled, options, places, hints, eval, disagreements, progress } = self;
         let worst = compiled.map.worst_scan_cycles.into();
-        let bench = Bench { power_up, places: &places, hints: &hints, worst, rungs: options.rungs, eval: &eval };
-        run::run(program, compiled, options, &bench, disagreements, progress)
+        let bench = TestBench { power_up, places: &places, hints: &hints, worst_scan_cycles: worst, time_rungs: options.rungs, eval: &eval };
+        check_run::run_check(program, compiled, options, &bench, disagreements, progress)
     }
 }

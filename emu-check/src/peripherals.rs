@@ -2,47 +2,47 @@
 
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
-use emu_core::pins::{Level, PinId, Time};
+use emu_core::pins::{PinLevel, PinId, CycleTime};
 use emu_core::rng::Rng;
-use ladder::{Element, Program};
-use ladder_compile::{Map, Special};
+use ladder::{Element, LadderProgram};
+use ladder_compile::{ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
-use crate::contract::Pace;
-use crate::pulse::Wanted;
-use crate::wire::{Bit, levels};
+use crate::map_contract::ScanPace;
+use crate::pwm_meter::ExpectedPwm;
+use crate::serial_line::{BitTime, byte_levels};
 
 /// Steps of the converter, and its reference in millivolts.
-const STEPS: u32 = 1024;
-const REFERENCE: u32 = 5_000;
+const CONVERTER_STEPS: u32 = 1024;
+const REFERENCE_MILLIVOLTS: u32 = 5_000;
 
 /// What a program uses of the chip besides its ports.
 #[derive(Debug, Clone)]
-pub(crate) struct Peripherals {
+pub(crate) struct CheckedPeripherals {
     /// The pin that sends, and the one that receives.
     pub transmit: Option<PinId>,
     pub receive: Option<PinId>,
-    pub bit: Bit,
+    pub bit_time: BitTime,
     /// The converter's symbols, in the evaluator's order, with their pins.
     pub analog: Vec<(usize, PinId)>,
-    pub pwm: Option<(PinId, Wanted)>,
+    pub pwm: Option<(PinId, ExpectedPwm)>,
     /// Cells of the EEPROM, from address 0.
-    pub cells: u32,
+    pub eeprom_cells: u32,
     /// Clocks of a machine cycle.
-    pub clocks: u64,
+    pub clocks_per_cycle: u64,
 }
 
-impl Peripherals {
+impl CheckedPeripherals {
     /// Finds the pins in the map; the causes where something has none.
     pub(crate) fn new(
-        program: &Program,
-        map: &Map,
+        program: &LadderProgram,
+        map: &ImageMap,
         chip: &Chip,
         eval: &Evaluator,
-        pace: &Pace,
-    ) -> Result<Peripherals, Vec<String>> {
+        pace: &ScanPace,
+    ) -> Result<CheckedPeripherals, Vec<String>> {
         let mut faults = Vec::new();
-        let mut pin = |what: &str, wanted: bool, of: &dyn Fn(&Special) -> Option<&String>| {
+        let mut pin = |what: &str, wanted: bool, of: &dyn Fn(&SpecialPin) -> Option<&String>| {
             let name = map.specials.iter().find_map(of).filter(|_| wanted)?;
             let found = chip.pin(name);
             if found.is_none() {
@@ -50,25 +50,25 @@ impl Peripherals {
             }
             found
         };
-        let (sends, receives) = serial(program);
+        let (sends, receives) = uses_serial(program);
         let transmit = pin("the transmitter", sends, &|special| match special {
-            Special::Transmit { pin, .. } => Some(pin),
+            SpecialPin::Transmit { pin, .. } => Some(pin),
             _ => None,
         });
         let receive = pin("the receiver", receives, &|special| match special {
-            Special::Receive { pin, .. } => Some(pin),
+            SpecialPin::Receive { pin, .. } => Some(pin),
             _ => None,
         });
         let pulses = eval.pwm_hz().is_some();
         let pwm = pin("the PWM output", pulses, &|special| match special {
-            Special::Pwm { pin, .. } => Some(pin),
+            SpecialPin::Pwm { pin, .. } => Some(pin),
             _ => None,
         });
         let wanted = map.specials.iter().find_map(|special| match special {
-            Special::Pwm { period, steps, .. } => Some(Wanted {
-                period: (u128::from(period.num) * u128::from(pace.clocks), period.den.into()),
+            SpecialPin::Pwm { period, steps, .. } => Some(ExpectedPwm {
+                period: (u128::from(period.num) * u128::from(pace.clocks_per_cycle), period.den.into()),
                 steps: u64::from(*steps),
-                grain: pace.clocks,
+                tolerance_clocks: pace.clocks_per_cycle,
             }),
             _ => None,
         });
@@ -76,7 +76,7 @@ impl Peripherals {
         for symbol in eval.adc_symbols() {
             let name = eval.symbols().get(symbol).map_or("", |s| s.name.as_str());
             let at = pin(name, true, &|special| match special {
-                Special::Analog { pin, name: of } if of == name => Some(pin),
+                SpecialPin::Analog { pin, name: of } if of == name => Some(pin),
                 _ => None,
             });
             analog.extend(at.map(|at| (symbol, at)));
@@ -92,14 +92,14 @@ impl Peripherals {
         if !faults.is_empty() {
             return Err(faults);
         }
-        Ok(Peripherals {
+        Ok(CheckedPeripherals {
             transmit,
             receive,
-            bit: Bit { hz: pace.clock_hz, baud: program.settings.baud.unwrap_or(1) },
+            bit_time: BitTime { hz: pace.clock_hz, baud: program.settings.baud.unwrap_or(1) },
             analog,
             pwm: pwm.zip(wanted),
-            cells: eval.eeprom().len() as u32,
-            clocks: pace.clocks,
+            eeprom_cells: eval.eeprom().len() as u32,
+            clocks_per_cycle: pace.clocks_per_cycle,
         })
     }
 
@@ -110,37 +110,37 @@ impl Peripherals {
     }
 
     /// A clock as a moment of the chip.
-    pub(crate) fn time(&self, clock: u64) -> Time {
-        Time { cycle: clock / self.clocks, phase: (clock % self.clocks) as u8 }
+    pub(crate) fn to_time(&self, clock: u64) -> CycleTime {
+        CycleTime { cycle: clock / self.clocks_per_cycle, phase: (clock % self.clocks_per_cycle) as u8 }
     }
 
     /// A moment of the chip as a clock.
-    pub(crate) fn clock(&self, at: Time) -> u64 {
-        at.cycle * self.clocks + u64::from(at.phase)
+    pub(crate) fn to_clock(&self, at: CycleTime) -> u64 {
+        at.cycle * self.clocks_per_cycle + u64::from(at.phase)
     }
 
     /// Puts a voltage on an analog input of which a conversion gives `value`: the middle of its step.
-    pub(crate) fn put<C: Cpu>(&self, cpu: &mut C, pin: PinId, value: u16) {
-        let millivolts = (2 * u32::from(value) + 1) * REFERENCE / (2 * STEPS);
-        cpu.drive_volts(Time::at(cpu.cycle()), pin, millivolts);
+    pub(crate) fn drive_analog<C: Cpu>(&self, cpu: &mut C, pin: PinId, value: u16) {
+        let millivolts = (2 * u32::from(value) + 1) * REFERENCE_MILLIVOLTS / (2 * CONVERTER_STEPS);
+        cpu.drive_volts(CycleTime::at(cpu.cycle()), pin, millivolts);
     }
 
     /// Queues a byte for the receiver whose start bit begins at the clock `start`.
-    pub(crate) fn send<C: Cpu>(&self, cpu: &mut C, start: u64, byte: u8) {
+    pub(crate) fn queue_byte<C: Cpu>(&self, cpu: &mut C, start: u64, byte: u8) {
         let Some(pin) = self.receive else { return };
-        levels(self.bit, byte).for_each(|(after, high)| cpu.drive(self.time(start + after), pin, Level::of(high)));
+        byte_levels(self.bit_time, byte).for_each(|(after, high)| cpu.drive(self.to_time(start + after), pin, PinLevel::from_bit(high)));
     }
 
     /// What the EEPROM holds when a run with this seed begins: erased, or anything, as programs before have left it.
-    pub(crate) fn eeprom(&self, seed: u64) -> impl Iterator<Item = u8> + use<> {
+    pub(crate) fn initial_eeprom(&self, seed: u64) -> impl Iterator<Item = u8> + use<> {
         let mut rng = Rng::new(seed ^ 0xEE);
         let erased = rng.one_in(2);
-        (0..self.cells).map(move |_| if erased || rng.one_in(4) { 0xFF } else { rng.next_u64() as u8 })
+        (0..self.eeprom_cells).map(move |_| if erased || rng.one_in(4) { 0xFF } else { rng.next_u64() as u8 })
     }
 }
 
 /// Whether a program sends bytes, and whether it receives any.
-pub(crate) fn serial(program: &Program) -> (bool, bool) {
+pub(crate) fn uses_serial(program: &LadderProgram) -> (bool, bool) {
     let any = |what: fn(&Element) -> bool| program.elements().any(|(_, element, _)| what(element));
     let sends = any(|e| matches!(e, Element::UartSend { .. } | Element::FormattedString { .. }));
     (sends, any(|e| matches!(e, Element::UartRecv { .. })))

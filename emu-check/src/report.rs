@@ -6,14 +6,14 @@ use diag::Diagnostic;
 use serde::Serialize;
 
 use crate::codes;
-use crate::coverage::Coverage;
+use crate::coverage::LadderCoverage;
 
 /// Version of the report's JSON.
 pub const SCHEMA: u32 = 2;
 
 /// The result of a check. `docs/check.md` describes its JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Report {
+pub struct CheckReport {
     /// Version of this shape, [`SCHEMA`].
     pub schema: u32,
     /// Name of the program's file.
@@ -31,18 +31,18 @@ pub struct Report {
     /// Nothing differed.
     pub agreed: bool,
     /// The first difference.
-    pub difference: Option<Difference>,
+    pub difference: Option<CheckDifference>,
     /// What of the program was exercised.
-    pub coverage: Coverage,
+    pub coverage: LadderCoverage,
     /// Size and speed.
-    pub figures: Figures,
+    pub figures: ProgramFigures,
     /// What the compiler and the check have to say; never errors.
     pub notes: Vec<Diagnostic>,
 }
 
 /// Size and speed of a compiled program.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Figures {
+pub struct ProgramFigures {
     /// Bytes of code.
     pub code_bytes: u32,
     /// Bytes of RAM that hold data.
@@ -79,7 +79,7 @@ pub struct RungFigures {
 /// What kind of thing differs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum What {
+pub enum DifferenceKind {
     /// A relay, output, timer, counter or variable at the end of a scan.
     Symbol,
     /// The level of an output pin, or what a pin does when nothing outside drives it.
@@ -104,29 +104,29 @@ pub enum What {
     Map,
 }
 
-impl What {
+impl DifferenceKind {
     /// The code that `emu explain` tells more about.
     #[must_use]
     pub const fn code(self) -> &'static str {
         match self {
-            What::Symbol => codes::DIFFERS_SYMBOL,
-            What::Pin => codes::DIFFERS_PIN,
-            What::Period => codes::DIFFERS_PERIOD,
-            What::Stop => codes::DIFFERS_STOP,
-            What::Stack => codes::DIFFERS_STACK,
-            What::Reset => codes::DIFFERS_RESET,
-            What::Map => codes::DIFFERS_MAP,
-            What::Bound => codes::DIFFERS_BOUND,
-            What::Serial => codes::DIFFERS_SERIAL,
-            What::Pwm => codes::DIFFERS_PWM,
-            What::Eeprom => codes::DIFFERS_EEPROM,
+            DifferenceKind::Symbol => codes::DIFFERS_SYMBOL,
+            DifferenceKind::Pin => codes::DIFFERS_PIN,
+            DifferenceKind::Period => codes::DIFFERS_PERIOD,
+            DifferenceKind::Stop => codes::DIFFERS_STOP,
+            DifferenceKind::Stack => codes::DIFFERS_STACK,
+            DifferenceKind::Reset => codes::DIFFERS_RESET,
+            DifferenceKind::Map => codes::DIFFERS_MAP,
+            DifferenceKind::Bound => codes::DIFFERS_BOUND,
+            DifferenceKind::Serial => codes::DIFFERS_SERIAL,
+            DifferenceKind::Pwm => codes::DIFFERS_PWM,
+            DifferenceKind::Eeprom => codes::DIFFERS_EEPROM,
         }
     }
 }
 
 /// The first difference of a check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Difference {
+pub struct CheckDifference {
     /// Stable code of the kind, for `emu explain`.
     pub code: &'static str,
     /// Scan of the check, from 1.
@@ -138,7 +138,7 @@ pub struct Difference {
     /// Machine cycle of that run in which the difference was seen.
     pub cycle: u64,
     /// What kind of thing differs.
-    pub what: What,
+    pub what: DifferenceKind,
     /// The symbol, where it is one.
     pub symbol: Option<String>,
     /// What should be: a value, a level, or words.
@@ -160,35 +160,35 @@ pub struct Difference {
     pub smallest: Vec<String>,
 }
 
-impl Report {
+impl CheckReport {
     /// The report for people, several lines.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = String::new();
-        let Report { program, mcu, seed, scans, runs, compared, .. } = self;
+        let CheckReport { program, mcu, seed, scans, runs, compared, .. } = self;
         if let Some(difference) = &self.difference {
             _ = writeln!(text, "{program} on {mcu} DIFFERS in scan {} (seed {seed})", difference.scan);
             text += &difference.text();
         } else {
-            let (scans, runs) = (counted(*scans, "scan"), counted(*runs, "run"));
+            let (scans, runs) = (count_text(*scans, "scan"), count_text(*runs, "run"));
             _ = writeln!(
                 text,
                 "{program} on {mcu} agrees: {scans} in {runs} from reset, {} compared, seed {seed}",
-                counted(*compared, "value")
+                count_text(*compared, "value")
             );
         }
-        text += &self.coverage.line();
+        text += &self.coverage.summary_line();
         if self.agreed {
-            text += &self.coverage.missed();
+            text += &self.coverage.missing_lines();
         }
         text += &self.figures.text();
         text
     }
 }
 
-impl Figures {
+impl ProgramFigures {
     fn text(&self) -> String {
-        let Figures { code_bytes, ram_bytes, period_cycles, clocks_per_cycle, scan_cycles_max, .. } = self;
+        let ProgramFigures { code_bytes, ram_bytes, period_cycles, clocks_per_cycle, scan_cycles_max, .. } = self;
         let cycles = if *clocks_per_cycle == 1 { "cycles" } else { "machine cycles" };
         let mut text = format!(
             "figures: {code_bytes} bytes of code, {ram_bytes} of RAM; period {period_cycles} {cycles}, scan at most {scan_cycles_max} \
@@ -203,20 +203,20 @@ impl Figures {
     }
 }
 
-impl Difference {
+impl CheckDifference {
     fn text(&self) -> String {
         let mut text = String::new();
         let what = match (self.what, &self.symbol) {
-            (What::Pin, Some(symbol)) => format!("the pin of {symbol}"),
+            (DifferenceKind::Pin, Some(symbol)) => format!("the pin of {symbol}"),
             (_, Some(symbol)) => symbol.clone(),
-            (What::Pin, None) => "a pin by itself".to_owned(),
-            (What::Period, None) => "the start of the scan".to_owned(),
-            (What::Map, None) => "the compiler's map".to_owned(),
-            (What::Bound, None) => "the length of the scan".to_owned(),
-            (What::Serial, None) => "the serial line".to_owned(),
-            (What::Pwm, None) => "the PWM output".to_owned(),
-            (What::Eeprom, None) => "the EEPROM".to_owned(),
-            (What::Stack, None) => "the stack pointer".to_owned(),
+            (DifferenceKind::Pin, None) => "a pin by itself".to_owned(),
+            (DifferenceKind::Period, None) => "the start of the scan".to_owned(),
+            (DifferenceKind::Map, None) => "the compiler's map".to_owned(),
+            (DifferenceKind::Bound, None) => "the length of the scan".to_owned(),
+            (DifferenceKind::Serial, None) => "the serial line".to_owned(),
+            (DifferenceKind::Pwm, None) => "the PWM output".to_owned(),
+            (DifferenceKind::Eeprom, None) => "the EEPROM".to_owned(),
+            (DifferenceKind::Stack, None) => "the stack pointer".to_owned(),
             (_, None) => "the course of the program".to_owned(),
         };
         _ = writeln!(text, "  what      {what} [{}]", self.code);
@@ -225,9 +225,9 @@ impl Difference {
         if let (Some(rung), Some(element), Some(of)) = (self.rung, self.element, &self.element_text) {
             _ = writeln!(text, "  element   rung {rung}, element {element} `{of}`");
         }
-        let Difference { run, scan_of_run, cycle, .. } = self;
+        let CheckDifference { run, scan_of_run, cycle, .. } = self;
         _ = match self.what {
-            What::Map => writeln!(text, "  when      before anything has run"),
+            DifferenceKind::Map => writeln!(text, "  when      before anything has run"),
             _ => writeln!(text, "  when      cycle {cycle} of run {run}, in its scan {scan_of_run}"),
         };
         if self.differing.len() > 1 {
@@ -235,7 +235,7 @@ impl Difference {
         }
         _ = writeln!(text, "  replay    {}", self.replay);
         if !self.smallest.is_empty() {
-            _ = writeln!(text, "  smallest  from reset, {}:", counted(self.smallest.len() as u64, "scan"));
+            _ = writeln!(text, "  smallest  from reset, {}:", count_text(self.smallest.len() as u64, "scan"));
         }
         self.smallest.iter().for_each(|line| _ = writeln!(text, "    {line}"));
         text
@@ -243,12 +243,12 @@ impl Difference {
 }
 
 /// `1 scan`, `2,000 scans`.
-pub(crate) fn counted(n: u64, what: &str) -> String {
-    format!("{} {what}{}", grouped(n), if n == 1 { "" } else { "s" })
+pub(crate) fn count_text(n: u64, what: &str) -> String {
+    format!("{} {what}{}", grouped_number(n), if n == 1 { "" } else { "s" })
 }
 
 /// `2,000`.
-pub(crate) fn grouped(n: u64) -> String {
+pub(crate) fn grouped_number(n: u64) -> String {
     let digits = n.to_string();
     let mut number = String::new();
     for (i, digit) in digits.chars().enumerate() {

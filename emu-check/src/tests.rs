@@ -3,34 +3,34 @@
 use std::collections::BTreeSet;
 use std::fs;
 
-use ladder::Program;
+use ladder::LadderProgram;
 use ladder_eval::Evaluator;
 
-use crate::goals::{Goals, Seen};
-use crate::hints::Hints;
-use crate::stimulus::{Step, Stimulus};
-use crate::wishes::Wishes;
+use crate::coverage_goals::{CoverageGoals, EvaluatedScan};
+use crate::value_hints::ValueHints;
+use crate::stimulus::{ScanStimulus, StimulusGenerator};
+use crate::boundary_goals::BoundaryGoals;
 
-fn program(rungs: &str) -> Program {
+fn program(rungs: &str) -> LadderProgram {
     let text = format!("LDmicro0.1\nCYCLE=1000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\n{rungs}\n");
     ladder::parse("test.ld", &text).unwrap_or_else(|faults| panic!("{faults:?}")).program
 }
 
 /// The first `scans` steps with the seeds of the runs that they belong to, and the goals as they stand then.
-fn drawn(program: &Program, seed: u64, scans: usize) -> (Vec<(u64, Step)>, Goals) {
+fn drawn(program: &LadderProgram, seed: u64, scans: usize) -> (Vec<(u64, ScanStimulus)>, CoverageGoals) {
     let power_up = Evaluator::new(program).unwrap_or_else(|refusal| panic!("{refusal}"));
-    let hints = Hints::new(program, &power_up);
-    let mut goals = Goals::new(program, &power_up);
-    let mut stimulus = Stimulus::new(seed, Wishes::new(program, &power_up));
+    let hints = ValueHints::new(program, &power_up);
+    let mut goals = CoverageGoals::new(program, &power_up);
+    let mut stimulus = StimulusGenerator::new(seed, BoundaryGoals::new(program, &power_up));
     let (mut eval, mut run) = (power_up.clone(), 0);
     let mut steps = Vec::new();
     for _ in 0..scans {
-        if let Some(ram_seed) = stimulus.begin(&hints) {
+        if let Some(ram_seed) = stimulus.begin_run(&hints) {
             (eval, run) = (power_up.clone(), ram_seed);
         }
-        let step = stimulus.step(&hints, &eval, &goals);
-        step.apply_at_once(&hints, &mut eval);
-        goals.mark(&Seen::scan(&mut eval));
+        let step = stimulus.next_stimulus(&hints, &eval, &goals);
+        step.apply_immediately(&hints, &mut eval);
+        goals.mark_reached(&EvaluatedScan::run(&mut eval));
         steps.push((run, step));
     }
     (steps, goals)
@@ -117,7 +117,7 @@ fn exceptions_have_a_name_and_a_reason() {
         let program = program(&format!("RUNG\n {rungs}\nEND"));
         let (_, goals) = drawn(&program, 1, 2_000);
         let coverage = goals.coverage(&program);
-        let line = |m: &crate::Missing| {
+        let line = |m: &crate::MissingOutcome| {
             let why = m.impossible.as_ref().map_or("not seen".to_owned(), |why| format!("impossible, {why}"));
             format!("{}.{} {}: {why}", m.rung, m.element, m.what)
         };
@@ -148,7 +148,7 @@ fn the_coverage_line_is_true() {
     for (rungs, wanted) in LINES {
         let program = program(&format!("RUNG\n {rungs}\nEND"));
         let (_, goals) = drawn(&program, 1, 2_000);
-        assert_eq!(goals.coverage(&program).line(), format!("coverage: {wanted}\n"), "{rungs}");
+        assert_eq!(goals.coverage(&program).summary_line(), format!("coverage: {wanted}\n"), "{rungs}");
     }
 }
 
@@ -163,7 +163,7 @@ fn nothing_called_impossible_ever_happens() {
             for seed in 0..6 {
                 let (_, goals) = drawn(&program, seed, 2_000);
                 assert_eq!(goals.contradictions(), 0, "{}, seed {seed}", path.display());
-                assert!(!goals.open(), "{}, seed {seed}: {:?}", path.display(), goals.coverage(&program).missing);
+                assert!(!goals.has_open_goals(), "{}, seed {seed}: {:?}", path.display(), goals.coverage(&program).missing);
             }
         }
     }
@@ -194,7 +194,7 @@ fn peripherals_are_covered() {
             program.settings.baud = Some(baud);
             let (_, goals) = drawn(&program, 1, 2_000);
             let coverage = goals.coverage(&program);
-            assert_eq!(coverage.line(), format!("coverage: {wanted}\n"), "{rungs}: {:?}", coverage.missing);
+            assert_eq!(coverage.summary_line(), format!("coverage: {wanted}\n"), "{rungs}: {:?}", coverage.missing);
             assert!(coverage.full && goals.contradictions() == 0, "{rungs}: {:?}", coverage.missing);
         }
     }

@@ -15,30 +15,30 @@ mod proof;
 
 use std::fs;
 
-use campaign::{Size, Verdict, campaign};
+use campaign::{SampleSize, FaultVerdict, run_campaign};
 use emu_check::fuzz::FAMILIES;
-use page::{Survivors, table};
+use page::{SurvivorList, table};
 
 /// The whole table.
-const WHOLE: Size = Size { each: 3, random: 200, sorts: 1, again: false };
+const FULL_SIZE: SampleSize = SampleSize { per_kind: 3, random_programs: 200, kinds_per_random_program: 1, recheck_survivors: false };
 
 /// What an ordinary run of the tests does.
-const PART: Size = Size { each: 1, random: 12, sorts: 1, again: false };
+const QUICK_SIZE: SampleSize = SampleSize { per_kind: 1, random_programs: 12, kinds_per_random_program: 1, recheck_survivors: false };
 
 /// Least faults of a back end in the whole table.
-const LEAST: usize = 200;
+const MIN_FAULTS: usize = 200;
 
 /// Least share of them that is found, in percent.
-const SHARE: f64 = 97.0;
+const MIN_SHARE_PERCENT: f64 = 97.0;
 
 /// Some faults of every sort on every chip.
 #[test]
 fn faults_are_found() {
-    let samples = campaign(&FAMILIES, PART);
-    let survivors = Survivors::read();
+    let samples = run_campaign(&FAMILIES, QUICK_SIZE);
+    let survivors = SurvivorList::read();
     for mcu in FAMILIES {
         let cases: Vec<_> = samples.iter().flat_map(|sample| &sample.cases).filter(|case| case.mcu == mcu).collect();
-        let survive = cases.iter().filter(|case| case.verdict == Verdict::Survives);
+        let survive = cases.iter().filter(|case| case.verdict == FaultVerdict::Survives);
         let unknown: Vec<&str> =
             survive.map(|case| &*case.name).filter(|name| survivors.reason(name).is_none()).collect();
         println!("{mcu}: {} faults, {} of them not found and not listed", cases.len(), unknown.len());
@@ -52,11 +52,11 @@ fn faults_are_found() {
 #[ignore = "takes minutes; it is what writes the figures of docs/kill.md"]
 fn kill_table() {
     let update = std::env::var("EMU_BLESS").is_ok();
-    let samples = campaign(&FAMILIES, Size { again: update, ..WHOLE });
+    let samples = run_campaign(&FAMILIES, SampleSize { recheck_survivors: update, ..FULL_SIZE });
     let path = common::beside("../docs/kill.md");
     let page = fs::read_to_string(&path).expect("docs/kill.md");
-    let mut survivors = Survivors::read();
-    survivors.renew(samples.iter().flat_map(|sample| &sample.cases));
+    let mut survivors = SurvivorList::read();
+    survivors.update(samples.iter().flat_map(|sample| &sample.cases));
     let shares = page::shares(&samples, &survivors);
     let table = table(&samples, &survivors);
     println!("{table}");
@@ -65,9 +65,9 @@ fn kill_table() {
         fs::write(&path, page::with_figures(&page, &table, &survivors)).expect("docs/kill.md");
     }
     for (mcu, (faults, share)) in shares {
-        assert!(faults >= LEAST, "{mcu}: {faults} faults");
-        assert!(share >= SHARE, "{mcu}: {share:.1} % found");
-        let told = page::told(&page, mcu);
+        assert!(faults >= MIN_FAULTS, "{mcu}: {faults} faults");
+        assert!(share >= MIN_SHARE_PERCENT, "{mcu}: {share:.1} % found");
+        let told = page::stated_share(&page, mcu);
         assert!(told.is_none_or(|told| share > told - 0.1), "{mcu}: {share:.1} % found, docs/kill.md says {told:?}");
     }
     let unexplained = survivors.unexplained();

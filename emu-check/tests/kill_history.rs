@@ -4,11 +4,11 @@
 #[path = "common/parse.rs"]
 mod common;
 
-use emu_check::{Options, check, check_compiled};
-use ladder::Program;
+use emu_check::{CheckOptions, check, check_compiled};
+use ladder::LadderProgram;
 
 /// Rungs of a column of the table under a head.
-fn program(name: &str, column: &str) -> Program {
+fn program(name: &str, column: &str) -> LadderProgram {
     let (head, rungs) = match column.strip_prefix("#5") {
         Some(rungs) => ("LDmicro0.2", rungs),
         None => ("LDmicro0.1", column),
@@ -36,11 +36,11 @@ fn historic_faults_are_found() {
         let columns: Vec<&str> = row.split(" | ").map(str::trim).collect();
         let [id, what, chip, sound, faulty] = columns[..] else { panic!("five columns: {row}") };
         let (sound, faulty) = (program(id, sound), program(id, faulty));
-        let options = Options { mcu: chip.to_owned(), ..Options::default() };
+        let options = CheckOptions { mcu: chip.to_owned(), ..CheckOptions::default() };
         let told = |faults: Vec<diag::Diagnostic>| -> ! { panic!("{id}: {faults:?}") };
         let own = check(&sound, &options, &mut |_, _| {}).unwrap_or_else(|faults| told(faults));
         assert!(own.agreed, "{id}: {}", own.text());
-        let target = ladder_compile::Options { mcu: chip.to_owned(), ..Default::default() };
+        let target = ladder_compile::CompileOptions { mcu: chip.to_owned(), ..Default::default() };
         let image = ladder_compile::compile(&faulty, &target).unwrap_or_else(|faults| told(faults));
         let report = check_compiled(&sound, &image, &options, &mut |_, _| {}).unwrap_or_else(|faults| told(faults));
         // A gap that is closed must leave the list of gaps.

@@ -7,8 +7,8 @@ mod common;
 
 use std::collections::BTreeMap;
 
-use emu_check::{Options, check_compiled};
-use ladder::Program;
+use emu_check::{CheckOptions, check_compiled};
+use ladder::LadderProgram;
 use ladder_compile::{Mutant, MutantKind, compile_mutant, mutants};
 
 /// `file | element | fault | reason`.
@@ -25,13 +25,13 @@ fn faults_of_the_compiler_are_found() {
     for path in common::folder("tests/programs").into_iter().chain(common::folder("../examples")) {
         let program = common::read(&path);
         let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        let target = ladder_compile::Options { mcu: options().mcu, ..Default::default() };
+        let target = ladder_compile::CompileOptions { mcu: options().mcu, ..Default::default() };
         let of_rungs = |mutant: &Mutant| mutant.kind == MutantKind::Operation;
         for mutant in mutants(&program, &target).into_iter().filter(of_rungs) {
             tried += 1;
             if agrees(&program, &mutant) {
                 let element = mutant.element.map_or_else(String::new, |id| id.to_string());
-                survived.push(format!("{file} | {element} | {}", mutant.what));
+                survived.push(format!("{file} | {element} | {}", mutant.description));
             }
         }
     }
@@ -43,15 +43,15 @@ fn faults_of_the_compiler_are_found() {
 }
 
 /// The defaults; EMU_MUTANTS_SEED sets another seed, to see that the outcome does not hang on one.
-fn options() -> Options {
+fn options() -> CheckOptions {
     let seed = std::env::var("EMU_MUTANTS_SEED").ok().and_then(|text| text.parse().ok());
-    Options { seed: seed.unwrap_or(Options::default().seed), ..Options::default() }
+    CheckOptions { seed: seed.unwrap_or(CheckOptions::default().seed), ..CheckOptions::default() }
 }
 
 /// True when a check of the faulty image finds nothing. An image that the compiler itself refuses counts as found.
-fn agrees(program: &Program, mutant: &Mutant) -> bool {
+fn agrees(program: &LadderProgram, mutant: &Mutant) -> bool {
     let options = options();
-    let target = ladder_compile::Options { mcu: options.mcu.clone(), ..Default::default() };
+    let target = ladder_compile::CompileOptions { mcu: options.mcu.clone(), ..Default::default() };
     let Ok(compiled) = compile_mutant(program, &target, mutant.id) else { return false };
     let report = check_compiled(program, &compiled, &options, &mut |_, _| {}).expect("a report");
     if let Some(difference) = &report.difference {

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use emu_check::{Options, Performance, perform, rehearse, word};
+use emu_check::{CheckOptions, ScenarioResult, play_on_chip, play_on_evaluator, outcome_name};
 
 /// A chip of each family.
 const CHIPS: [&str; 4] = ["atmega328p", "at89s52", "pic16f877", "ap101"];
@@ -13,13 +13,13 @@ fn root() -> PathBuf {
 }
 
 /// `failed 2 51`.
-fn told(played: &Performance) -> String {
-    if let Some(differs) = &played.differs {
+fn verdict_line(played: &ScenarioResult) -> String {
+    if let Some(differs) = &played.difference {
         return format!("differs: {differs}");
     }
     let Some(verdict) = &played.verdict else { return "no verdict".to_owned() };
     let step = verdict.step.map_or_else(|| "-".to_owned(), |step| step.to_string());
-    format!("{} {step} {}", word(verdict.outcome), verdict.tick)
+    format!("{} {step} {}", outcome_name(verdict.outcome), verdict.tick)
 }
 
 #[test]
@@ -36,20 +36,20 @@ fn verdicts_are_the_same_everywhere() {
             None => body.to_owned(),
         };
         let source = fs::read(root().join(file)).expect(file);
-        let program = ladder::parse_bytes(file, &source, ladder::Options::default()).expect(file).program;
+        let program = ladder::parse_bytes(file, &source, ladder::ParseOptions::default()).expect(file).program;
         let scenario = scenario::parse("scenario", &body).unwrap_or_else(|faults| panic!("{head}: {faults:?}"));
-        let reference = rehearse(&program, &scenario).unwrap_or_else(|faults| panic!("{head}: {faults:?}"));
-        if told(&reference) != wanted {
-            wrong.push(format!("{head}: evaluator {} {:?}", told(&reference), reference.verdict.map(|v| v.why)));
+        let reference = play_on_evaluator(&program, &scenario).unwrap_or_else(|faults| panic!("{head}: {faults:?}"));
+        if verdict_line(&reference) != wanted {
+            wrong.push(format!("{head}: evaluator {} {:?}", verdict_line(&reference), reference.verdict.map(|v| v.why)));
             continue;
         }
         for (mcu, count) in CHIPS.iter().zip(&mut played) {
-            let options = Options { mcu: (*mcu).to_owned(), ..Options::default() };
-            match perform(&program, &scenario, &options) {
+            let options = CheckOptions { mcu: (*mcu).to_owned(), ..CheckOptions::default() };
+            match play_on_chip(&program, &scenario, &options) {
                 Ok(found) => {
                     *count += 1;
-                    if !reference.same(&found) {
-                        wrong.push(format!("{head}: {mcu} {} {:?}", told(&found), found.verdict.map(|v| v.why)));
+                    if !reference.has_same_verdict(&found) {
+                        wrong.push(format!("{head}: {mcu} {} {:?}", verdict_line(&found), found.verdict.map(|v| v.why)));
                     }
                     if found.log != reference.log {
                         wrong.push(format!("{head}: {mcu} logs {:?}, not {:?}", found.log, reference.log));

@@ -1,12 +1,12 @@
 //! Chips are data: one row each, written with struct update syntax.
 
-use crate::image::Space;
-use crate::pins::{Level, PinId};
-use crate::table::{Alias, Flow, Line, Row, Site};
+use crate::image::ImageSpace;
+use crate::pins::{PinLevel, PinId};
+use crate::table::{SyntaxAlias, FlowKind, DisassembledInstruction, InstructionRow, InstructionLocation};
 
 /// The families of chips, each a crate with one instruction table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Family {
+pub enum ChipFamily {
     /// Crate `emu-avr`.
     Avr,
     /// Crate `emu-8051`.
@@ -19,23 +19,23 @@ pub enum Family {
 
 /// What tools need of a family's instruction table.
 #[derive(Debug)]
-pub struct Isa {
+pub struct InstructionSet {
     /// Disassembles the instruction at the front of some program words, which stands at the given program word address.
-    pub disassemble: fn(words: &[u16], pc: u32) -> Line,
+    pub disassemble: fn(words: &[u16], pc: u32) -> DisassembledInstruction,
     /// Program words that read so are erased, and hold no program where several stand in a row.
-    pub erased: u16,
+    pub erased_word: u16,
     /// The table.
-    pub rows: &'static [Row],
+    pub rows: &'static [InstructionRow],
     /// Bits of a program word.
     pub word_bits: u32,
     /// Other spellings that the assembler takes.
-    pub aliases: &'static [Alias],
+    pub aliases: &'static [SyntaxAlias],
     /// Where an instruction of `len` program words stands whose address in program words is `pc`.
-    pub site: fn(pc: u32, len: u32) -> Site,
+    pub locate: fn(pc: u32, len: u32) -> InstructionLocation,
     /// The chip does not have the instruction of this row, by its position in the table.
-    pub lacks: fn(row: usize) -> bool,
+    pub is_missing: fn(row: usize) -> bool,
     /// What the instruction of this row, by its position in the table, may do to the order in which a program runs.
-    pub flow: fn(row: usize) -> Flow,
+    pub flow: fn(row: usize) -> FlowKind,
 }
 
 /// A chip.
@@ -44,29 +44,29 @@ pub struct Chip {
     /// Name on the command line, such as `atmega328p`.
     pub name: &'static str,
     /// Its family.
-    pub family: Family,
+    pub family: ChipFamily,
     /// Its instructions.
-    pub isa: &'static Isa,
+    pub isa: &'static InstructionSet,
     /// One line for `emu chips`.
     pub title: &'static str,
     /// Data sheet that the row comes from.
-    pub source: &'static str,
+    pub data_sheet: &'static str,
     /// Name of the memory that holds the program: `flash`, `code`.
-    pub code: &'static str,
+    pub code_space: &'static str,
     /// Program memory in bytes, a power of two; with what can be attached outside.
-    pub flash: u32,
+    pub flash_bytes: u32,
     /// Program memory on the chip in bytes.
-    pub on_chip: u32,
+    pub on_chip_flash_bytes: u32,
     /// Name of the memory in which the RAM of the chip lies: `data`, `idata`.
-    pub ram: &'static str,
+    pub ram_space: &'static str,
     /// First address of RAM in it.
     pub ram_start: u16,
     /// Addresses of RAM: bytes, or bits on a controller that has only those.
     pub ram_len: u16,
     /// RAM by ranges of addresses, mirrors included, on chips whose RAM lies in banks; empty where it lies in one piece.
-    pub ram_map: &'static [RamRange],
+    pub ram_ranges: &'static [RamRange],
     /// EEPROM in bytes.
-    pub eeprom: u16,
+    pub eeprom_bytes: u16,
     /// Bytes per program word.
     pub word_bytes: u32,
     /// Highest clock, in Hz.
@@ -74,9 +74,9 @@ pub struct Chip {
     /// Clock assumed when none is given, in Hz.
     pub default_hz: u64,
     /// Memories that an Intel HEX file may fill.
-    pub hex: &'static [Space],
+    pub hex_spaces: &'static [ImageSpace],
     /// Memories that an ELF file may fill, at their load addresses.
-    pub elf: &'static [Space],
+    pub elf_spaces: &'static [ImageSpace],
     /// ELF machine number.
     pub elf_machine: u16,
     /// Registers of the core, by name, in the order in which they are shown.
@@ -84,31 +84,31 @@ pub struct Chip {
     /// Name of the memory in which the registers of the chip lie: `data`, `sfr`.
     pub reg_space: &'static str,
     /// Registers of the chip at their addresses in it.
-    pub regs: &'static [Reg],
+    pub regs: &'static [NamedAddress],
     /// Named bits, and their addresses in the memory `bit`; none where single bits have no addresses of their own.
-    pub bits: &'static [Reg],
+    pub bits: &'static [NamedAddress],
     /// Named numbers of the chip as its makers' headers have them: bits of registers by number, values for the configuration
     /// word, last address of RAM.
     pub constants: fn() -> Vec<(&'static str, i32)>,
     /// Pins in the order of their [`PinId`].
     pub pins: &'static [PinDef],
     /// Packages that the chip comes in, the usual one first. None where the row knows only the numbers in [`PinDef::dip`].
-    pub packages: &'static [Package],
+    pub packages: &'static [ChipPackage],
     /// Interrupt vectors by number.
     pub vectors: &'static [&'static str],
     /// Program words per vector.
-    pub vector_words: u32,
+    pub words_per_vector: u32,
     /// Program words by which those behind the first stand nearer to the front than that makes them.
-    pub vector_back: u32,
+    pub later_vectors_back_words: u32,
     /// Memory spaces for `--peek`: name, number of addresses, bytes per address (1, or 2 where addresses count words, as
     /// the users of PIC16 have it for program memory).
     pub spaces: &'static [(&'static str, u32, u32)],
     /// Memories of whose accesses [`crate::cpu::Probe::data`] is told, and the first address of which it is: below it lie registers
     /// that instructions use without a word of it.
-    pub told: &'static [(&'static str, u32)],
+    pub observable_spaces: &'static [(&'static str, u32)],
     /// Places in those memories that instructions use without naming them: registers of the core, of which only the accesses by
     /// address are told.
-    pub silent: &'static [(&'static str, u32)],
+    pub implicit_accesses: &'static [(&'static str, u32)],
 }
 
 /// A range of data memory that holds RAM.
@@ -119,12 +119,12 @@ pub struct RamRange {
     /// Last address.
     pub last: u16,
     /// The address under which the first byte is kept: `first` itself, or what it mirrors.
-    pub kept: u16,
+    pub canonical: u16,
 }
 
 /// A register of the chip, or a bit of one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Reg {
+pub struct NamedAddress {
     /// Data-sheet name.
     pub name: &'static str,
     /// Address.
@@ -145,27 +145,27 @@ pub struct PinDef {
 
 impl PinDef {
     /// The note of a pin that is an input of the converter and nothing else.
-    pub const ANALOG: &str = "analog input";
+    pub const ANALOG_INPUT_NOTE: &str = "analog input";
 
     /// This level is worth a place in an overview: a pin that is analog alone has one only while something drives it.
     #[must_use]
-    pub fn tells_by(&self, level: Level) -> bool {
-        self.note != PinDef::ANALOG || level != Level::Float
+    pub fn is_level_meaningful(&self, level: PinLevel) -> bool {
+        self.note != PinDef::ANALOG_INPUT_NOTE || level != PinLevel::Float
     }
 }
 
 /// A package that a chip comes in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Package {
+pub struct ChipPackage {
     /// Name, such as `DIP28`.
     pub name: &'static str,
     /// Number of each pin of [`Chip::pins`] in it, in their order; 0 for one that it does not have.
     pub pins: &'static [u8],
 }
 
-impl Package {
+impl ChipPackage {
     /// What a name says of a package: its kind by one name and the number of its pins, however both are put together.
-    fn kind(name: &str) -> (String, String) {
+    fn normalized_kind(name: &str) -> (String, String) {
         let letters: String = name.chars().filter(char::is_ascii_alphabetic).map(|c| c.to_ascii_uppercase()).collect();
         let kind = match letters.as_str() {
             "PDIP" | "SPDIP" | "SDIP" | "DIL" => "DIP",
@@ -177,7 +177,7 @@ impl Package {
 
     /// The number of `pin` in this package; none where it does not have that pin.
     #[must_use]
-    pub fn number(&self, pin: PinId) -> Option<u8> {
+    pub fn pin_number(&self, pin: PinId) -> Option<u8> {
         self.pins.get(usize::from(pin)).copied().filter(|&number| number != 0)
     }
 }
@@ -200,33 +200,33 @@ impl Chip {
 
     /// Position of a memory in [`Chip::spaces`], by which [`crate::cpu::Probe::data`] names it.
     #[must_use]
-    pub fn space(&self, name: &str) -> Option<u8> {
+    pub fn space_index(&self, name: &str) -> Option<u8> {
         self.spaces.iter().position(|(space, ..)| *space == name).map(|i| i as u8)
     }
 
     /// Bytes per address of a memory in [`Chip::spaces`]; 1 for one that is not there.
     #[must_use]
-    pub fn width(&self, name: &str) -> u32 {
+    pub fn bytes_per_address(&self, name: &str) -> u32 {
         self.spaces.iter().find(|(space, ..)| *space == name).map_or(1, |&(.., width)| width.max(1))
     }
 
     /// First address of a memory of whose accesses [`crate::cpu::Probe::data`] is told; none where it is told of none.
     #[must_use]
-    pub fn told_from(&self, name: &str) -> Option<u32> {
-        self.told.iter().find(|(space, _)| *space == name).map(|found| found.1)
+    pub fn observable_from(&self, name: &str) -> Option<u32> {
+        self.observable_spaces.iter().find(|(space, _)| *space == name).map(|found| found.1)
     }
 
     /// The address of the program word `word` as it is written for this chip: in bytes on AVR, in words on PIC16.
     #[must_use]
     pub fn code_address(&self, word: u32) -> u32 {
-        word.saturating_mul(self.word_bytes) / self.width(self.code)
+        word.saturating_mul(self.word_bytes) / self.bytes_per_address(self.code_space)
     }
 
     /// Some package of the chip has the pin.
     #[must_use]
     pub fn has_pin(&self, pin: PinId) -> bool {
         let usual = self.pins.get(usize::from(pin)).is_some_and(|def| def.dip != 0);
-        usual || self.packages.iter().any(|package| package.number(pin).is_some())
+        usual || self.packages.iter().any(|package| package.pin_number(pin).is_some())
     }
 
     /// The pins that some package has, with their identities.
@@ -236,8 +236,8 @@ impl Chip {
 
     /// The package `name` (case aside), which vendors spell in many ways: `PDIP28`, `28-PDIP`, `SPDIP-28` are `DIP28`.
     #[must_use]
-    pub fn package(&self, name: &str) -> Option<&'static Package> {
-        self.packages.iter().find(|package| Package::kind(package.name) == Package::kind(name))
+    pub fn package(&self, name: &str) -> Option<&'static ChipPackage> {
+        self.packages.iter().find(|package| ChipPackage::normalized_kind(package.name) == ChipPackage::normalized_kind(name))
     }
 
     /// The pin `name` (case aside).
@@ -249,11 +249,11 @@ impl Chip {
 
 #[cfg(test)]
 mod tests {
-    use super::Package;
+    use super::ChipPackage;
 
     #[test]
     fn packages_are_known_by_the_spellings_of_vendors() {
-        let same = |name: &str, of: &str| Package::kind(name) == Package::kind(of);
+        let same = |name: &str, of: &str| ChipPackage::normalized_kind(name) == ChipPackage::normalized_kind(of);
         for (name, of) in [
             ("dip28", "DIP28"),
             ("28-PDIP", "DIP28"),

@@ -2,12 +2,12 @@
 
 use crate::chip::Chip;
 use crate::lint::Lint;
-use crate::pins::{Event, Level, PinId, Time};
-use crate::state::Damaged;
+use crate::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use crate::state::SnapshotDamaged;
 
 /// Why a chip is reset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Reset {
+pub enum ResetCause {
     /// Supply voltage came up.
     #[default]
     PowerOn,
@@ -22,7 +22,7 @@ pub enum Reset {
 /// Why a run ended. All of them leave the machine ready to run on, at an instruction boundary, or between two subcycles where a probe
 /// has stopped it there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Stop {
+pub enum StopReason {
     /// The cycle asked for was reached.
     Limit,
     /// Nothing enabled can wake or reset the chip, and nothing is on its way out.
@@ -39,10 +39,10 @@ pub enum Stop {
         /// Program word address.
         pc: u32,
         /// What it was.
-        fault: Fault,
+        fault: ProgramFault,
     },
     /// A trap set by [`Cpu::trap`] was reached; its instruction was not executed yet.
-    Trap {
+    Breakpoint {
         /// Program word address.
         pc: u32,
     },
@@ -52,7 +52,7 @@ pub enum Stop {
 
 /// What a guest program can do that the model does not carry out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Fault {
+pub enum ProgramFault {
     /// A memory cell of RAM was read before it was written (only with `--ram trap`).
     UninitialisedRead {
         /// The memory, as [`Chip::spaces`] names it.
@@ -61,22 +61,22 @@ pub enum Fault {
         addr: u16,
     },
     /// A jump went out of its program, on a controller with a table of programs.
-    LeavesProgram {
+    JumpOutOfProgram {
         /// Where it went, in program words.
         target: u16,
     },
     /// A program cycle took longer than any that ends: the watchdog of a controller.
-    NoEnd,
+    CycleTooLong,
 }
 
-impl std::fmt::Display for Fault {
+impl std::fmt::Display for ProgramFault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Fault::UninitialisedRead { space, addr } => {
+            ProgramFault::UninitialisedRead { space, addr } => {
                 write!(f, "{space}:0x{addr:04x} was read before it was written")
             }
-            Fault::LeavesProgram { target } => write!(f, "the jump to 0x{target:03x} leaves the program"),
-            Fault::NoEnd => f.write_str("the program cycle has no end: the watchdog has stopped it"),
+            ProgramFault::JumpOutOfProgram { target } => write!(f, "the jump to 0x{target:03x} leaves the program"),
+            ProgramFault::CycleTooLong => f.write_str("the program cycle has no end: the watchdog has stopped it"),
         }
     }
 }
@@ -106,7 +106,7 @@ pub trait Cpu: Clone {
     /// Oscillator clocks per machine cycle: 1 on AVR.
     fn clocks_per_cycle(&self) -> u32;
     /// Resets the chip for the given reason. Counting of cycles goes on.
-    fn reset(&mut self, why: Reset);
+    fn reset(&mut self, cause: ResetCause);
     /// Machine cycles since power-up.
     fn cycle(&self) -> u64;
     /// Instructions executed since power-up, interrupt entries not counted.
@@ -119,7 +119,7 @@ pub trait Cpu: Clone {
     fn reg(&self, name: &str) -> Option<u32>;
     /// Puts the values of all registers into `into`, in the order of [`Chip::cpu_regs`]: what reads them at every instruction asks for
     /// none by name.
-    fn regs(&self, into: &mut Vec<u32>) {
+    fn read_regs(&self, into: &mut Vec<u32>) {
         into.clear();
         into.extend(self.chip().cpu_regs.iter().map(|name| self.reg(name).unwrap_or(0)));
     }
@@ -138,39 +138,39 @@ pub trait Cpu: Clone {
     }
     /// Sets or clears a breakpoint at the program word `pc`. It changes nothing that a program could see; a clone has the
     /// traps that were set when it was made.
-    fn trap(&mut self, pc: u32, on: bool);
+    fn set_breakpoint(&mut self, pc: u32, on: bool);
     /// The chip has this pin, as it is configured.
     fn has_pin(&self, pin: PinId) -> bool {
         self.chip().has_pin(pin)
     }
     /// The pins that are worth showing: all that the chip has, but of a machine whose program leaves its hundreds of channels open those
     /// alone that the program names.
-    fn shown_pins(&self) -> Vec<PinId> {
+    fn pins_to_show(&self) -> Vec<PinId> {
         (0..self.chip().pins.len() as PinId).filter(|pin| self.has_pin(*pin)).collect()
     }
     /// Level of a pin now.
-    fn level(&self, pin: PinId) -> Level;
+    fn pin_level(&self, pin: PinId) -> PinLevel;
     /// The byte whose stop bit the first serial port is sending, where the program has been told already that it is sent: it may
     /// end on that. None on chips that tell it after the stop bit.
-    fn stopping(&self) -> Option<u8> {
+    fn byte_in_stop_bit(&self) -> Option<u8> {
         None
     }
     /// Drives a pin from outside at `at` (at once when that has passed), or puts a resistor on it; the last of these counts.
-    fn drive(&mut self, at: Time, pin: PinId, level: Level);
+    fn drive(&mut self, at: CycleTime, pin: PinId, level: PinLevel);
     /// Puts a voltage, in millivolts, on a pin from outside at `at` (at once when that has passed). False on machines that know
     /// levels only.
-    fn drive_volts(&mut self, at: Time, pin: PinId, millivolts: u32) -> bool {
+    fn drive_volts(&mut self, at: CycleTime, pin: PinId, millivolts: u32) -> bool {
         let _ = (at, pin, millivolts);
         false
     }
     /// Sets the supply, in millivolts, from `at` on (at once when that has passed). False on machines that know no supply.
-    fn supply(&mut self, at: Time, millivolts: u32) -> bool {
+    fn set_supply(&mut self, at: CycleTime, millivolts: u32) -> bool {
         let _ = (at, millivolts);
         false
     }
     /// Where the byte of RAM is kept that the program reaches at `addr` of the memory [`Chip::ram`]: an address of that memory,
     /// below 64 K, the same for all mirrors. None where there is no RAM.
-    fn ram_at(&self, addr: u32) -> Option<u32> {
+    fn canonical_ram_address(&self, addr: u32) -> Option<u32> {
         let chip = self.chip();
         let first = u32::from(chip.ram_start);
         (first..first + u32::from(chip.ram_len)).contains(&addr).then_some(addr)
@@ -182,7 +182,7 @@ pub trait Cpu: Clone {
     ///
     /// # Errors
     /// The bytes are no state of such a machine, which is as it was then.
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), Damaged>;
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged>;
     /// Return addresses, as program words, of a stack that lies in no memory space, the one pushed last first; its places that hold
     /// none are among them. Empty where there is no such stack.
     fn return_stack(&self) -> Vec<u32> {
@@ -194,48 +194,48 @@ pub trait Cpu: Clone {
         Vec::new()
     }
     /// How deep the stack is now: a call makes it greater, a return smaller, by whatever it takes. 0 where there is no stack.
-    fn depth(&self) -> u32 {
+    fn stack_depth(&self) -> u32 {
         0
     }
     /// No instruction comes now: the core sleeps, or is held. A family that tells of its rest by [`Stop::Halted`] alone says false.
-    fn sleeps(&self) -> bool {
+    fn is_asleep(&self) -> bool {
         false
     }
     /// With `on` time passes up to the limit of a run even where nothing can wake the chip: [`Stop::Halted`] does not come. No part of the
     /// machine that a program could see, nor of its saved state.
-    fn insist(&mut self, on: bool);
+    fn set_run_while_halted(&mut self, on: bool);
     /// Only something from outside can still change what the program does, though it does not count as halted: it waits for a pin in a
     /// loop, or sleeps with its receiver open. Asked of a copy, which it moves. A family that calls all of that halted never waits.
-    fn waits_for_ever(&mut self) -> bool {
+    fn is_blocked_on_input(&mut self) -> bool {
         false
     }
     /// Runs until machine cycle `until` (at most [`END_OF_TIME`]) is reached or something stops it; always to an instruction
     /// boundary. A run cut in two by its limit gives the same machine. Where it has halted in a jump to itself, another run executes
     /// that jump once more.
-    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop;
+    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason;
     /// Executes one instruction, or one interrupt entry, or sleeps to the next deadline.
-    fn step<P: Probe>(&mut self, probe: &mut P) -> Stop {
-        self.step_until(END_OF_TIME, probe)
+    fn step<P: Probe>(&mut self, probe: &mut P) -> StopReason {
+        self.step_until(LAST_CYCLE, probe)
     }
     /// The same, but sleeps no further than to the cycle `until`; an instruction that spans it ends where it ends.
-    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop;
+    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason;
 }
 
 /// What a bus access asks of the core, a set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Wake(pub u32);
+pub struct BusEffect(pub u32);
 
-impl Wake {
+impl BusEffect {
     /// Nothing.
-    pub const NONE: Wake = Wake(0);
+    pub const NONE: BusEffect = BusEffect(0);
     /// Deadlines, pending interrupts or enables may have moved: look before the next instruction.
-    pub const DEADLINE: Wake = Wake(1);
+    pub const RECHECK: BusEffect = BusEffect(1);
     /// Hold interrupts for one instruction.
-    pub const HOLD: Wake = Wake(2);
+    pub const HOLD_INTERRUPTS: BusEffect = BusEffect(2);
 
     /// True when `other` is asked for.
     #[must_use]
-    pub const fn has(self, other: Wake) -> bool {
+    pub const fn contains(self, other: BusEffect) -> bool {
         self.0 & other.0 != 0
     }
 }
@@ -244,37 +244,37 @@ impl Wake {
 pub const NEVER: u64 = u64::MAX;
 
 /// The last cycle to which a machine runs: 2^62, some 9,000 years at 16 MHz.
-pub const END_OF_TIME: u64 = 1 << 62;
+pub const LAST_CYCLE: u64 = 1 << 62;
 
 /// What a core sees of its chip. Plain RAM is not behind it. `now` is the machine cycle in which the access falls; a
 /// write takes effect at the edge that ends that cycle. Every access first runs what is due at its own cycle.
 pub trait Bus: Clone {
     /// Reads a register as the program does, with side effects.
-    fn read(&mut self, reg: u16, now: u64) -> (u8, Wake);
+    fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect);
     /// Reads a register as an instruction does that modifies and writes it back: where that makes a difference, the latch
     /// of a port instead of its pins.
-    fn read_latch(&mut self, reg: u16, now: u64) -> (u8, Wake) {
+    fn read_latch(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
         self.read(reg, now)
     }
     /// Reads a register without side effects.
     fn peek(&self, reg: u16, now: u64) -> u8;
     /// Writes a register.
-    fn write(&mut self, reg: u16, value: u8, now: u64) -> Wake;
+    fn write(&mut self, reg: u16, value: u8, now: u64) -> BusEffect;
     /// Writes only the bits of `mask`, as single-bit instructions do.
-    fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> Wake;
+    fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> BusEffect;
     /// Runs what is due up to `now` and returns the next deadline, [`NEVER`] where there is none.
     fn fire(&mut self, now: u64) -> u64;
     /// How long a read of `reg` keeps giving the same value without side effects if the program does nothing: a cycle
     /// after `now`, or `now` itself when nothing is promised.
     fn steady_until(&self, reg: u16, now: u64) -> u64;
     /// The interrupt that would be taken at `now`, by its vector number.
-    fn pending(&self, now: u64) -> Option<u8>;
+    fn pending_interrupt(&self, now: u64) -> Option<u8>;
     /// The core takes that interrupt.
-    fn take(&mut self, vector: u8, now: u64);
+    fn acknowledge_interrupt(&mut self, vector: u8, now: u64);
     /// True when an enabled source could still interrupt or reset the chip.
     fn can_wake(&self, interrupts_enabled: bool) -> bool;
     /// True when something is still on its way: a byte being sent, a drive queued.
-    fn busy(&self) -> bool;
+    fn is_busy(&self) -> bool;
 }
 
 /// Reads a byte and writes it back with another value of one bit: [`Cpu::poke_bit`] where nothing else is a part of it.
@@ -290,13 +290,13 @@ pub trait Probe {
     const INSN: bool = false;
     /// [`Probe::insn`] is called at every turn of a loop that only waits. Where it need not be, turns that are like the one before are
     /// jumped over, and a turn that is not is seen.
-    const EVERY: bool = Self::INSN;
+    const EVERY_ITERATION: bool = Self::INSN;
     /// [`Probe::data`] is called.
     const DATA: bool = false;
     /// [`Probe::goes`], [`Probe::enters`] and [`Probe::breaks`] are called.
     const FLOW: bool = false;
     /// [`Probe::data`] is called for reads too. Where it need not be, turns of a loop that only waits are jumped over.
-    const READS: bool = Self::DATA;
+    const DATA_READS: bool = Self::DATA;
     /// [`Probe::event`] is called, and the chip logs edges and bytes.
     const EVENTS: bool = false;
     /// [`Probe::lint`] is called, on machines that have diagnostics.
@@ -305,47 +305,47 @@ pub trait Probe {
     const SUBCYCLE: bool = false;
 
     /// Before the instruction at program word `pc` starts at machine cycle `at`. True stops the run before it.
-    fn insn(&mut self, at: u64, pc: u32) -> bool {
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
         let _ = (at, pc);
         false
     }
     /// An access to data memory (registers of the chip included) in machine cycle `at`; `space` is the position of the
     /// memory in [`Chip::spaces`]. True stops the run at the end of the instruction.
-    fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+    fn on_data_access(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
         let _ = (at, space, addr, value, write);
         false
     }
     /// An instruction makes the program go on at the program word `to` in place of `next`, the one behind it, if `taken`. One that
     /// goes on to `next` may be told, or not. Turns of a loop that only waits may be jumped over unseen.
-    fn goes(&mut self, next: u32, to: u32, taken: bool) {
+    fn on_branch(&mut self, next: u32, to: u32, taken: bool) {
         let _ = (next, to, taken);
     }
     /// The program goes on at the program word `pc`, and no instruction has led it there: a run begins, an interrupt is entered, or
     /// the chip was reset.
-    fn enters(&mut self, pc: u32) {
+    fn on_flow_start(&mut self, pc: u32) {
         let _ = pc;
     }
     /// The program does not go on at the program word `pc`, where it stands: the run ends, or [`Probe::enters`] tells where it does.
-    fn breaks(&mut self, pc: u32) {
+    fn on_flow_end(&mut self, pc: u32) {
         let _ = pc;
     }
     /// An interrupt is entered; `at` is the first cycle of its entry.
-    fn irq(&mut self, at: u64, vector: u8) {
+    fn on_interrupt(&mut self, at: u64, vector: u8) {
         let _ = (at, vector);
     }
     /// Something left the chip or reached a pin. True stops the run at the next instruction boundary. Events come in order of
     /// cycles, and of time within a cycle, but for what a reset or a drive by hand adds to the cycle at whose boundary it comes.
-    fn event(&mut self, event: Event) -> bool {
+    fn on_event(&mut self, event: ChipEvent) -> bool {
         let _ = event;
         false
     }
     /// The instruction at program word `pc`, in machine cycle `at`, does what is seldom meant.
-    fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
+    fn on_lint(&mut self, at: u64, pc: u32, lint: Lint) {
         let _ = (at, pc, lint);
     }
     /// A subcycle of the instruction `word` at program word `pc` is over at `at`. True stops the run there, also between fetch and
     /// execution; it goes on from there.
-    fn subcycle(&mut self, at: Time, phase: Subcycle, pc: u32, word: u16) -> bool {
+    fn on_subcycle(&mut self, at: CycleTime, phase: Subcycle, pc: u32, word: u16) -> bool {
         let _ = (at, phase, pc, word);
         false
     }
@@ -356,83 +356,83 @@ impl Probe for () {}
 /// Two probes at once; nest for more.
 impl<A: Probe, B: Probe> Probe for (A, B) {
     const INSN: bool = A::INSN || B::INSN;
-    const EVERY: bool = A::EVERY || B::EVERY;
+    const EVERY_ITERATION: bool = A::EVERY_ITERATION || B::EVERY_ITERATION;
     const DATA: bool = A::DATA || B::DATA;
     const FLOW: bool = A::FLOW || B::FLOW;
-    const READS: bool = A::READS || B::READS;
+    const DATA_READS: bool = A::DATA_READS || B::DATA_READS;
     const EVENTS: bool = A::EVENTS || B::EVENTS;
     const LINT: bool = A::LINT || B::LINT;
     const SUBCYCLE: bool = A::SUBCYCLE || B::SUBCYCLE;
 
-    fn insn(&mut self, at: u64, pc: u32) -> bool {
-        self.0.insn(at, pc) | self.1.insn(at, pc)
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
+        self.0.on_instruction(at, pc) | self.1.on_instruction(at, pc)
     }
-    fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
-        self.0.data(at, space, addr, value, write) | self.1.data(at, space, addr, value, write)
+    fn on_data_access(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        self.0.on_data_access(at, space, addr, value, write) | self.1.on_data_access(at, space, addr, value, write)
     }
-    fn goes(&mut self, next: u32, to: u32, taken: bool) {
-        self.0.goes(next, to, taken);
-        self.1.goes(next, to, taken);
+    fn on_branch(&mut self, next: u32, to: u32, taken: bool) {
+        self.0.on_branch(next, to, taken);
+        self.1.on_branch(next, to, taken);
     }
-    fn enters(&mut self, pc: u32) {
-        self.0.enters(pc);
-        self.1.enters(pc);
+    fn on_flow_start(&mut self, pc: u32) {
+        self.0.on_flow_start(pc);
+        self.1.on_flow_start(pc);
     }
-    fn breaks(&mut self, pc: u32) {
-        self.0.breaks(pc);
-        self.1.breaks(pc);
+    fn on_flow_end(&mut self, pc: u32) {
+        self.0.on_flow_end(pc);
+        self.1.on_flow_end(pc);
     }
-    fn irq(&mut self, at: u64, vector: u8) {
-        self.0.irq(at, vector);
-        self.1.irq(at, vector);
+    fn on_interrupt(&mut self, at: u64, vector: u8) {
+        self.0.on_interrupt(at, vector);
+        self.1.on_interrupt(at, vector);
     }
-    fn event(&mut self, event: Event) -> bool {
-        self.0.event(event) | self.1.event(event)
+    fn on_event(&mut self, event: ChipEvent) -> bool {
+        self.0.on_event(event) | self.1.on_event(event)
     }
-    fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
-        self.0.lint(at, pc, lint);
-        self.1.lint(at, pc, lint);
+    fn on_lint(&mut self, at: u64, pc: u32, lint: Lint) {
+        self.0.on_lint(at, pc, lint);
+        self.1.on_lint(at, pc, lint);
     }
-    fn subcycle(&mut self, at: Time, phase: Subcycle, pc: u32, word: u16) -> bool {
-        self.0.subcycle(at, phase, pc, word) | self.1.subcycle(at, phase, pc, word)
+    fn on_subcycle(&mut self, at: CycleTime, phase: Subcycle, pc: u32, word: u16) -> bool {
+        self.0.on_subcycle(at, phase, pc, word) | self.1.on_subcycle(at, phase, pc, word)
     }
 }
 
 impl<P: Probe> Probe for &mut P {
     const INSN: bool = P::INSN;
-    const EVERY: bool = P::EVERY;
+    const EVERY_ITERATION: bool = P::EVERY_ITERATION;
     const DATA: bool = P::DATA;
     const FLOW: bool = P::FLOW;
-    const READS: bool = P::READS;
+    const DATA_READS: bool = P::DATA_READS;
     const EVENTS: bool = P::EVENTS;
     const LINT: bool = P::LINT;
     const SUBCYCLE: bool = P::SUBCYCLE;
 
-    fn insn(&mut self, at: u64, pc: u32) -> bool {
-        (**self).insn(at, pc)
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
+        (**self).on_instruction(at, pc)
     }
-    fn data(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
-        (**self).data(at, space, addr, value, write)
+    fn on_data_access(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        (**self).on_data_access(at, space, addr, value, write)
     }
-    fn goes(&mut self, next: u32, to: u32, taken: bool) {
-        (**self).goes(next, to, taken);
+    fn on_branch(&mut self, next: u32, to: u32, taken: bool) {
+        (**self).on_branch(next, to, taken);
     }
-    fn enters(&mut self, pc: u32) {
-        (**self).enters(pc);
+    fn on_flow_start(&mut self, pc: u32) {
+        (**self).on_flow_start(pc);
     }
-    fn breaks(&mut self, pc: u32) {
-        (**self).breaks(pc);
+    fn on_flow_end(&mut self, pc: u32) {
+        (**self).on_flow_end(pc);
     }
-    fn irq(&mut self, at: u64, vector: u8) {
-        (**self).irq(at, vector);
+    fn on_interrupt(&mut self, at: u64, vector: u8) {
+        (**self).on_interrupt(at, vector);
     }
-    fn event(&mut self, event: Event) -> bool {
-        (**self).event(event)
+    fn on_event(&mut self, event: ChipEvent) -> bool {
+        (**self).on_event(event)
     }
-    fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
-        (**self).lint(at, pc, lint);
+    fn on_lint(&mut self, at: u64, pc: u32, lint: Lint) {
+        (**self).on_lint(at, pc, lint);
     }
-    fn subcycle(&mut self, at: Time, phase: Subcycle, pc: u32, word: u16) -> bool {
-        (**self).subcycle(at, phase, pc, word)
+    fn on_subcycle(&mut self, at: CycleTime, phase: Subcycle, pc: u32, word: u16) -> bool {
+        (**self).on_subcycle(at, phase, pc, word)
     }
 }

@@ -6,12 +6,12 @@
 pub mod chip;
 pub mod countdown;
 pub mod cpu;
-pub mod cuts;
+pub mod cut_tests;
 pub mod engine;
 pub mod image;
 pub mod lint;
 pub mod machine;
-pub mod outside;
+pub mod external_io;
 pub mod parts;
 pub mod pins;
 pub mod rng;
@@ -19,6 +19,6 @@ pub mod slices;
 pub mod state;
 pub mod table;
 
-pub use chip::{Chip, Family, Isa, PinDef, Reg};
-pub use cpu::{Bus, Cpu, END_OF_TIME, Fault, NEVER, Probe, RamInit, Reset, Stop, Wake};
-pub use pins::{Event, Level, PinId, Time};
+pub use chip::{Chip, ChipFamily, InstructionSet, PinDef, NamedAddress};
+pub use cpu::{Bus, Cpu, LAST_CYCLE, ProgramFault, NEVER, Probe, RamInit, ResetCause, StopReason, BusEffect};
+pub use pins::{ChipEvent, PinLevel, PinId, CycleTime};

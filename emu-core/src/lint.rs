@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use diag::Code;
+use diag::DiagnosticCode;
 
 /// Something that a program is rarely meant to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -45,7 +45,7 @@ pub enum Lint {
     },
     /// An instruction that puts the chip to sleep has done nothing, because a flag that would wake it was set already, and no
     /// interrupt was to come of it.
-    NoSleep,
+    SleepIgnored,
     /// What a byte of RAM or a register held made a difference, and nothing has written it since power-up (machines that follow
     /// values).
     UnknownUse {
@@ -143,91 +143,91 @@ pub enum Lint {
 
 /// The codes of lints.
 #[rustfmt::skip]
-pub const CODES: &[Code] = &[
-    Code { code: "LINT001", title: "a port is read whose pins are analog inputs",
+pub const LINT_CODES: &[DiagnosticCode] = &[
+    DiagnosticCode { code: "LINT001", title: "a port is read whose pins are analog inputs",
         explain: "A pin that is an analog input reads 0 whatever its level. After power-up most pins that can be analog are. \
                   BTFSC and BTFSS are held to the pin that they test, other instructions that read the port to all of its \
                   pins. Mend: make the pins digital first: ADCON1, ANSEL or CMCON, by chip." },
-    Code { code: "LINT002", title: "bits of a port's latch are changed along with others",
+    DiagnosticCode { code: "LINT002", title: "bits of a port's latch are changed along with others",
         explain: "BSF, BCF, IORWF, ANDWF and XORWF read all pins of a port and write all of its latch. A pin that is not at the \
                   level of its latch (an input, a pin with a load, one that was written just before, an analog one) changes its \
                   latch so, which shows when it becomes an output. Mend: keep a copy of the port in RAM, change that and write \
                   it whole." },
-    Code { code: "LINT003", title: "the stack is full",
+    DiagnosticCode { code: "LINT003", title: "the stack is full",
         explain: "The stack of a PIC16 has eight places, and a call or an interrupt takes one. The ninth overwrites the oldest \
                   return address, and nothing tells the program. Mend: nest fewer calls, and leave a place for the interrupt." },
-    Code { code: "LINT004", title: "a return without a call",
+    DiagnosticCode { code: "LINT004", title: "a return without a call",
         explain: "RETURN, RETLW or RETFIE with an empty stack goes to whatever address its place holds: often an old one. Mend: \
                   leave by GOTO what was reached by GOTO." },
-    Code { code: "LINT005", title: "a jump or call into a page that was not chosen here",
+    DiagnosticCode { code: "LINT005", title: "a jump or call into a page that was not chosen here",
         explain: "GOTO and CALL take the upper bits of their target from PCLATH. This one left its page, but PCLATH was last \
                   written by code in another page: by a routine that was called, or by the caller. Mend: set PCLATH before the \
                   jump or call (pagesel), and again after a call into another page." },
-    Code { code: "LINT006", title: "a service routine changes what it interrupts",
+    DiagnosticCode { code: "LINT006", title: "a service routine changes what it interrupts",
         explain: "After RETFIE a register holds something else than when the interrupt came, so the interrupted code goes on \
                   with a wrong W, wrong flags or bank, or a wrong page. Mend: save W, STATUS and PCLATH first in the service \
                   routine and restore them last, with SWAPF, which leaves the flags alone." },
-    Code { code: "LINT007", title: "RAM or a register is read that was never written",
+    DiagnosticCode { code: "LINT007", title: "RAM or a register is read that was never written",
         explain: "After power-up RAM holds anything, and something else on the next chip; so do the registers of an AVR. The \
                   emulator fills them with zeros unless --ram says otherwise, so such a program may run well here and fail on \
                   the desk. Bytes that the image fills count as written; every byte is told of once. On AVR values are \
                   followed bit by bit, and it is told where they first make a difference: in a branch, an address, a register \
                   of the chip. Mend: write it first." },
-    Code { code: "LINT008", title: "SLEEP does nothing",
+    DiagnosticCode { code: "LINT008", title: "SLEEP does nothing",
         explain: "SLEEP is a NOP while an interrupt flag and its enable bit are set, and with GIE clear nothing else tells of it. \
                   A flag that nothing clears makes every SLEEP a NOP. Mend: clear the flag before SLEEP." },
-    Code { code: "LINT009", title: "the stack grows over what lies below it",
+    DiagnosticCode { code: "LINT009", title: "the stack grows over what lies below it",
         explain: "The stack grows down, and static data and the heap up. Where a push, a call, an interrupt or a frame reaches \
                   below the end of static data (of the heap, where malloc has grown it), variables and return addresses \
                   overwrite each other. Without symbols only the beginning of RAM is known. A stack that a program places in \
                   static data itself, as those of tasks, is held to the beginning of RAM. Mend: smaller buffers and frames, \
                   less recursion." },
-    Code { code: "LINT010", title: "a write to an address where nothing is",
+    DiagnosticCode { code: "LINT010", title: "a write to an address where nothing is",
         explain: "The address is reserved, or beyond the end of RAM. Reserved addresses are never to be written, says the data \
                   sheet. Often the image is for another chip, or a pointer is wild. Mend: look at the address." },
-    Code { code: "LINT011", title: "reserved bits are written as ones",
+    DiagnosticCode { code: "LINT011", title: "reserved bits are written as ones",
         explain: "Reserved bits are to be written as zeros, says the data sheet, for later chips give them a meaning. Often the \
                   number of a bit is wrong, or the image is for another chip. Not told of absent pins of a port, and of flags \
                   that ones clear. Mend: write zeros there." },
-    Code { code: "LINT012", title: "a baud rate is more than 2.5 % off",
+    DiagnosticCode { code: "LINT012", title: "a baud rate is more than 2.5 % off",
         explain: "Both sides of an asynchronous line may differ by a few percent in all before bits are read wrong, so each \
                   should be within some 2 % of the rate; 2.1 %, as 115200 baud has at 16 MHz, is usual and accepted. The rate is worked out from the clock after CLKPR, UBRR and U2X, and held \
                   against the nearest usual one (300 to 2000000 baud). Mend: U2X, another UBRR, or a crystal that divides well." },
-    Code { code: "LINT013", title: "an interrupt is taken that has no service routine",
+    DiagnosticCode { code: "LINT013", title: "an interrupt is taken that has no service routine",
         explain: "Its vector is erased, or jumps back to the beginning, as avr-libc has it where a program defines no routine: the \
                   program starts over without a reset. Mend: write an ISR for it (a misspelt name of a vector makes none), or do \
                   not enable it." },
-    Code { code: "LINT014", title: "an interrupt is enabled that has no service routine",
+    DiagnosticCode { code: "LINT014", title: "an interrupt is enabled that has no service routine",
         explain: "Its enable bit is set, and so is I in SREG; when its flag comes, the program jumps into an erased vector or \
                   back to the beginning. Mend: write an ISR for it, or do not enable it." },
-    Code { code: "LINT015", title: "a pin is read on which nothing stands",
+    DiagnosticCode { code: "LINT015", title: "a pin is read on which nothing stands",
         explain: "The pin is an input without pull-up, and nothing outside drives it: on the desk it reads anything, and picks up \
                   what is near it. Told where the bit makes a difference, once a pin: a port may be read whole if bits of such \
                   pins are masked out. Mend: turn on its pull-up, or drive it (--set PD2=1, --set PD2=pullup)." },
-    Code { code: "LINT016", title: "a bit that the controller does not have",
+    DiagnosticCode { code: "LINT016", title: "a bit that the controller does not have",
         explain: "The address has no channel or no module behind it: E 256 to 511 and R 384 to 511 never have, inputs and outputs \
                   only as many as the configuration says, R as it has modules. It reads 0, and what is written is lost. With an \
                   index the address is meant that it leads to. Mend: configure the channel or module, or look at the address." },
-    Code { code: "LINT017", title: "an input is written",
+    DiagnosticCode { code: "LINT017", title: "an input is written",
         explain: "STO and STOC to an input change its latch until inputs are sampled again; where inputs are read live there is no \
                   latch, and nothing happens. STC and RTC are for outputs, timers and memory only; a raw word that names an \
                   input does the same. Mend: write an output or a bit of M." },
-    Code { code: "LINT018", title: "a preset port is misused",
+    DiagnosticCode { code: "LINT018", title: "a preset port is misused",
         explain: "R256 to R383 take the presets of modules 0 to 127: STO to the port, then a NOP with bit 11 clear, whose field is \
                   the preset. Any other write does nothing, and the port reads 0. Mend: write TIM Rn,#d, which makes both words." },
-    Code { code: "LINT019", title: "a field of an instruction is not empty",
+    DiagnosticCode { code: "LINT019", title: "a field of an instruction is not empty",
         explain: "NOT and CLR have no operand, and execute whatever their lower twelve bits are. The words B000h and C000h are the \
                   plain ones; others are often data that the program runs into. Mend: look at the address." },
-    Code { code: "LINT020", title: "a program relies on silicon against its data sheet",
+    DiagnosticCode { code: "LINT020", title: "a program relies on silicon against its data sheet",
         explain: "It writes ICR1 or ICR3 in a mode that does not have that as TOP, or an edge on INT0 or INT1 wakes it from a sleep \
                   in which the I/O clock stands. The data sheet says that the one has no effect and that only a low level does \
                   the other; boards do both, and so does the emulator. --reading icr-write=top and --reading int-wake=level \
                   take the sheet by its letter. Mend: choose the mode before ICR is written; wake by a level or a pin change." },
-    Code { code: "LINT021", title: "a channel of the converter has no pin in this package",
+    DiagnosticCode { code: "LINT021", title: "a channel of the converter has no pin in this package",
         explain: "ADC6 and ADC7 of ATmega8 and ATmega48 to 328 are pins of the packages with 32 pins alone. In the package that \
                   --package names the channel converts to 0 here, and to anything on a board. Mend: choose another channel, or \
                   the package of the board; without --package the chip has the pins of all." },
-    Code { code: "LINT022", title: "a conversion begins before the acquisition time has passed",
+    DiagnosticCode { code: "LINT022", title: "a conversion begins before the acquisition time has passed",
         explain: "The holding capacitor of the converter charges through the source of the selected channel, and what it holds as \
                   GO is set is converted. The time runs from the write that turns the converter on or selects the channel, and \
                   after a conversion from 2 TAD behind its end: 19.7 us with the 10 bits of most chips and 12 us with 8, by the \
@@ -236,22 +236,22 @@ pub const CODES: &[Code] = &[
 ];
 
 /// Baud rates that serial lines have: the usual ones, and those of MIDI, S.BUS and DMX512.
-const BAUDS: [u32; 26] = [
+const STANDARD_BAUDS: [u32; 26] = [
     110, 150, 300, 600, 1_200, 2_400, 4_800, 9_600, 14_400, 19_200, 28_800, 31_250, 38_400, 57_600, 76_800, 100_000,
     115_200, 128_000, 230_400, 250_000, 256_000, 460_800, 500_000, 921_600, 1_000_000, 2_000_000,
 ];
 
 /// The usual baud rate that is nearest to `baud`, by what it is off.
 #[must_use]
-pub fn usual_baud(baud: u32) -> u32 {
+pub fn nearest_standard_baud(baud: u32) -> u32 {
     let off = |usual: u32| u64::from(baud.abs_diff(usual)) * 1_000_000 / u64::from(usual);
-    BAUDS.into_iter().min_by_key(|&usual| off(usual)).unwrap_or(baud)
+    STANDARD_BAUDS.into_iter().min_by_key(|&usual| off(usual)).unwrap_or(baud)
 }
 
 impl Lint {
     /// Its row of [`CODES`].
     #[must_use]
-    pub const fn row(&self) -> &'static Code {
+    pub const fn code_row(&self) -> &'static DiagnosticCode {
         let row = match self {
             Lint::AnalogRead { .. } => 0,
             Lint::ForeignLatch { .. } => 1,
@@ -260,7 +260,7 @@ impl Lint {
             Lint::Page { .. } => 4,
             Lint::NotSaved { .. } => 5,
             Lint::UnknownRead { .. } | Lint::UnknownUse { .. } => 6,
-            Lint::NoSleep => 7,
+            Lint::SleepIgnored => 7,
             Lint::StackMeets { .. } => 8,
             Lint::NothingThere { .. } => 9,
             Lint::ReservedBits { .. } => 10,
@@ -276,13 +276,13 @@ impl Lint {
             Lint::ChannelAbsent { .. } => 20,
             Lint::EarlyConversion { .. } => 21,
         };
-        &CODES[row]
+        &LINT_CODES[row]
     }
 
     /// Stable code.
     #[must_use]
     pub const fn code(&self) -> &'static str {
-        self.row().code
+        self.code_row().code
     }
 
     /// What to do about it, one sentence.
@@ -296,7 +296,7 @@ impl Lint {
             Lint::Page { .. } => "set PCLATH before the jump or call, and again after a call into another page",
             Lint::NotSaved { .. } => "save W, STATUS and PCLATH first in the service routine and restore them last",
             Lint::UnknownRead { .. } => "write the cell first; after power-up RAM holds anything",
-            Lint::NoSleep => "clear the flag before SLEEP",
+            Lint::SleepIgnored => "clear the flag before SLEEP",
             Lint::UnknownUse { .. } => "write it first; after power-up it holds anything",
             Lint::StackMeets { .. } => "smaller buffers and frames, less recursion",
             Lint::NothingThere { .. } => "look at the address; is the image for this chip?",
@@ -344,7 +344,7 @@ impl fmt::Display for Lint {
             }
             Lint::NotSaved { register } => write!(f, "the service routine returns with another value in {register}"),
             Lint::UnknownRead { space, addr } => write!(f, "{space}:0x{addr:02x} is read before it was written"),
-            Lint::NoSleep => f.write_str("SLEEP does nothing: a flag that would end it is set already"),
+            Lint::SleepIgnored => f.write_str("SLEEP does nothing: a flag that would end it is set already"),
             Lint::UnknownUse { space, addr } => write!(f, "{space}:0x{addr:02x} is used before it was written"),
             Lint::StackMeets { limit } => write!(f, "the stack grows below 0x{limit:04x}"),
             Lint::NothingThere { addr } => write!(f, "0x{addr:02x} is written, where nothing is"),
@@ -352,7 +352,7 @@ impl fmt::Display for Lint {
                 write!(f, "the reserved bits 0x{bits:02x} of the register at 0x{addr:02x} are written as ones")
             }
             Lint::Baud { uart, baud } => {
-                let usual = usual_baud(*baud);
+                let usual = nearest_standard_baud(*baud);
                 let tenths = (i64::from(*baud) - i64::from(usual)) * 1000;
                 let (sign, tenths) = (if tenths < 0 { '-' } else { '+' }, tenths.unsigned_abs() + u64::from(usual) / 2);
                 let tenths = tenths / u64::from(usual.max(1));

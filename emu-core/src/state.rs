@@ -9,61 +9,61 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use crate::cpu::{END_OF_TIME, NEVER, Reset};
-use crate::pins::Level;
+use crate::cpu::{LAST_CYCLE, NEVER, ResetCause};
+use crate::pins::PinLevel;
 
 /// The bytes are no state of such a machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Damaged;
+pub struct SnapshotDamaged;
 
-impl std::fmt::Display for Damaged {
+impl std::fmt::Display for SnapshotDamaged {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str("the bytes are no state of this machine")
     }
 }
 
-impl std::error::Error for Damaged {}
+impl std::error::Error for SnapshotDamaged {}
 
 /// Bytes that are written, or read.
 #[derive(Debug)]
-pub struct Tape<'a> {
-    written: Vec<u8>,
-    read: Option<&'a [u8]>,
+pub struct StateTape<'a> {
+    output: Vec<u8>,
+    input: Option<&'a [u8]>,
     now: u64,
 }
 
 /// What has a state.
-pub trait State {
+pub trait SnapshotState {
     /// Writes its state to the tape, or reads it from there.
     ///
     /// # Errors
     /// The tape holds something else; what was read so far has been changed.
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged>;
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged>;
 }
 
 /// The bytes of a state.
-pub fn save<S: State>(of: &mut S) -> Vec<u8> {
-    let mut tape = Tape { written: Vec::new(), read: None, now: 0 };
+pub fn save_state<S: SnapshotState>(of: &mut S) -> Vec<u8> {
+    let mut tape = StateTape { output: Vec::new(), input: None, now: 0 };
     // Nothing fails that only writes.
-    let _ = of.state(&mut tape);
-    tape.written
+    let _ = of.pass_state(&mut tape);
+    tape.output
 }
 
 /// Reads a state into `of`.
 ///
 /// # Errors
 /// The bytes are no such state, or more than one: `of` is in part changed then.
-pub fn load<S: State>(of: &mut S, bytes: &[u8]) -> Result<(), Damaged> {
-    let mut tape = Tape { written: Vec::new(), read: Some(bytes), now: 0 };
-    of.state(&mut tape)?;
-    if tape.read == Some(&[]) { Ok(()) } else { Err(Damaged) }
+pub fn load_state<S: SnapshotState>(of: &mut S, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
+    let mut tape = StateTape { output: Vec::new(), input: Some(bytes), now: 0 };
+    of.pass_state(&mut tape)?;
+    if tape.input == Some(&[]) { Ok(()) } else { Err(SnapshotDamaged) }
 }
 
-impl Tape<'_> {
+impl StateTape<'_> {
     /// True while a state is read.
     #[must_use]
-    pub const fn reads(&self) -> bool {
-        self.read.is_some()
+    pub const fn is_reading(&self) -> bool {
+        self.input.is_some()
     }
 
     /// The moment to which the state belongs, in the time of the parts that follow on the tape; 0 before [`Tape::set_now`].
@@ -81,22 +81,22 @@ impl Tape<'_> {
     ///
     /// # Errors
     /// It is not met. Nothing is asked of what is written.
-    pub fn demand(&self, met: bool) -> Result<(), Damaged> {
-        if met || !self.reads() { Ok(()) } else { Err(Damaged) }
+    pub fn require(&self, met: bool) -> Result<(), SnapshotDamaged> {
+        if met || !self.is_reading() { Ok(()) } else { Err(SnapshotDamaged) }
     }
 
     /// One byte.
     ///
     /// # Errors
     /// There is none left.
-    pub fn byte(&mut self, value: u8) -> Result<u8, Damaged> {
-        match &mut self.read {
+    pub fn pass_byte(&mut self, value: u8) -> Result<u8, SnapshotDamaged> {
+        match &mut self.input {
             None => {
-                self.written.push(value);
+                self.output.push(value);
                 Ok(value)
             }
             Some(read) => {
-                let (&first, rest) = read.split_first().ok_or(Damaged)?;
+                let (&first, rest) = read.split_first().ok_or(SnapshotDamaged)?;
                 *read = rest;
                 Ok(first)
             }
@@ -107,68 +107,68 @@ impl Tape<'_> {
     ///
     /// # Errors
     /// None is there, or one that is longer than it needs be.
-    pub fn number(&mut self, value: u64) -> Result<u64, Damaged> {
-        if !self.reads() {
+    pub fn pass_number(&mut self, value: u64) -> Result<u64, SnapshotDamaged> {
+        if !self.is_reading() {
             let mut left = value;
             while left >= 0x80 {
-                self.byte(left as u8 | 0x80)?;
+                self.pass_byte(left as u8 | 0x80)?;
                 left >>= 7;
             }
-            self.byte(left as u8)?;
+            self.pass_byte(left as u8)?;
             return Ok(value);
         }
         let mut number = 0;
         for shift in (0..64).step_by(7) {
-            let byte = self.byte(0)?;
+            let byte = self.pass_byte(0)?;
             let bits = u64::from(byte & 0x7F);
-            self.demand((bits << shift) >> shift == bits && (byte != 0 || shift == 0))?;
+            self.require((bits << shift) >> shift == bits && (byte != 0 || shift == 0))?;
             number |= bits << shift;
             if byte & 0x80 == 0 {
                 return Ok(number);
             }
         }
-        Err(Damaged)
+        Err(SnapshotDamaged)
     }
 
     /// A number below `end`.
     ///
     /// # Errors
     /// It is not below.
-    pub fn below(&mut self, value: &mut usize, end: usize) -> Result<(), Damaged> {
-        let number = self.number(*value as u64)?;
-        *value = usize::try_from(number).map_err(|_| Damaged)?;
-        self.demand(*value < end)
+    pub fn pass_index(&mut self, value: &mut usize, end: usize) -> Result<(), SnapshotDamaged> {
+        let number = self.pass_number(*value as u64)?;
+        *value = usize::try_from(number).map_err(|_| SnapshotDamaged)?;
+        self.require(*value < end)
     }
 
     /// Values of which there are as many as the machine has places for.
     ///
     /// # Errors
     /// One of them is none.
-    pub fn all<T: State>(&mut self, values: &mut [T]) -> Result<(), Damaged> {
-        values.iter_mut().try_for_each(|value| value.state(self))
+    pub fn pass_slice<T: SnapshotState>(&mut self, values: &mut [T]) -> Result<(), SnapshotDamaged> {
+        values.iter_mut().try_for_each(|value| value.pass_state(self))
     }
 
     /// A memory of fixed size. Pages in which all bytes are alike take two.
     ///
     /// # Errors
     /// It ends early, or a page is written in another way than it would be.
-    pub fn memory(&mut self, memory: &mut [u8]) -> Result<(), Damaged> {
+    pub fn pass_memory(&mut self, memory: &mut [u8]) -> Result<(), SnapshotDamaged> {
         let uniform = |page: &[u8]| page.get(1..) == page.split_last().map(|(_, front)| front);
-        for page in memory.chunks_mut(PAGE) {
-            if self.flag(uniform(page))? {
+        for page in memory.chunks_mut(PAGE_BYTES) {
+            if self.pass_flag(uniform(page))? {
                 let first = page.first().copied().unwrap_or(0);
-                page.fill(self.byte(first)?);
+                page.fill(self.pass_byte(first)?);
                 continue;
             }
-            match &mut self.read {
-                None => self.written.extend_from_slice(page),
+            match &mut self.input {
+                None => self.output.extend_from_slice(page),
                 Some(read) => {
-                    let (bytes, rest) = read.split_at_checked(page.len()).ok_or(Damaged)?;
+                    let (bytes, rest) = read.split_at_checked(page.len()).ok_or(SnapshotDamaged)?;
                     page.copy_from_slice(bytes);
                     *read = rest;
                 }
             }
-            self.demand(!uniform(page))?;
+            self.require(!uniform(page))?;
         }
         Ok(())
     }
@@ -177,148 +177,148 @@ impl Tape<'_> {
     ///
     /// # Errors
     /// It is neither.
-    pub fn flag(&mut self, value: bool) -> Result<bool, Damaged> {
-        match self.byte(value.into())? {
+    pub fn pass_flag(&mut self, value: bool) -> Result<bool, SnapshotDamaged> {
+        match self.pass_byte(value.into())? {
             0 => Ok(false),
             1 => Ok(true),
-            _ => Err(Damaged),
+            _ => Err(SnapshotDamaged),
         }
     }
 }
 
 /// Bytes of a page of [`Tape::memory`].
-const PAGE: usize = 256;
+const PAGE_BYTES: usize = 256;
 
-impl State for u8 {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
-        *self = tape.byte(*self)?;
+impl SnapshotState for u8 {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        *self = tape.pass_byte(*self)?;
         Ok(())
     }
 }
 
-impl State for bool {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
-        *self = tape.flag(*self)?;
+impl SnapshotState for bool {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        *self = tape.pass_flag(*self)?;
         Ok(())
     }
 }
 
-impl State for u16 {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
-        *self = u16::try_from(tape.number((*self).into())?).map_err(|_| Damaged)?;
+impl SnapshotState for u16 {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        *self = u16::try_from(tape.pass_number((*self).into())?).map_err(|_| SnapshotDamaged)?;
         Ok(())
     }
 }
 
-impl State for u32 {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
-        *self = u32::try_from(tape.number((*self).into())?).map_err(|_| Damaged)?;
+impl SnapshotState for u32 {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        *self = u32::try_from(tape.pass_number((*self).into())?).map_err(|_| SnapshotDamaged)?;
         Ok(())
     }
 }
 
 /// A moment, or a count of what happens in time: [`NEVER`], or so little that sums of a few do not overflow.
-impl State for u64 {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+impl SnapshotState for u64 {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         // What never comes takes one byte.
-        *self = tape.number(self.wrapping_add(1))?.wrapping_sub(1);
-        tape.demand(*self == NEVER || *self <= LATEST)
+        *self = tape.pass_number(self.wrapping_add(1))?.wrapping_sub(1);
+        tape.require(*self == NEVER || *self <= MAX_TIME)
     }
 }
 
 /// The last moment of which anything is planned.
-const LATEST: u64 = END_OF_TIME + (1 << 60);
+const MAX_TIME: u64 = LAST_CYCLE + (1 << 60);
 
 /// Any bits.
-impl State for u128 {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
-        let (low, high) = (tape.number(*self as u64)?, tape.number((*self >> 64) as u64)?);
+impl SnapshotState for u128 {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        let (low, high) = (tape.pass_number(*self as u64)?, tape.pass_number((*self >> 64) as u64)?);
         *self = u128::from(high) << 64 | u128::from(low);
         Ok(())
     }
 }
 
-impl State for usize {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
-        tape.below(self, usize::from(u16::MAX))
+impl SnapshotState for usize {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        tape.pass_index(self, usize::from(u16::MAX))
     }
 }
 
-impl<T: State, const N: usize> State for [T; N] {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
-        tape.all(self)
+impl<T: SnapshotState, const N: usize> SnapshotState for [T; N] {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        tape.pass_slice(self)
     }
 }
 
-impl<T: State + Default> State for Option<T> {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
-        if !tape.flag(self.is_some())? {
+impl<T: SnapshotState + Default> SnapshotState for Option<T> {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        if !tape.pass_flag(self.is_some())? {
             *self = None;
             return Ok(());
         }
-        self.get_or_insert_default().state(tape)
+        self.get_or_insert_default().pass_state(tape)
     }
 }
 
-impl<T: State + Default> State for Vec<T> {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
-        let len = tape.number(self.len() as u64)?;
-        if !tape.reads() {
-            return tape.all(self);
+impl<T: SnapshotState + Default> SnapshotState for Vec<T> {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        let len = tape.pass_number(self.len() as u64)?;
+        if !tape.is_reading() {
+            return tape.pass_slice(self);
         }
         self.clear();
         // However many are announced: the bytes end.
         for _ in 0..len {
             let mut value = T::default();
-            value.state(tape)?;
+            value.pass_state(tape)?;
             self.push(value);
         }
         Ok(())
     }
 }
 
-impl<T: State + Default> State for VecDeque<T> {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+impl<T: SnapshotState + Default> SnapshotState for VecDeque<T> {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let mut values = Vec::from(std::mem::take(self));
-        let read = values.state(tape);
+        let read = values.pass_state(tape);
         *self = values.into();
         read
     }
 }
 
 /// A memory of fixed size, shared until it changes.
-impl State for Arc<Vec<u8>> {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+impl SnapshotState for Arc<Vec<u8>> {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let cells: &mut Vec<u8> = Arc::make_mut(self);
-        tape.memory(cells)
+        tape.pass_memory(cells)
     }
 }
 
-impl<A: State, B: State> State for (A, B) {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
-        self.0.state(tape)?;
-        self.1.state(tape)
+impl<A: SnapshotState, B: SnapshotState> SnapshotState for (A, B) {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        self.0.pass_state(tape)?;
+        self.1.pass_state(tape)
     }
 }
 
-impl<A: State, B: State, C: State> State for (A, B, C) {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
-        self.0.state(tape)?;
-        self.1.state(tape)?;
-        self.2.state(tape)
+impl<A: SnapshotState, B: SnapshotState, C: SnapshotState> SnapshotState for (A, B, C) {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
+        self.0.pass_state(tape)?;
+        self.1.pass_state(tape)?;
+        self.2.pass_state(tape)
     }
 }
 
 /// What a program has changed of the memory that it runs from: where, and what stood there when the machine was built.
 #[derive(Debug, Clone, Default)]
-pub struct Changes<T>(BTreeMap<usize, T>);
+pub struct MemoryChanges<T>(BTreeMap<usize, T>);
 
-impl<T: State + Copy + Default + PartialEq> Changes<T> {
+impl<T: SnapshotState + Copy + Default + PartialEq> MemoryChanges<T> {
     /// Nothing yet.
-    pub const NONE: Changes<T> = Changes(BTreeMap::new());
+    pub const NONE: MemoryChanges<T> = MemoryChanges(BTreeMap::new());
 
     /// What stood at `at` was `old`, and is `new`.
-    pub fn note(&mut self, at: usize, old: T, new: T) {
+    pub fn record(&mut self, at: usize, old: T, new: T) {
         if *self.0.entry(at).or_insert(old) == new {
             self.0.remove(&at);
         }
@@ -329,15 +329,15 @@ impl<T: State + Copy + Default + PartialEq> Changes<T> {
     ///
     /// # Errors
     /// A place lies outside, or its value is no change.
-    pub fn pass(&self, memory: &[T], tape: &mut Tape<'_>) -> Result<Vec<(usize, T)>, Damaged> {
+    pub fn pass_state(&self, memory: &[T], tape: &mut StateTape<'_>) -> Result<Vec<(usize, T)>, SnapshotDamaged> {
         let mut changes: Vec<_> = self.0.keys().filter_map(|&at| Some((at as u32, *memory.get(at)?))).collect();
-        changes.state(tape)?;
+        changes.pass_state(tape)?;
         let changed = |&(at, value): &(u32, T)| {
             let now = memory.get(at as usize);
             now.is_some_and(|now| *self.0.get(&(at as usize)).unwrap_or(now) != value)
         };
         let rising = changes.iter().zip(changes.iter().skip(1)).all(|(first, second)| first.0 < second.0);
-        tape.demand(rising && changes.iter().all(changed))?;
+        tape.require(rising && changes.iter().all(changed))?;
         let mut writes = self.0.clone();
         writes.extend(changes.into_iter().map(|(at, value)| (at as usize, value)));
         Ok(writes.into_iter().filter(|&(at, value)| memory.get(at) != Some(&value)).collect())
@@ -349,30 +349,30 @@ impl<T: State + Copy + Default + PartialEq> Changes<T> {
 #[macro_export]
 macro_rules! state {
     (enum $type:ty { $($tag:literal = $variant:ident $(($($place:ident),+))? $({ $($field:ident),+ })?),+ $(,)? }) => {
-        impl $crate::state::State for $type {
-            fn state(&mut self, tape: &mut $crate::state::Tape<'_>) -> Result<(), $crate::state::Damaged> {
-                if tape.reads() {
-                    *self = match tape.byte(0)? {
+        impl $crate::state::SnapshotState for $type {
+            fn pass_state(&mut self, tape: &mut $crate::state::StateTape<'_>) -> Result<(), $crate::state::SnapshotDamaged> {
+                if tape.is_reading() {
+                    *self = match tape.pass_byte(0)? {
                         $($tag => {
                             $($(
                                 let mut $place = Default::default();
-                                $crate::state::State::state(&mut $place, tape)?;
+                                $crate::state::SnapshotState::pass_state(&mut $place, tape)?;
                             )+)?
                             $($(
                                 let mut $field = Default::default();
-                                $crate::state::State::state(&mut $field, tape)?;
+                                $crate::state::SnapshotState::pass_state(&mut $field, tape)?;
                             )+)?
                             Self::$variant $(($($place),+))? $({ $($field),+ })?
                         })+
-                        _ => return Err($crate::state::Damaged),
+                        _ => return Err($crate::state::SnapshotDamaged),
                     };
                     return Ok(());
                 }
                 match self {
                     $(Self::$variant $(($($place),+))? $({ $($field),+ })? => {
-                        tape.byte($tag)?;
-                        $($($crate::state::State::state($place, tape)?;)+)?
-                        $($($crate::state::State::state($field, tape)?;)+)?
+                        tape.pass_byte($tag)?;
+                        $($($crate::state::SnapshotState::pass_state($place, tape)?;)+)?
+                        $($($crate::state::SnapshotState::pass_state($field, tape)?;)+)?
                     })+
                 }
                 Ok(())
@@ -380,16 +380,16 @@ macro_rules! state {
         }
     };
     ($type:ty { $($field:ident),* $(,)? } $(stays { $($stays:ident),+ $(,)? })? $(if |$value:ident, $now:ident| $sound:expr)? $(, then $then:expr)?) => {
-        impl $crate::state::State for $type {
-            fn state(&mut self, tape: &mut $crate::state::Tape<'_>) -> Result<(), $crate::state::Damaged> {
+        impl $crate::state::SnapshotState for $type {
+            fn pass_state(&mut self, tape: &mut $crate::state::StateTape<'_>) -> Result<(), $crate::state::SnapshotDamaged> {
                 let Self { $($field,)* $($($stays: _,)+)? } = self;
-                $($crate::state::State::state($field, tape)?;)*
+                $($crate::state::SnapshotState::pass_state($field, tape)?;)*
                 $(
                     let ($value, $now) = (&*self, tape.now());
                     let _ = $now;
-                    tape.demand($sound)?;
+                    tape.require($sound)?;
                 )?
-                $(if tape.reads() {
+                $(if tape.is_reading() {
                     $then(self);
                 })?
                 Ok(())
@@ -398,5 +398,5 @@ macro_rules! state {
     };
 }
 
-state! { enum Level { 0 = Low, 1 = High, 2 = Float, 3 = PullUp, 4 = PullDown } }
-state! { enum Reset { 0 = PowerOn, 1 = External, 2 = Watchdog, 3 = BrownOut } }
+state! { enum PinLevel { 0 = Low, 1 = High, 2 = Float, 3 = PullUp, 4 = PullDown } }
+state! { enum ResetCause { 0 = PowerOn, 1 = External, 2 = Watchdog, 3 = BrownOut } }

@@ -1,7 +1,7 @@
 //! Symbols, lines and messages of programs built by gputils 1.4.0 from the sources in `gputils/`, and damaged files.
 
 use emu_core::image::{
-    LineKind, Message, SYMBOL_CODES, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols,
+    SourceKind, SimulatorMessage, SYMBOL_CODES, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols,
 };
 use emu_core::rng::Rng;
 
@@ -45,24 +45,24 @@ fn symbols_are_where_the_linker_put_them() {
     }
     let unplaced = good("absolute.cod").unplaced;
     assert!(unplaced.contains(&("LIMIT".to_owned(), 5)) && unplaced.contains(&("last".to_owned(), 0x7F)));
-    assert_eq!(good("absolute.cod").processors, [("absolute.cod".to_owned(), "16f873".to_owned())]);
-    assert!(good("main.map main.lst").processors.is_empty());
+    assert_eq!(good("absolute.cod").processors_by_file, [("absolute.cod".to_owned(), "16f873".to_owned())]);
+    assert!(good("main.map main.lst").processors_by_file.is_empty());
 }
 
 #[test]
 fn lines_are_where_their_code_is() {
     for row in table("lines.txt", 4) {
         let [files, kind, addr, line] = row.as_slice() else { unreachable!() };
-        let kind = if kind == "asm" { LineKind::Asm } else { LineKind::Listing };
+        let kind = if kind == "asm" { SourceKind::Asm } else { SourceKind::Listing };
         let found = good(files);
-        let found = found.line(kind, u32::from_str_radix(addr, 16).unwrap());
+        let found = found.line_at(kind, u32::from_str_radix(addr, 16).unwrap());
         assert_eq!(found.map_or_else(|| "-".to_owned(), |l| format!("{}:{}", l.file, l.line)), *line, "{row:?}");
     }
 }
 
 #[test]
 fn messages_are_in_their_order() {
-    let message = |addr, kind, text: &str| Message { addr, kind, text: text.to_owned() };
+    let message = |addr, kind, text: &str| SimulatorMessage { addr, kind, text: text.to_owned() };
     let wanted = [
         message(0x2103, 'a', "\"PASSED\""),
         message(0xA, 'e', "symbol turns=0"),

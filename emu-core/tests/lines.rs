@@ -12,7 +12,7 @@ mod elf;
 #[path = "lines/versions.rs"]
 mod versions;
 
-use emu_core::image::{LineKind, Lines};
+use emu_core::image::{SourceKind, SourceLines};
 
 const DIR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/cli/in");
 
@@ -21,8 +21,8 @@ fn input(name: &str) -> Vec<u8> {
 }
 
 /// `lines.c:12`, `-` where nothing is known.
-fn told(lines: &Lines, byte: u32) -> String {
-    lines.at(byte, 0).map_or("-".to_owned(), |line| format!("{}:{}", line.file, line.line))
+fn told(lines: &SourceLines, byte: u32) -> String {
+    lines.line_at(byte, 0).map_or("-".to_owned(), |line| format!("{}:{}", line.file, line.line))
 }
 
 /// By the listing of avr-objdump -dl, of binutils 2.26.
@@ -53,25 +53,25 @@ const LISTED: &str = "
 
 #[test]
 fn every_address_has_its_line() {
-    let lines = Lines::of_elf("lines.elf", input("lines.elf"));
+    let lines = SourceLines::from_elf("lines.elf", input("lines.elf"));
     assert!(lines.warnings().is_empty(), "nothing is read yet");
     for row in LISTED.lines().filter(|row| !row.is_empty()) {
         let (addr, line) = row.split_once(' ').unwrap();
         assert_eq!(told(&lines, u32::from_str_radix(&addr[2..], 16).unwrap()), line, "{addr}");
     }
     assert_eq!(lines.warnings(), []);
-    let kind = |byte| lines.at(byte, 0).map(|line| line.kind);
-    assert_eq!((kind(0x12), kind(0x24)), (Some(LineKind::C), Some(LineKind::Asm)));
+    let kind = |byte| lines.line_at(byte, 0).map(|line| line.kind);
+    assert_eq!((kind(0x12), kind(0x24)), (Some(SourceKind::C), Some(SourceKind::Asm)));
     // How far a line goes is known, so it does not matter where a symbol lies.
-    assert_eq!(lines.at(0x46, 0x46).map(|line| line.line), Some(27));
+    assert_eq!(lines.line_at(0x46, 0x46).map(|line| line.line), Some(27));
     assert_eq!((lines.folder("lines.c"), lines.folder("other.c")), (Some("/src"), None));
-    assert_eq!(lines.all().iter().filter(|line| line.len == 0).count(), 0);
+    assert_eq!(lines.all_lines().iter().filter(|line| line.len == 0).count(), 0);
 }
 
 #[test]
 fn every_line_has_its_addresses() {
-    let lines = Lines::of_elf("lines.elf", input("lines.elf"));
-    let of = |file, line| lines.of(file, line);
+    let lines = SourceLines::from_elf("lines.elf", input("lines.elf"));
+    let of = |file, line| lines.addresses_of_line(file, line);
     assert_eq!(of("lines.c", 20), Ok(vec![0x14]));
     assert_eq!(of("lines.c", 19), Ok(vec![0x04, 0x0e]), "with the line of the header in between");
     assert_eq!(of("lines.h", 4), Ok(vec![0x0a]));
@@ -80,16 +80,16 @@ fn every_line_has_its_addresses() {
     assert_eq!(error("lines.c", 21), "line 21 of lines.c has no code; the next line that has is lines.c:26");
     assert_eq!(error("lines.c", 29), "line 29 of lines.c has no code");
     assert_eq!(error("ines.c", 20), "the program has no source file `ines.c`; it has lines.c, lines.h, twice.S");
-    let none = Lines::of_elf("nolines.elf", input("nolines.elf"));
-    assert_eq!(none.of("lines.c", 20).unwrap_err(), "the program has no source lines");
+    let none = SourceLines::from_elf("nolines.elf", input("nolines.elf"));
+    assert_eq!(none.addresses_of_line("lines.c", 20).unwrap_err(), "the program has no source lines");
     assert_eq!((told(&none, 4).as_str(), none.warnings()), ("-", &[][..]));
 }
 
 #[test]
 fn whether_lines_were_read_makes_no_difference() {
-    let (read, unread) = (Lines::of_elf("a", input("lines.elf")), Lines::of_elf("a", input("lines.elf")));
-    assert_eq!(read.all().len(), 10);
+    let (read, unread) = (SourceLines::from_elf("a", input("lines.elf")), SourceLines::from_elf("a", input("lines.elf")));
+    assert_eq!(read.all_lines().len(), 10);
     assert_eq!(read, unread);
-    assert_ne!(read, Lines::of_elf("a", input("nolines.elf")));
-    assert_eq!(Lines::default(), Lines::new(Vec::new()));
+    assert_ne!(read, SourceLines::from_elf("a", input("nolines.elf")));
+    assert_eq!(SourceLines::default(), SourceLines::new(Vec::new()));
 }

@@ -1,7 +1,7 @@
 //! Names out of files: no reader lets a control character through, nor a name that makes gigabytes of a small file.
 
 use emu_core::image::{
-    Bits, ElfMachine, Image, Lines, Space, SymbolAt, SymbolFile, SymbolSpaces, Symbols, load, load_messages,
+    WordBits, ElfMachine, Image, SourceLines, ImageSpace, SymbolAt, SymbolFile, SymbolSpaces, Symbols, load, load_messages,
     load_symbols,
 };
 
@@ -26,8 +26,8 @@ fn all(found: &Symbols) -> Vec<&str> {
 }
 
 fn all_of(image: &Image) -> Vec<&str> {
-    let names = image.symbols.iter().flat_map(|symbol| [&*symbol.name, symbol.linkage()]);
-    names.chain(image.lines.all().iter().map(|line| &*line.file)).collect()
+    let names = image.symbols.iter().flat_map(|symbol| [&*symbol.name, symbol.linkage_name()]);
+    names.chain(image.lines.all_lines().iter().map(|line| &*line.file)).collect()
 }
 
 /// No name has a control character, and one has what stands for it.
@@ -69,19 +69,19 @@ fn messages_of_a_cod_file_have_none() {
 
 #[test]
 fn elf_files_have_none() {
-    let memories = [("flash", 0, 0x8000), ("data", 0x80_0000, 0x1000)].map(|(name, start, len)| Space {
+    let memories = [("flash", 0, 0x8000), ("data", 0x80_0000, 0x1000)].map(|(name, start, len)| ImageSpace {
         name,
         start,
         len,
         word: 1,
-        bits: Bits::All,
+        word_bits: WordBits::All,
     });
     let bytes = with_name("../examples/avr/sort.elf", "\0main\0", b"\0m\x1Bi\x07\0");
     let loaded = load("sort.elf", &bytes, &[], &memories, ElfMachine::AVR).unwrap();
     assert_clean("sort.elf", &all_of(&loaded.image), r"m\x1bi\x07");
     let bytes = with_name("../tests/cli/in/lines.elf", "lines.c\0", b"l\x1Bnes.c\0");
-    let lines = Lines::of_elf("lines.elf", bytes);
-    assert_clean("lines.elf", &lines.all().iter().map(|line| &*line.file).collect::<Vec<_>>(), r"l\x1bnes.c");
+    let lines = SourceLines::from_elf("lines.elf", bytes);
+    assert_clean("lines.elf", &lines.all_lines().iter().map(|line| &*line.file).collect::<Vec<_>>(), r"l\x1bnes.c");
 }
 
 /// C1 characters have two bytes.

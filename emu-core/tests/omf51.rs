@@ -5,13 +5,13 @@ mod peers;
 #[path = "omf51/write.rs"]
 mod write;
 
-use emu_core::image::{Bits, ElfMachine, Image, LineKind, Loaded, OMF_CODES, Space, load};
+use emu_core::image::{WordBits, ElfMachine, Image, SourceKind, LoadedImage, OMF_CODES, ImageSpace, load};
 use emu_core::rng::Rng;
 use write::{Item, Module, record};
 
-const CODE: &[Space] = &[Space { name: "code", start: 0, len: 0x2000, word: 1, bits: Bits::All }];
+const CODE: &[ImageSpace] = &[ImageSpace { name: "code", start: 0, len: 0x2000, word: 1, word_bits: WordBits::All }];
 
-fn read(bytes: &[u8]) -> Result<Loaded, String> {
+fn read(bytes: &[u8]) -> Result<LoadedImage, String> {
     load("app", bytes, CODE, &[], ElfMachine::MCS51).map_err(|faults| {
         let texts: Vec<String> = faults.iter().map(|d| format!("{} {}", d.code, d.cause)).collect();
         texts.join("\n")
@@ -90,9 +90,9 @@ fn a_program_is_loaded_with_its_names_and_lines() {
     for (name, wanted) in table {
         assert_eq!(place(&image, name), wanted, "{name}");
     }
-    let lines: Vec<_> = image.lines.all().iter().map(|l| (l.addr, &*l.file, l.line, l.kind)).collect();
-    let c = LineKind::C;
-    assert_eq!(lines, [(0x40, "PUMP.c", 12, c), (0x42, "PUMP.c", 13, c), (0x80, "TICK.a51", 8, LineKind::Asm)]);
+    let lines: Vec<_> = image.lines.all_lines().iter().map(|l| (l.addr, &*l.file, l.line, l.kind)).collect();
+    let c = SourceKind::C;
+    assert_eq!(lines, [(0x40, "PUMP.c", 12, c), (0x42, "PUMP.c", 13, c), (0x80, "TICK.a51", 8, SourceKind::Asm)]);
 }
 
 /// What Keil adds: the source file of a module, and debug items under a number of their own, with a byte more in front of names.
@@ -124,8 +124,8 @@ fn records_of_keil_are_read() {
         let image = good(&module.finish());
         assert_eq!((place(&image, "setSpeed"), place(&image, "speed")), ("code:0040".into(), "idata:0008".into()));
         assert_eq!(place(&image, "_ICE_DUMMY_"), "-");
-        assert_eq!(image.lines.of("Pump.C", 13), Ok(vec![0x42]));
-        assert_eq!(image.lines.all().first().map(|line| line.kind), Some(LineKind::C));
+        assert_eq!(image.lines.addresses_of_line("Pump.C", 13), Ok(vec![0x42]));
+        assert_eq!(image.lines.all_lines().first().map(|line| line.kind), Some(SourceKind::C));
     }
     // Numbers of segments may have two bytes.
     let mut module = Module::new("A");
@@ -271,9 +271,9 @@ fn names_have_no_control_characters() {
     module.content(0, &[0]);
     module.scope(3, "P\u{9b}P");
     let image = good(&module.finish());
-    let lines = image.lines.all();
+    let lines = image.lines.all_lines();
     let lines = lines.iter().map(|line| line.file.to_string());
-    let symbols = image.symbols.iter().flat_map(|symbol| [symbol.name.clone(), symbol.linkage().to_owned()]);
+    let symbols = image.symbols.iter().flat_map(|symbol| [symbol.name.clone(), symbol.linkage_name().to_owned()]);
     let names: Vec<String> = symbols.chain(lines).collect();
     assert!(names.iter().all(|name| !name.contains(|c: char| c.is_control())), "{names:?}");
     for wanted in [r"x\x9b31my\x7f", r"\x85N", r"P\x9bP.own"] {

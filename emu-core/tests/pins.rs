@@ -1,9 +1,9 @@
 //! Who wins on a pin, case by case in `pins.txt`.
 
-use emu_core::pins::{Level, Pin};
+use emu_core::pins::{PinLevel, PinState};
 
-fn level(text: &str) -> Level {
-    let all = [Level::Low, Level::High, Level::Float, Level::PullUp, Level::PullDown];
+fn level(text: &str) -> PinLevel {
+    let all = [PinLevel::Low, PinLevel::High, PinLevel::Float, PinLevel::PullUp, PinLevel::PullDown];
     all.into_iter().find(|level| format!("{level:?}") == text).unwrap_or_else(|| panic!("{text}"))
 }
 
@@ -13,14 +13,14 @@ fn drivers() {
     for line in include_str!("pins.txt").lines().filter(|line| !line.starts_with('#')) {
         let words: Vec<&str> = line.split_whitespace().collect();
         let &[own, outside, pull_up, held, ":", wanted, fight] = words.as_slice() else { panic!("{line}") };
-        let mut pin = Pin::default();
-        pin.outside = Level::of(held == "1");
+        let mut pin = PinState::default();
+        pin.external = PinLevel::from_bit(held == "1");
         pin.settle(1);
-        (pin.own, pin.outside, pin.pull_up) = (level(own), level(outside), pull_up == "+");
+        (pin.driven, pin.external, pin.pull_up) = (level(own), level(outside), pull_up == "+");
         pin.settle(2);
-        assert_eq!((pin.level(), pin.contention()), (level(wanted), fight == "fight"), "{line}");
+        assert_eq!((pin.level(), pin.has_contention()), (level(wanted), fight == "fight"), "{line}");
         // What floats keeps what it had.
-        assert_eq!(pin.high, if wanted == "Float" { held == "1" } else { wanted == "High" }, "{line}");
+        assert_eq!(pin.reads_high, if wanted == "Float" { held == "1" } else { wanted == "High" }, "{line}");
         count += 1;
     }
     assert_eq!(count, 21);
@@ -30,13 +30,13 @@ fn drivers() {
 /// back, each in the cycle of the change.
 #[test]
 fn open_drain() {
-    let mut pin = Pin::default();
-    pin.outside = Level::PullUp;
-    assert!(pin.settle(0) && pin.high);
+    let mut pin = PinState::default();
+    pin.external = PinLevel::PullUp;
+    assert!(pin.settle(0) && pin.reads_high);
     for cycle in 1..20 {
-        pin.own = if cycle % 2 == 1 { Level::Low } else { Level::Float };
+        pin.driven = if cycle % 2 == 1 { PinLevel::Low } else { PinLevel::Float };
         assert!(pin.settle(cycle), "cycle {cycle}");
-        assert_eq!((pin.level(), pin.contention()), (Level::of(cycle % 2 == 0), false), "cycle {cycle}");
-        assert_eq!(pin.at(cycle - 1), cycle % 2 == 1, "cycle {cycle}");
+        assert_eq!((pin.level(), pin.has_contention()), (PinLevel::from_bit(cycle % 2 == 0), false), "cycle {cycle}");
+        assert_eq!(pin.was_high_at(cycle - 1), cycle % 2 == 1, "cycle {cycle}");
     }
 }

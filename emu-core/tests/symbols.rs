@@ -8,7 +8,7 @@ mod sdcc;
 use std::collections::BTreeSet;
 
 use diag::Diagnostic;
-use emu_core::image::{LineKind, SYMBOL_CODES, SymbolFile, SymbolSpaces, Symbols, load_symbols};
+use emu_core::image::{SourceKind, SYMBOL_CODES, SymbolFile, SymbolSpaces, Symbols, load_symbols};
 
 const DIR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/symbols");
 
@@ -63,13 +63,13 @@ fn lines_are_where_their_code_is() {
     for row in table("lines.txt", 4) {
         let [files, kind, addr, line] = row.as_slice() else { unreachable!() };
         let kind = match kind.as_str() {
-            "C" => LineKind::C,
-            "asm" => LineKind::Asm,
-            _ => LineKind::Listing,
+            "C" => SourceKind::C,
+            "asm" => SourceKind::Asm,
+            _ => SourceKind::Listing,
         };
         let addr = u32::from_str_radix(addr, 16).unwrap();
         let symbols = good(files);
-        let found = symbols.line(kind, addr).map_or_else(|| "-".to_owned(), |l| format!("{}:{}", l.file, l.line));
+        let found = symbols.line_at(kind, addr).map_or_else(|| "-".to_owned(), |l| format!("{}:{}", l.file, l.line));
         assert_eq!(found, *line, "{row:?}");
     }
 }
@@ -109,7 +109,7 @@ fn the_order_of_files_does_not_matter() {
 #[test]
 fn listings_and_records_agree_on_lines_of_c() {
     let lines_of_c = |files: &str| {
-        let lines = good(files).lines.into_iter().filter(|l| l.kind == LineKind::C);
+        let lines = good(files).lines.into_iter().filter(|l| l.kind == SourceKind::C);
         lines.map(|l| (l.addr, l.file, l.line)).collect::<Vec<_>>()
     };
     let wanted = lines_of_c("small/main.cdb");

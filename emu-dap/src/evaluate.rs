@@ -1,25 +1,25 @@
 //! Expressions, and the commands of the console.
 
-use emu_debug::debug::Place;
+use emu_debug::debug::ExpressionPlace;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::adapter::{Adapter, Machine};
-use crate::wire::{Request, Wrong};
+use crate::adapter::{DebugAdapter, DapMachine};
+use crate::protocol::{DapRequest, RequestError};
 
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-struct Arguments {
+struct EvaluateArguments {
     expression: String,
     frame_id: Option<i64>,
     context: Option<String>,
     value: String,
-    format: Format,
+    format: EvaluateFormat,
 }
 
 #[derive(Default, Deserialize)]
 #[serde(default)]
-struct Format {
+struct EvaluateFormat {
     hex: bool,
 }
 
@@ -33,23 +33,23 @@ draw [RUNG]            a rung with the power in it
 drive PIN=LEVEL        PB0=1, PB0=z, RA0=1.25V, from now on
 where                  cycle, time, scan and place";
 
-impl Adapter<'_> {
-    pub(crate) fn evaluate(&mut self, request: &Request) -> Result<Value, Wrong> {
-        let Arguments { expression, frame_id, context, format, .. } = request.arguments()?;
-        let level = self.frame(frame_id)?;
+impl DebugAdapter<'_> {
+    pub(crate) fn evaluate(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        let EvaluateArguments { expression, frame_id, context, format, .. } = request.parse_arguments()?;
+        let level = self.frame_level(frame_id)?;
         let text = expression.trim();
         if context.as_deref() == Some("repl")
-            && let Some(answer) = self.command(text, level)?
+            && let Some(answer) = self.run_console_command(text, level)?
         {
             return Ok(json!({ "result": answer, "variablesReference": 0 }));
         }
         let machine = self.machine()?;
-        let (expr, target) = (machine.expr(text, level)?, machine.session.target());
+        let (expr, target) = (machine.parse_expression(text, level)?, machine.session.machine());
         if let Some(object) = expr.object() {
             let value = object.text(&machine.session.scope, target, format.hex.then_some('x'));
-            let parts = crate::locals::reference(machine, text, object);
-            let mut answer = json!({ "result": value, "type": object.kind_text(), "variablesReference": parts });
-            if let Some(memory) = machine.memory_of(object) {
+            let parts = crate::locals::object_reference(machine, text, object);
+            let mut answer = json!({ "result": value, "type": object.type_name(), "variablesReference": parts });
+            if let Some(memory) = machine.memory_reference_of(object) {
                 answer["memoryReference"] = memory.into();
             }
             return Ok(answer);
@@ -57,15 +57,15 @@ impl Adapter<'_> {
         let (result, memory) = match expr.place(target) {
             Some(place) => {
                 let memory = match place {
-                    Place::Memory { space, addr, .. } => Some(machine.memory_reference(space, addr)),
+                    ExpressionPlace::Memory { space, addr, .. } => Some(machine.memory_reference(space, addr)),
                     _ => None,
                 };
-                (machine.shown(place, format.hex), memory)
+                (machine.value_text(place, format.hex), memory)
             }
             None => {
-                let amount = expr.amount(target);
-                let amount = amount.ok_or_else(|| Wrong::cannot(format!("`{text}` has no value now")))?;
-                let value = amount.whole();
+                let amount = expr.evaluate(target);
+                let amount = amount.ok_or_else(|| RequestError::not_possible(format!("`{text}` has no value now")))?;
+                let value = amount.to_integer();
                 (if format.hex { format!("0x{value:x}") } else { amount.text() }, None)
             }
         };
@@ -76,43 +76,43 @@ impl Adapter<'_> {
         Ok(answer)
     }
 
-    pub(crate) fn set_expression(&mut self, request: &Request) -> Result<Value, Wrong> {
-        let Arguments { expression, frame_id, value, format, .. } = request.arguments()?;
-        let level = self.frame(frame_id)?;
-        let value = self.assigned(&expression, (&value, level), format.hex)?;
+    pub(crate) fn set_expression(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        let EvaluateArguments { expression, frame_id, value, format, .. } = request.parse_arguments()?;
+        let level = self.frame_level(frame_id)?;
+        let value = self.assign_expression(&expression, (&value, level), format.hex)?;
         Ok(json!({ "value": value }))
     }
 
-    fn assigned(&mut self, text: &str, (value, level): (&str, usize), hex: bool) -> Result<String, Wrong> {
+    fn assign_expression(&mut self, text: &str, (value, level): (&str, usize), hex: bool) -> Result<String, RequestError> {
         self.assign(text, value, level)?;
-        self.changed();
+        self.invalidate_client();
         let machine = self.machine()?;
-        let expr = machine.expr(text, level)?;
+        let expr = machine.parse_expression(text, level)?;
         if let Some(object) = expr.object() {
-            return Ok(object.text(&machine.session.scope, machine.session.target(), hex.then_some('x')));
+            return Ok(object.text(&machine.session.scope, machine.session.machine(), hex.then_some('x')));
         }
-        Ok(expr.place(machine.session.target()).map(|place| machine.shown(place, hex)).unwrap_or_default())
+        Ok(expr.place(machine.session.machine()).map(|place| machine.value_text(place, hex)).unwrap_or_default())
     }
 
     /// A command of the console; nothing where the text is none, but an expression.
-    fn command(&mut self, text: &str, level: usize) -> Result<Option<String>, Wrong> {
+    fn run_console_command(&mut self, text: &str, level: usize) -> Result<Option<String>, RequestError> {
         let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
         let rest = rest.trim();
-        if let Some((place, value)) = assignment(text) {
-            return self.assigned(place, (value, level), false).map(Some);
+        if let Some((place, value)) = split_assignment(text) {
+            return self.assign_expression(place, (value, level), false).map(Some);
         }
         let lines = |lines: Vec<String>| Ok(Some(lines.join("\n")));
         match word {
             "help" if rest.is_empty() => return Ok(Some(HELP.to_owned())),
-            "why" if !rest.is_empty() => return lines(self.why(rest)?),
+            "why" if !rest.is_empty() => return lines(self.explain_symbol(rest)?),
             "draw" => {
                 let rung = (!rest.is_empty()).then(|| rest.parse());
-                let rung = rung.transpose().map_err(|_| Wrong::nothing(format!("`{rest}` is no number of a rung")))?;
-                return lines(self.drawn(rung)?);
+                let rung = rung.transpose().map_err(|_| RequestError::not_found(format!("`{rest}` is no number of a rung")))?;
+                return lines(self.draw_rung(rung)?);
             }
             "drive" if !rest.is_empty() => {
                 self.drive(rest)?;
-                self.changed();
+                self.invalidate_client();
                 return Ok(Some(String::new()));
             }
             "where" if rest.is_empty() => return Ok(Some(self.machine()?.position())),
@@ -128,7 +128,7 @@ impl Adapter<'_> {
         match count.filter(|_| is_unit) {
             // A symbol of the program may have such a name; `$` and memories tell them apart.
             Some(count) => {
-                let run = self.steps(unit, back, count)?;
+                let run = self.run_of_steps(unit, back, count)?;
                 self.console_run(run)
             }
             None => Ok(None),
@@ -136,26 +136,26 @@ impl Adapter<'_> {
     }
 
     /// Lets the machine run for the console: the client has not asked, so it is told.
-    fn console_run(&mut self, run: crate::running::Run) -> Result<Option<String>, Wrong> {
-        self.go(run, Value::Null)?;
+    fn console_run(&mut self, run: crate::runs::PendingRun) -> Result<Option<String>, RequestError> {
+        self.begin_run(run, Value::Null)?;
         self.event("continued", json!({ "threadId": crate::adapter::THREAD, "allThreadsContinued": true }));
         Ok(Some(String::new()))
     }
 }
 
-impl Machine {
+impl DapMachine {
     /// Cycle, time, scan and place.
     fn position(&self) -> String {
         let session = &self.session;
-        let (cycle, pc) = (session.target().cycle(), session.target().pc());
+        let (cycle, pc) = (session.machine().cycle(), session.machine().pc());
         let scan = session.scan().map_or(String::new(), |scan| format!(", scan {scan}"));
         let seconds = session.clock().seconds(cycle);
-        format!("cycle {cycle}, {seconds:.9} s{scan}, at {}", session.scope.source().place(pc))
+        format!("cycle {cycle}, {seconds:.9} s{scan}, at {}", session.scope.source().describe_word(pc))
     }
 }
 
 /// `PLACE = VALUE`; nothing where a `=` is part of an operator.
-fn assignment(text: &str) -> Option<(&str, &str)> {
+fn split_assignment(text: &str) -> Option<(&str, &str)> {
     let (place, value) = text.split_once('=')?;
     let operator = value.starts_with('=') || place.ends_with(['=', '!', '<', '>']);
     // `drive PB0=1` has two words before the sign.

@@ -2,21 +2,21 @@
 
 use std::path::{Path, PathBuf, absolute};
 
-use emu_core::image::LineAt;
+use emu_core::image::SourceLine;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::adapter::{Adapter, Machine};
-use crate::wire::{Request, Source, Wrong};
+use crate::adapter::{DebugAdapter, DapMachine};
+use crate::protocol::{DapRequest, DapSource, RequestError};
 
 /// Number of the listing among the sources that this side makes.
 pub(crate) const LISTING: i64 = 1;
 
 /// Lines that are tried behind one without code.
-const REACH: u32 = 200;
+const MAX_LINES_SEARCHED: u32 = 200;
 
 /// The code of a line.
-pub(crate) struct LineFound {
+pub(crate) struct LocatedLine {
     /// Program words with which it begins; never none.
     pub words: Vec<u32>,
     /// The line, which may be one behind the one that was asked for.
@@ -26,25 +26,25 @@ pub(crate) struct LineFound {
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 struct SourceArguments {
-    source: Source,
+    source: DapSource,
     source_reference: i64,
 }
 
-impl Machine {
+impl DapMachine {
     /// The code of a line of a source, or of the next line that has some.
     ///
     /// # Errors
     /// No such source, or no code there.
-    pub fn words_of(&mut self, source: &Source, line: u32) -> Result<LineFound, String> {
+    pub fn words_of(&mut self, source: &DapSource, line: u32) -> Result<LocatedLine, String> {
         if source.source_reference == Some(LISTING) {
             let found = self.listing().word_at(line);
             let (line, word) = found.ok_or_else(|| format!("no instruction stands at or behind line {line}"))?;
-            return Ok(LineFound { words: vec![word], line });
+            return Ok(LocatedLine { words: vec![word], line });
         }
         let path = source.path.as_ref().or(source.name.as_ref()).ok_or("the source has no path")?;
         if let Some(ladder) = self.ladder.as_ref().filter(|ladder| ladder.is_file(path)) {
             let (word, line) = ladder.word_of_line(line)?;
-            return Ok(LineFound { words: vec![word], line });
+            return Ok(LocatedLine { words: vec![word], line });
         }
         if path.ends_with(".ld") && self.ladder.is_none() {
             let text = "rungs are not known: launch the .ld file itself, or the image with its `map` and `ladder`";
@@ -52,11 +52,11 @@ impl Machine {
         }
         let lines = &self.session.scope.lines;
         let mut why = String::new();
-        for line in line..line.saturating_add(REACH) {
-            match lines.of(path, line) {
+        for line in line..line.saturating_add(MAX_LINES_SEARCHED) {
+            match lines.addresses_of_line(path, line) {
                 Ok(places) => {
                     let words = self.session.scope.line_words(&places);
-                    return Ok(LineFound { words, line });
+                    return Ok(LocatedLine { words, line });
                 }
                 Err(text) if why.is_empty() => why = text,
                 Err(_) => {}
@@ -66,7 +66,7 @@ impl Machine {
     }
 
     /// A source line as the protocol names its file.
-    pub fn source_of(&self, line: &LineAt) -> Value {
+    pub fn source_of(&self, line: &SourceLine) -> Value {
         // A source that was assembled at once is the program itself.
         let file = if line.file.is_empty() { &*self.name } else { &*line.file };
         let name = Path::new(file).file_name().map_or_else(|| file.to_owned(), |n| n.to_string_lossy().into());
@@ -90,22 +90,22 @@ impl Machine {
     }
 }
 
-impl Adapter<'_> {
-    pub(crate) fn source(&mut self, request: &Request) -> Result<Value, Wrong> {
-        let SourceArguments { source, source_reference } = request.arguments()?;
+impl DebugAdapter<'_> {
+    pub(crate) fn source(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        let SourceArguments { source, source_reference } = request.parse_arguments()?;
         let machine = self.machine()?;
         let number = source.source_reference.filter(|number| *number != 0).unwrap_or(source_reference);
         match number {
             LISTING => Ok(json!({ "content": machine.listing().text(), "mimeType": "text/x-asm" })),
-            _ => Err(Wrong::nothing(format!("there is no source {number}"))),
+            _ => Err(RequestError::not_found(format!("there is no source {number}"))),
         }
     }
 
-    pub(crate) fn loaded_sources(&mut self) -> Result<Value, Wrong> {
+    pub(crate) fn loaded_sources(&mut self) -> Result<Value, RequestError> {
         let machine = self.machine()?;
         let mut sources: Vec<Value> = machine.ladder.iter().map(|ladder| ladder.source()).collect();
         let mut seen: Vec<&str> = Vec::new();
-        for line in machine.session.scope.lines.all() {
+        for line in machine.session.scope.lines.all_lines() {
             if !seen.contains(&&*line.file) {
                 seen.push(&line.file);
                 sources.push(machine.source_of(line));

@@ -1,14 +1,14 @@
 //! The program as a source that nobody has written: every instruction with its address, names, rungs and elements.
 
-use emu_debug::debug::Session;
+use emu_debug::debug::DebugSession;
 
-use crate::ladder::Ladder;
+use crate::ladder_source::LadderSource;
 
 /// Erased words in a row that are left out.
-const GAP: u32 = 4;
+const ERASED_RUN: u32 = 4;
 
 /// The text, and what stands in its lines.
-pub(crate) struct Listing {
+pub(crate) struct DisassemblyListing {
     text: String,
     /// The instructions: line from 1, program word. Both ascend.
     lines: Vec<(u32, u32)>,
@@ -16,13 +16,13 @@ pub(crate) struct Listing {
     starts: Vec<u32>,
 }
 
-impl Listing {
+impl DisassemblyListing {
     /// That of program memory as it is now.
-    pub fn new(session: &Session, ladder: Option<&Ladder>) -> Listing {
+    pub fn new(session: &DebugSession, ladder: Option<&LadderSource>) -> DisassemblyListing {
         let scope = &session.scope;
         let (chip, names) = (scope.chip(), scope.source().names);
-        let words = chip.flash / chip.word_bytes.max(1);
-        let mut listing = Listing { text: String::new(), lines: Vec::new(), starts: Vec::new() };
+        let words = chip.flash_bytes / chip.word_bytes.max(1);
+        let mut listing = DisassemblyListing { text: String::new(), lines: Vec::new(), starts: Vec::new() };
         let mut number = 0;
         let mut push = |text: &mut String, line: String| {
             number += 1;
@@ -32,8 +32,8 @@ impl Listing {
         };
         let mut word = 0;
         while word < words {
-            let erased = (word..words).take_while(|at| session.word(*at) == chip.isa.erased).count() as u32;
-            if erased >= GAP {
+            let erased = (word..words).take_while(|at| session.word(*at) == chip.isa.erased_word).count() as u32;
+            if erased >= ERASED_RUN {
                 listing.starts.extend(word..word + erased);
                 word += erased;
                 push(&mut listing.text, "        ..".to_owned());
@@ -42,13 +42,13 @@ impl Listing {
             let here = [session.word(word), session.word(word + 1), session.word(word + 2)];
             let line = (chip.isa.disassemble)(&here, word);
             let len = (line.len as u32).max(1);
-            if let Some(label) = names.near(word * chip.word_bytes).filter(|label| !label.contains("+0x")) {
+            if let Some(label) = names.nearest_symbol(word * chip.word_bytes).filter(|label| !label.contains("+0x")) {
                 push(&mut listing.text, format!("{label}:"));
             }
-            for head in ladder.into_iter().flat_map(|ladder| ladder.heads(word)) {
+            for head in ladder.into_iter().flat_map(|ladder| ladder.headings_at(word)) {
                 push(&mut listing.text, head);
             }
-            let (address, bytes) = (chip.code_address(word), bytes(session, word, len));
+            let (address, bytes) = (chip.code_address(word), hex_words(session, word, len));
             let at = push(&mut listing.text, format!("{address:04x}    {bytes:<9}  {}", line.text));
             listing.lines.push((at, word));
             listing.starts.push(word);
@@ -74,14 +74,14 @@ impl Listing {
     }
 
     /// The instruction that lies so many instructions before the program word.
-    pub fn before(&self, word: u32, instructions: usize) -> Option<u32> {
+    pub fn instruction_before(&self, word: u32, instructions: usize) -> Option<u32> {
         let at = self.starts.partition_point(|start| *start < word);
         self.starts.get(at.checked_sub(instructions)?).copied()
     }
 }
 
 /// Program words as hexadecimal digits.
-pub(crate) fn bytes(session: &Session, word: u32, len: u32) -> String {
+pub(crate) fn hex_words(session: &DebugSession, word: u32, len: u32) -> String {
     let digits = if session.scope.chip().word_bytes == 1 { 2 } else { 4 };
     let words = (0..len).map(|n| format!("{:0digits$x}", session.word(word.saturating_add(n))));
     words.collect::<Vec<_>>().join(" ")

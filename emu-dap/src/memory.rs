@@ -1,22 +1,22 @@
 //! Memory as bytes, and program memory as instructions.
 
-use emu_debug::debug::{Action, Place};
+use emu_debug::debug::{UserAction, ExpressionPlace};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::adapter::{Adapter, Machine};
-use crate::listing::bytes;
-use crate::wire::{Request, Wrong};
+use crate::adapter::{DebugAdapter, DapMachine};
+use crate::listing::hex_words;
+use crate::protocol::{DapRequest, RequestError};
 
 /// Most bytes of one answer.
-const MOST: i64 = 1 << 20;
+const MAX_BYTES: i64 = 1 << 20;
 
 /// Most instructions of one answer.
 const MOST_INSTRUCTIONS: i64 = 10_000;
 
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-struct Arguments {
+struct MemoryArguments {
     memory_reference: String,
     offset: Option<i64>,
     count: i64,
@@ -26,15 +26,15 @@ struct Arguments {
     instruction_count: i64,
 }
 
-impl Machine {
+impl DapMachine {
     /// A memory and a byte address in it: `data:0x100`, `buf`, or an address of program memory.
-    fn reference(&self, text: &str) -> Result<(&'static str, i64), String> {
+    fn parse_memory_reference(&self, text: &str) -> Result<(&'static str, i64), String> {
         let scope = &self.session.scope;
         let chip = scope.chip();
-        let plain = emu_debug::place::number(text.trim());
-        let text = plain.map_or_else(|| text.to_owned(), |number| format!("{}:0x{number:x}", chip.code));
-        let range = scope.range(&text)?;
-        Ok((range.space, i64::from(range.start) * i64::from(chip.width(range.space))))
+        let plain = emu_debug::address_names::parse_number(text.trim());
+        let text = plain.map_or_else(|| text.to_owned(), |number| format!("{}:0x{number:x}", chip.code_space));
+        let range = scope.parse_range(&text)?;
+        Ok((range.space, i64::from(range.start) * i64::from(chip.bytes_per_address(range.space))))
     }
 
     /// The program word of an address and some addresses more, as the chip's users count them.
@@ -44,34 +44,34 @@ impl Machine {
     pub fn code_word(&self, text: &str, offset: i64) -> Result<u32, String> {
         let scope = &self.session.scope;
         let (chip, names) = (scope.chip(), scope.source().names);
-        let word = names.program_word(text)?;
+        let word = names.parse_program_word(text)?;
         let address = i64::from(chip.code_address(word)).saturating_add(offset);
         let address = u32::try_from(address).map_err(|_| format!("{text} and {offset} more is no address"))?;
-        names.program_word(&format!("0x{address:x}"))
+        names.parse_program_word(&format!("0x{address:x}"))
     }
 
     /// Where a byte of a memory is, as the protocol writes it: by the address that users count.
     pub fn memory_reference(&self, space: &str, byte: u32) -> String {
-        format!("{space}:0x{:x}", byte / self.session.scope.chip().width(space))
+        format!("{space}:0x{:x}", byte / self.session.scope.chip().bytes_per_address(space))
     }
 }
 
-impl Adapter<'_> {
-    pub(crate) fn read_memory(&mut self, request: &Request) -> Result<Value, Wrong> {
-        let Arguments { memory_reference, offset, count, .. } = request.arguments()?;
-        if !(0..=MOST).contains(&count) {
-            return Err(Wrong::cannot(format!("count is 0 to {MOST} bytes")));
+impl DebugAdapter<'_> {
+    pub(crate) fn read_memory(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        let MemoryArguments { memory_reference, offset, count, .. } = request.parse_arguments()?;
+        if !(0..=MAX_BYTES).contains(&count) {
+            return Err(RequestError::not_possible(format!("count is 0 to {MAX_BYTES} bytes")));
         }
         let machine = self.machine()?;
-        let (space, start) = machine.reference(&memory_reference).map_err(Wrong::nothing)?;
+        let (space, start) = machine.parse_memory_reference(&memory_reference).map_err(RequestError::not_found)?;
         let start = start.saturating_add(offset.unwrap_or(0));
-        let target = machine.session.target();
+        let target = machine.session.machine();
         let byte = |n: i64| u32::try_from(start.saturating_add(n)).ok().and_then(|at| target.peek(space, at));
         let found: Vec<u8> = (0..count).map_while(byte).collect();
-        let width = i64::from(machine.session.scope.chip().width(space));
+        let width = i64::from(machine.session.scope.chip().bytes_per_address(space));
         let mut answer = json!({ "address": format!("0x{:x}", start.max(0) / width) });
         if !found.is_empty() {
-            answer["data"] = encoded(&found).into();
+            answer["data"] = encode_base64(&found).into();
         }
         if (found.len() as i64) < count {
             answer["unreadableBytes"] = (count - found.len() as i64).into();
@@ -79,56 +79,56 @@ impl Adapter<'_> {
         Ok(answer)
     }
 
-    pub(crate) fn write_memory(&mut self, request: &Request) -> Result<Value, Wrong> {
-        let Arguments { memory_reference, offset, data, allow_partial, .. } = request.arguments()?;
-        let bytes = decoded(&data).ok_or_else(|| Wrong::cannot("data is no base64"))?;
-        if bytes.len() as i64 > MOST {
-            return Err(Wrong::cannot(format!("at most {MOST} bytes are written at once")));
+    pub(crate) fn write_memory(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        let MemoryArguments { memory_reference, offset, data, allow_partial, .. } = request.parse_arguments()?;
+        let bytes = decode_base64(&data).ok_or_else(|| RequestError::not_possible("data is no base64"))?;
+        if bytes.len() as i64 > MAX_BYTES {
+            return Err(RequestError::not_possible(format!("at most {MAX_BYTES} bytes are written at once")));
         }
         let machine = self.machine()?;
-        let (space, start) = machine.reference(&memory_reference).map_err(Wrong::nothing)?;
+        let (space, start) = machine.parse_memory_reference(&memory_reference).map_err(RequestError::not_found)?;
         let start = start.saturating_add(offset.unwrap_or(0));
         let there = |n: usize| {
             let at = u32::try_from(start.saturating_add(n as i64)).ok();
-            at.filter(|at| machine.session.target().peek(space, *at).is_some())
+            at.filter(|at| machine.session.machine().peek(space, *at).is_some())
         };
         let places: Vec<u32> = (0..bytes.len()).map_while(there).collect();
         if places.len() < bytes.len() && !allow_partial {
             let text = format!("{} of {} bytes lie beyond {space}", bytes.len() - places.len(), bytes.len());
-            return Err(Wrong::cannot(text));
+            return Err(RequestError::not_possible(text));
         }
         for (addr, byte) in places.iter().zip(&bytes) {
-            let place = Place::Memory { space, addr: *addr, bytes: 1, signed: false };
-            machine.act(Action::Set(place, (*byte).into()))?;
+            let place = ExpressionPlace::Memory { space, addr: *addr, bytes: 1, signed: false };
+            machine.act(UserAction::Set(place, (*byte).into()))?;
         }
-        self.changed();
+        self.invalidate_client();
         Ok(json!({ "bytesWritten": places.len() }))
     }
 
-    pub(crate) fn disassemble(&mut self, request: &Request) -> Result<Value, Wrong> {
-        let Arguments { memory_reference, offset, instruction_offset, instruction_count, .. } = request.arguments()?;
+    pub(crate) fn disassemble(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        let MemoryArguments { memory_reference, offset, instruction_offset, instruction_count, .. } = request.parse_arguments()?;
         if !(0..=MOST_INSTRUCTIONS).contains(&instruction_count) {
-            return Err(Wrong::cannot(format!("instructionCount is 0 to {MOST_INSTRUCTIONS}")));
+            return Err(RequestError::not_possible(format!("instructionCount is 0 to {MOST_INSTRUCTIONS}")));
         }
         let client = self.client.clone();
         let machine = self.machine()?;
-        let base = machine.code_word(&memory_reference, offset.unwrap_or(0)).map_err(Wrong::nothing)?;
+        let base = machine.code_word(&memory_reference, offset.unwrap_or(0)).map_err(RequestError::not_found)?;
         let skip = instruction_offset.unwrap_or(0);
         let back = usize::try_from(skip.saturating_neg().max(0)).unwrap_or(usize::MAX);
         let mut found = Vec::new();
         // What would lie before the first instruction is told as such, so that the client gets as many as it has asked for.
         let there = (0..=back.min(MOST_INSTRUCTIONS as usize)).rev().find_map(|n| match n {
             0 => Some((0, base)),
-            n => machine.listing().before(base, n).map(|word| (n, word)),
+            n => machine.listing().instruction_before(base, n).map(|word| (n, word)),
         });
         let (reached, mut word) = there.unwrap_or((0, base));
         let missing = back.saturating_sub(reached).min(instruction_count as usize);
-        found.extend((0..missing).map(|_| nothing()));
+        found.extend((0..missing).map(|_| invalid_instruction()));
         let mut left = skip.max(0);
         let (chip, words) = (machine.session.scope.chip(), machine.words());
         while (found.len() as i64) < instruction_count {
             if word >= words {
-                found.push(nothing());
+                found.push(invalid_instruction());
                 continue;
             }
             let read = |n: u32| machine.session.word(word.saturating_add(n));
@@ -145,22 +145,22 @@ impl Adapter<'_> {
     }
 }
 
-impl Machine {
+impl DapMachine {
     /// Words of program memory.
     fn words(&self) -> u32 {
         let chip = self.session.scope.chip();
-        chip.flash / chip.word_bytes.max(1)
+        chip.flash_bytes / chip.word_bytes.max(1)
     }
 
-    fn instruction(&self, word: u32, len: u32, text: &str, client: &crate::adapter::Client) -> Value {
+    fn instruction(&self, word: u32, len: u32, text: &str, client: &crate::adapter::ClientCapabilities) -> Value {
         let scope = &self.session.scope;
         let mut told = json!({
             "address": format!("0x{:04x}", scope.chip().code_address(word)),
-            "instructionBytes": bytes(&self.session, word, len),
+            "instructionBytes": hex_words(&self.session, word, len),
             "instruction": text,
         });
         let byte = word.saturating_mul(scope.chip().word_bytes);
-        if let Some(name) = scope.source().names.near(byte).filter(|name| !name.contains("+0x")) {
+        if let Some(name) = scope.source().names.nearest_symbol(byte).filter(|name| !name.contains("+0x")) {
             told["symbol"] = name.into();
         }
         let source = scope.source();
@@ -169,7 +169,7 @@ impl Machine {
             told["location"] = self.source_of(line);
             told["line"] = client.line(line.line).into();
         } else if let Some((ladder, line)) =
-            self.ladder.as_ref().and_then(|ladder| Some((ladder, ladder.begins(word)?)))
+            self.ladder.as_ref().and_then(|ladder| Some((ladder, ladder.line_beginning_at(word)?)))
         {
             told["location"] = ladder.source();
             told["line"] = client.line(line).into();
@@ -179,18 +179,18 @@ impl Machine {
 }
 
 /// An instruction that is not there.
-fn nothing() -> Value {
+fn invalid_instruction() -> Value {
     json!({ "address": "0x0", "instruction": "", "presentationHint": "invalid" })
 }
 
 /// The digits of base64 (RFC 4648, section 4).
-const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+const BASE64_DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
-fn encoded(bytes: &[u8]) -> String {
+fn encode_base64(bytes: &[u8]) -> String {
     let group = |three: &[u8]| {
         let bits = three.iter().chain([&0; 3]).take(3).fold(0u32, |bits, byte| bits << 8 | u32::from(*byte));
         let digit = |n: usize| match n <= three.len() {
-            true => char::from(DIGITS[(bits >> (18 - 6 * n) & 63) as usize]),
+            true => char::from(BASE64_DIGITS[(bits >> (18 - 6 * n) & 63) as usize]),
             false => '=',
         };
         (0..4).map(digit).collect::<String>()
@@ -198,7 +198,7 @@ fn encoded(bytes: &[u8]) -> String {
     bytes.chunks(3).map(group).collect()
 }
 
-fn decoded(text: &str) -> Option<Vec<u8>> {
+fn decode_base64(text: &str) -> Option<Vec<u8>> {
     let bare = text.trim_end_matches('=');
     if !text.len().is_multiple_of(4) || text.len() - bare.len() > 2 {
         return None;
@@ -206,7 +206,7 @@ fn decoded(text: &str) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
     let (mut bits, mut have) = (0u32, 0);
     for digit in bare.bytes() {
-        bits = bits << 6 | DIGITS.iter().position(|known| *known == digit)? as u32;
+        bits = bits << 6 | BASE64_DIGITS.iter().position(|known| *known == digit)? as u32;
         have += 6;
         if have >= 8 {
             have -= 8;
@@ -219,7 +219,7 @@ fn decoded(text: &str) -> Option<Vec<u8>> {
 
 #[cfg(test)]
 mod tests {
-    use super::{decoded, encoded};
+    use super::{decode_base64, encode_base64};
 
     #[test]
     fn base64() {
@@ -227,14 +227,14 @@ mod tests {
         let known =
             [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foob", "Zm9vYg=="), ("foobar", "Zm9vYmFy")];
         for (bytes, text) in known {
-            assert_eq!(encoded(bytes.as_bytes()), text);
-            assert_eq!(decoded(text).as_deref(), Some(bytes.as_bytes()), "{text}");
+            assert_eq!(encode_base64(bytes.as_bytes()), text);
+            assert_eq!(decode_base64(text).as_deref(), Some(bytes.as_bytes()), "{text}");
         }
         for byte in 0..=255u8 {
-            assert_eq!(decoded(&encoded(&[byte, !byte])), Some(vec![byte, !byte]));
+            assert_eq!(decode_base64(&encode_base64(&[byte, !byte])), Some(vec![byte, !byte]));
         }
         for wrong in ["Z", "Zg", "Zg=", "Z===", "Zg=a", "Z\u{e4}=="] {
-            assert_eq!(decoded(wrong), None, "{wrong}");
+            assert_eq!(decode_base64(wrong), None, "{wrong}");
         }
     }
 }

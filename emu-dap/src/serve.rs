@@ -7,19 +7,19 @@ use std::thread;
 
 use serde_json::Value;
 
-use crate::adapter::{Adapter, Opener};
-use crate::frame::{self, Incoming};
+use crate::adapter::{DebugAdapter, OpenMachine};
+use crate::framing::{self, IncomingMessage};
 
 /// What the thread has read.
-type Received = Result<Incoming, String>;
+type ReceivedMessage = Result<IncomingMessage, String>;
 
 /// Requests that are there, the oldest first.
-struct Inbox {
-    from: Receiver<Received>,
-    waiting: VecDeque<Received>,
+struct RequestInbox {
+    from: Receiver<ReceivedMessage>,
+    waiting: VecDeque<ReceivedMessage>,
 }
 
-impl Inbox {
+impl RequestInbox {
     /// Nothing is there yet. That the thread is gone is told when its last message was read.
     fn is_empty(&mut self) -> bool {
         match self.from.try_recv() {
@@ -31,17 +31,17 @@ impl Inbox {
     }
 
     /// The next message; waits for it if `wait`.
-    fn next(&mut self, wait: bool) -> Option<Received> {
+    fn next(&mut self, wait: bool) -> Option<ReceivedMessage> {
         if let Some(read) = self.waiting.pop_front() {
             return Some(read);
         }
         if wait {
-            return Some(self.from.recv().unwrap_or(Ok(Incoming::End)));
+            return Some(self.from.recv().unwrap_or(Ok(IncomingMessage::End)));
         }
         match self.from.try_recv() {
             Ok(read) => Some(read),
             Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => Some(Ok(Incoming::End)),
+            Err(TryRecvError::Disconnected) => Some(Ok(IncomingMessage::End)),
         }
     }
 }
@@ -50,33 +50,33 @@ impl Inbox {
 ///
 /// # Errors
 /// The input is not framed as the protocol wants it, or the output takes no more: one sentence.
-pub fn serve(input: impl Read + Send + 'static, output: &mut dyn Write, open: &Opener<'_>) -> Result<(), String> {
+pub fn serve(input: impl Read + Send + 'static, output: &mut dyn Write, open: &OpenMachine<'_>) -> Result<(), String> {
     let (to, from) = channel();
     thread::spawn(move || {
         let mut input = BufReader::new(input);
         loop {
-            let read = frame::read(&mut input);
-            let last = !matches!(read, Ok(Incoming::Message(_) | Incoming::Garbled(_)));
+            let read = framing::read_message(&mut input);
+            let last = !matches!(read, Ok(IncomingMessage::Message(_) | IncomingMessage::Garbled(_)));
             if to.send(read).is_err() || last {
                 return;
             }
         }
     });
-    let mut inbox = Inbox { from, waiting: VecDeque::new() };
-    let mut adapter = Adapter::new(open);
+    let mut inbox = RequestInbox { from, waiting: VecDeque::new() };
+    let mut adapter = DebugAdapter::new(open);
     // False where the client has gone.
-    let mut send = |messages: Vec<Value>| match messages.iter().try_for_each(|message| frame::write(output, message)) {
+    let mut send = |messages: Vec<Value>| match messages.iter().try_for_each(|message| framing::write_message(output, message)) {
         Ok(()) => Ok(true),
-        Err(why) if frame::is_gone(&why) => Ok(false),
+        Err(why) if framing::is_disconnect(&why) => Ok(false),
         Err(why) => Err(format!("the output takes no more: {why}")),
     };
-    while !adapter.is_over() {
+    while !adapter.is_finished() {
         let there = match inbox.next(!adapter.is_running()) {
-            Some(Ok(Incoming::Message(message))) => send(adapter.handle(&message))?,
-            Some(Ok(Incoming::Garbled(why))) => send(adapter.garbled(&why))?,
-            Some(Ok(Incoming::End)) => false,
+            Some(Ok(IncomingMessage::Message(message))) => send(adapter.handle(&message))?,
+            Some(Ok(IncomingMessage::Garbled(why))) => send(adapter.reject_garbled(&why))?,
+            Some(Ok(IncomingMessage::End)) => false,
             Some(Err(why)) => return Err(why),
-            None => send(adapter.proceed(&mut || inbox.is_empty()))?,
+            None => send(adapter.run_slice(&mut || inbox.is_empty()))?,
         };
         if !there {
             break;

@@ -3,51 +3,51 @@
 use std::borrow::Cow;
 
 use emu_core::image::SymbolAt;
-use emu_core::pins::{Level, PinId};
-use emu_debug::debug::{Cell, Expr, ObjectExpr, Place};
+use emu_core::pins::{PinLevel, PinId};
+use emu_debug::debug::{ObjectByteLocation, DebugExpression, ObjectExpr, ExpressionPlace};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::adapter::{Adapter, Machine};
+use crate::adapter::{DebugAdapter, DapMachine};
 use crate::locals;
-use crate::wire::{Request, Wrong};
+use crate::protocol::{DapRequest, RequestError};
 
-const REGISTERS: i64 = 1;
-const LADDER: i64 = 2;
-const SYMBOLS: i64 = 3;
-const PINS: i64 = 4;
-const CHIP: i64 = 5;
-const MEMORY: i64 = 6;
+const REGISTERS_REFERENCE: i64 = 1;
+const LADDER_REFERENCE: i64 = 2;
+const SYMBOLS_REFERENCE: i64 = 3;
+const PINS_REFERENCE: i64 = 4;
+const CHIP_REFERENCE: i64 = 5;
+const MEMORY_REFERENCE: i64 = 6;
 /// The first of the memories.
-const SPACES: i64 = 100;
+const FIRST_SPACE_REFERENCE: i64 = 100;
 
 /// Bytes in a row of memory.
-const ROW: u32 = 16;
+const BYTES_PER_ROW: u32 = 16;
 
 /// Most variables in one answer; a client that wants more asks by start and count.
-const MOST: usize = 4096;
+const MAX_VARIABLES: usize = 4096;
 
 #[derive(Default, Deserialize)]
 #[serde(default)]
-struct Format {
+struct ValueFormat {
     hex: bool,
 }
 
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
-struct Arguments {
+struct VariablesArguments {
     frame_id: Option<i64>,
     variables_reference: i64,
     start: Option<usize>,
     count: Option<usize>,
     filter: Option<String>,
-    format: Format,
+    format: ValueFormat,
     name: String,
     value: String,
 }
 
 /// Something with a name and a value.
-pub(crate) struct Variable {
+pub(crate) struct DapVariable {
     pub name: String,
     pub value: String,
     /// What an expression calls it.
@@ -59,8 +59,8 @@ pub(crate) struct Variable {
     pub parts: i64,
 }
 
-impl Variable {
-    fn told(&self) -> Value {
+impl DapVariable {
+    fn to_json(&self) -> Value {
         let mut told =
             json!({ "name": self.name, "value": self.value, "type": self.kind, "variablesReference": self.parts });
         if !self.text.is_empty() {
@@ -73,140 +73,140 @@ impl Variable {
     }
 }
 
-impl Adapter<'_> {
-    pub(crate) fn scopes(&mut self, request: &Request) -> Result<Value, Wrong> {
-        let Arguments { frame_id, .. } = request.arguments()?;
-        let level = self.frame(frame_id)?;
+impl DebugAdapter<'_> {
+    pub(crate) fn scopes(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        let VariablesArguments { frame_id, .. } = request.parse_arguments()?;
+        let level = self.frame_level(frame_id)?;
         let machine = self.machine()?;
         let chip = machine.session.scope.chip();
         let scope = |name: &str, number: i64, costly: bool| json!({ "name": name, "variablesReference": number, "expensive": costly });
         let mut scopes = Vec::new();
         if machine.ladder.is_some() {
-            scopes.push(scope("Ladder", LADDER, false));
+            scopes.push(scope("Ladder", LADDER_REFERENCE, false));
         }
         scopes.extend(locals::scopes(machine, level));
-        let mut registers = scope("Registers", REGISTERS, false);
+        let mut registers = scope("Registers", REGISTERS_REFERENCE, false);
         registers["presentationHint"] = "registers".into();
         scopes.push(registers);
-        if !machine.objects().is_empty() {
-            scopes.push(scope("Symbols", SYMBOLS, true));
+        if !machine.ram_symbols().is_empty() {
+            scopes.push(scope("Symbols", SYMBOLS_REFERENCE, true));
         }
         if !chip.pins.is_empty() {
-            scopes.push(scope("Pins", PINS, true));
+            scopes.push(scope("Pins", PINS_REFERENCE, true));
         }
         if !chip.regs.is_empty() {
-            scopes.push(scope("Chip registers", CHIP, true));
+            scopes.push(scope("Chip registers", CHIP_REFERENCE, true));
         }
-        scopes.push(scope("Memory", MEMORY, true));
+        scopes.push(scope("Memory", MEMORY_REFERENCE, true));
         Ok(json!({ "scopes": scopes }))
     }
 
-    pub(crate) fn variables(&mut self, request: &Request) -> Result<Value, Wrong> {
-        let arguments: Arguments = request.arguments()?;
+    pub(crate) fn variables(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        let arguments: VariablesArguments = request.parse_arguments()?;
         let machine = self.machine()?;
         let from = arguments.start.unwrap_or(0);
-        let count = arguments.count.filter(|count| *count > 0).unwrap_or(MOST).min(MOST);
+        let count = arguments.count.filter(|count| *count > 0).unwrap_or(MAX_VARIABLES).min(MAX_VARIABLES);
         let told: Vec<Value> = match arguments.variables_reference {
-            MEMORY => machine.memories().into_iter().skip(from).take(count).collect(),
-            number if arguments.filter.as_deref() == Some("named") && number >= SPACES => Vec::new(),
+            MEMORY_REFERENCE => machine.memories().into_iter().skip(from).take(count).collect(),
+            number if arguments.filter.as_deref() == Some("named") && number >= FIRST_SPACE_REFERENCE => Vec::new(),
             number => {
-                let found = machine.inside(number, arguments.format.hex, from, count);
-                let found = found.ok_or_else(|| Wrong::nothing(format!("there are no variables {number}")))?;
-                found.iter().map(Variable::told).collect()
+                let found = machine.variables_in(number, arguments.format.hex, from, count);
+                let found = found.ok_or_else(|| RequestError::not_found(format!("there are no variables {number}")))?;
+                found.iter().map(DapVariable::to_json).collect()
             }
         };
         Ok(json!({ "variables": told }))
     }
 
-    pub(crate) fn set_variable(&mut self, request: &Request) -> Result<Value, Wrong> {
-        let arguments: Arguments = request.arguments()?;
+    pub(crate) fn set_variable(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        let arguments: VariablesArguments = request.parse_arguments()?;
         let (number, name) = (arguments.variables_reference, &arguments.name);
-        if number == PINS {
+        if number == PINS_REFERENCE {
             self.drive(&format!("{name}={}", arguments.value.trim()))?;
         } else if let Some(object) = locals::object(self.machine()?, number, name) {
-            self.assign_to(&Expr::Object(Box::new(object)), &arguments.value, 0)?;
+            self.assign_to(&DebugExpression::Object(Box::new(object)), &arguments.value, 0)?;
         } else {
             let machine = self.machine()?;
-            let text = machine.evaluated_as(number, name);
-            let text = text.ok_or_else(|| Wrong::nothing(format!("there is no variable `{name}` that can be set")))?;
+            let text = machine.evaluate_name(number, name);
+            let text = text.ok_or_else(|| RequestError::not_found(format!("there is no variable `{name}` that can be set")))?;
             self.assign(&text, &arguments.value, 0)?;
         }
-        self.changed();
+        self.invalidate_client();
         let machine = self.machine()?;
-        let found = machine.inside(number, arguments.format.hex, 0, MOST).unwrap_or_default();
+        let found = machine.variables_in(number, arguments.format.hex, 0, MAX_VARIABLES).unwrap_or_default();
         let value = found.into_iter().find(|variable| variable.name == *name).map(|variable| variable.value);
         Ok(json!({ "value": value.unwrap_or_default() }))
     }
 
     /// Gives a place another value; both are expressions.
-    pub(crate) fn assign(&mut self, text: &str, value: &str, level: usize) -> Result<(), Wrong> {
+    pub(crate) fn assign(&mut self, text: &str, value: &str, level: usize) -> Result<(), RequestError> {
         let machine = self.machine()?;
         // An input of a ladder program is its pin: the memory where it is latched is written anew by every scan.
-        let own = machine.own_pin(text);
+        let own = machine.chip_pin_text(text);
         if own != text {
             return self.drive(&format!("{own}={}", value.trim()));
         }
-        let expr = machine.expr(text, level)?;
-        if let Some(Place::Pin(pin)) = expr.place(machine.session.target()) {
+        let expr = machine.parse_expression(text, level)?;
+        if let Some(ExpressionPlace::Pin(pin)) = expr.place(machine.session.machine()) {
             let name = machine.session.scope.chip().pins.get(usize::from(pin)).map_or("", |def| def.name);
             return self.drive(&format!("{name}={}", value.trim()));
         }
         self.assign_to(&expr, value, level)
     }
 
-    fn assign_to(&mut self, expr: &Expr, value: &str, level: usize) -> Result<(), Wrong> {
+    fn assign_to(&mut self, expr: &DebugExpression, value: &str, level: usize) -> Result<(), RequestError> {
         let machine = self.machine()?;
-        let given = machine.expr(value, level)?.amount(machine.session.target());
-        let given = given.ok_or_else(|| Wrong::cannot(format!("`{value}` has no value now")))?;
+        let given = machine.parse_expression(value, level)?.evaluate(machine.session.machine());
+        let given = given.ok_or_else(|| RequestError::not_possible(format!("`{value}` has no value now")))?;
         machine.assign(expr, given)
     }
 
     /// Tells a client that understands it to look at everything anew.
-    pub(crate) fn changed(&mut self) {
+    pub(crate) fn invalidate_client(&mut self) {
         if self.client.supports_invalidated_event {
             self.event("invalidated", json!({ "areas": ["all"] }));
         }
     }
 }
 
-impl Machine {
+impl DapMachine {
     /// `Xstart=1` as `PD2=1`, where a ladder program has such an input.
-    pub fn own_pin(&self, text: &str) -> String {
-        self.ladder.as_ref().map_or_else(|| text.to_owned(), |ladder| ladder.view().own_pin(text))
+    pub fn chip_pin_text(&self, text: &str) -> String {
+        self.ladder.as_ref().map_or_else(|| text.to_owned(), |ladder| ladder.view().pin_assignment(text))
     }
 
     /// Reads an expression in the frame at a level.
-    pub fn expr(&self, text: &str, level: usize) -> Result<Expr, Wrong> {
-        self.session.scope.expr_in(text, self.session.target(), level).map_err(Wrong::nothing)
+    pub fn parse_expression(&self, text: &str, level: usize) -> Result<DebugExpression, RequestError> {
+        self.session.scope.parse_expression_in_frame(text, self.session.machine(), level).map_err(RequestError::not_found)
     }
 
     /// The place of the first byte of an object, as `readMemory` takes it.
-    pub fn memory_of(&self, object: &ObjectExpr) -> Option<String> {
-        match object.cells(self.session.target()).first() {
-            Some(Cell::Memory(space, addr)) => Some(self.memory_reference(space, *addr)),
+    pub fn memory_reference_of(&self, object: &ObjectExpr) -> Option<String> {
+        match object.byte_locations(self.session.machine()).first() {
+            Some(ObjectByteLocation::Memory(space, addr)) => Some(self.memory_reference(space, *addr)),
             _ => None,
         }
     }
 
     /// What an expression calls a variable.
-    pub fn evaluated_as(&self, container: i64, name: &str) -> Option<String> {
-        let found = self.inside(container, false, 0, usize::MAX)?;
+    pub fn evaluate_name(&self, container: i64, name: &str) -> Option<String> {
+        let found = self.variables_in(container, false, 0, usize::MAX)?;
         found.into_iter().find(|variable| variable.name == name && !variable.text.is_empty()).map(|found| found.text)
     }
 
     /// The value of a place as text; by default as what it is looked at most.
-    pub fn shown(&self, place: Place, hex: bool) -> String {
-        let target = self.session.target();
+    pub fn value_text(&self, place: ExpressionPlace, hex: bool) -> String {
+        let target = self.session.machine();
         let Some(value) = place.value(target) else { return "none".to_owned() };
         let digits = match place {
-            Place::Memory { bytes, .. } => 2 * usize::from(bytes),
-            Place::Reg(_) | Place::Pc => 2,
+            ExpressionPlace::Memory { bytes, .. } => 2 * usize::from(bytes),
+            ExpressionPlace::Reg(_) | ExpressionPlace::Pc => 2,
             _ => 1,
         };
         match place {
-            Place::Pc => format!("0x{value:04x}"),
-            Place::Reg(_) => format!("0x{value:02x}"),
-            Place::Memory { bytes, .. } if hex => {
+            ExpressionPlace::Pc => format!("0x{value:04x}"),
+            ExpressionPlace::Reg(_) => format!("0x{value:02x}"),
+            ExpressionPlace::Memory { bytes, .. } if hex => {
                 let unused = 64 - 8 * u32::from(bytes.clamp(1, 4));
                 format!("0x{:0digits$x}", (value as u64) << unused >> unused)
             }
@@ -216,37 +216,37 @@ impl Machine {
     }
 
     /// Symbols of the program in RAM.
-    fn objects(&self) -> Vec<&SymbolAt> {
+    fn ram_symbols(&self) -> Vec<&SymbolAt> {
         let scope = &self.session.scope;
         let mut found: Vec<&SymbolAt> =
-            scope.symbols.iter().filter(|s| s.space == scope.chip().ram && s.size > 0).collect();
+            scope.symbols.iter().filter(|s| s.space == scope.chip().ram_space && s.size > 0).collect();
         found.sort_by(|a, b| a.name.cmp(&b.name));
         found.dedup_by(|a, b| a.name == b.name);
         found
     }
 
     /// The variables of a container; nothing where there is no such.
-    fn inside(&self, container: i64, hex: bool, from: usize, count: usize) -> Option<Vec<Variable>> {
+    fn variables_in(&self, container: i64, hex: bool, from: usize, count: usize) -> Option<Vec<DapVariable>> {
         let all = match container {
-            REGISTERS => self.registers(),
-            LADDER => self.symbols_of_ladder(hex),
-            SYMBOLS => self.objects().into_iter().map(|symbol| self.object(symbol, hex)).collect(),
-            PINS => self.pins(),
-            CHIP => self.chip_registers(),
-            _ if container >= locals::SCOPES => locals::inside(self, container, hex)?,
+            REGISTERS_REFERENCE => self.registers(),
+            LADDER_REFERENCE => self.symbols_of_ladder(hex),
+            SYMBOLS_REFERENCE => self.ram_symbols().into_iter().map(|symbol| self.object(symbol, hex)).collect(),
+            PINS_REFERENCE => self.pins(),
+            CHIP_REFERENCE => self.chip_registers(),
+            _ if container >= locals::FIRST_SCOPE_REFERENCE => locals::variables_in(self, container, hex)?,
             _ => {
-                let space = usize::try_from(container.checked_sub(SPACES)?).ok()?;
+                let space = usize::try_from(container.checked_sub(FIRST_SPACE_REFERENCE)?).ok()?;
                 return self.rows(space, from, count);
             }
         };
         Some(all.into_iter().skip(from).take(count).collect())
     }
 
-    fn registers(&self) -> Vec<Variable> {
+    fn registers(&self) -> Vec<DapVariable> {
         let (session, chip) = (&self.session, self.session.scope.chip());
-        let own = |name: &str, place: Place| Variable {
+        let own = |name: &str, place: ExpressionPlace| DapVariable {
             name: name.to_owned(),
-            value: self.shown(place, false),
+            value: self.value_text(place, false),
             text: format!("${name}"),
             kind: "register".into(),
             memory: None,
@@ -254,15 +254,15 @@ impl Machine {
         };
         let mut found = Vec::new();
         if !chip.cpu_regs.contains(&"PC") {
-            found.push(own("PC", Place::Pc));
+            found.push(own("PC", ExpressionPlace::Pc));
         }
         found.extend(chip.cpu_regs.iter().map(|name| match *name {
-            "PC" => own(name, Place::Pc),
-            _ => own(name, Place::Reg(name)),
+            "PC" => own(name, ExpressionPlace::Pc),
+            _ => own(name, ExpressionPlace::Reg(name)),
         }));
-        found.push(own("cycle", Place::Cycle));
-        found.push(own("instructions", Place::Instructions));
-        let told = |name: &str, value: String| Variable {
+        found.push(own("cycle", ExpressionPlace::Cycle));
+        found.push(own("instructions", ExpressionPlace::Instructions));
+        let told = |name: &str, value: String| DapVariable {
             name: name.to_owned(),
             value,
             text: String::new(),
@@ -270,23 +270,23 @@ impl Machine {
             memory: None,
             parts: 0,
         };
-        found.push(told("time", format!("{:.9} s", session.clock().seconds(session.target().cycle()))));
+        found.push(told("time", format!("{:.9} s", session.clock().seconds(session.machine().cycle()))));
         if let Some(scan) = session.scan() {
             found.push(told("scan", scan.to_string()));
         }
         found
     }
 
-    fn symbols_of_ladder(&self, hex: bool) -> Vec<Variable> {
+    fn symbols_of_ladder(&self, hex: bool) -> Vec<DapVariable> {
         let symbols = self.session.scope.ladder.iter();
-        let variable = |(name, place): &(String, Place)| {
+        let variable = |(name, place): &(String, ExpressionPlace)| {
             let (kind, memory) = match *place {
-                Place::Memory { space, addr, .. } => ("integer", Some(self.memory_reference(space, addr))),
+                ExpressionPlace::Memory { space, addr, .. } => ("integer", Some(self.memory_reference(space, addr))),
                 _ => ("bit", None),
             };
-            Variable {
+            DapVariable {
                 name: name.clone(),
-                value: self.shown(*place, hex),
+                value: self.value_text(*place, hex),
                 text: name.clone(),
                 kind: kind.into(),
                 memory,
@@ -296,31 +296,31 @@ impl Machine {
         symbols.map(variable).collect()
     }
 
-    fn object(&self, symbol: &SymbolAt, hex: bool) -> Variable {
+    fn object(&self, symbol: &SymbolAt, hex: bool) -> DapVariable {
         const SHOWN: u32 = 8;
         let (space, addr, size) = (symbol.space, symbol.addr, symbol.size);
         let value = match u8::try_from(size) {
-            Ok(bytes @ 1..=4) => self.shown(Place::Memory { space, addr, bytes, signed: false }, hex),
+            Ok(bytes @ 1..=4) => self.value_text(ExpressionPlace::Memory { space, addr, bytes, signed: false }, hex),
             _ => {
-                let bytes = (0..size.min(SHOWN)).filter_map(|n| self.session.target().peek(space, addr + n));
+                let bytes = (0..size.min(SHOWN)).filter_map(|n| self.session.machine().peek(space, addr + n));
                 let bytes: Vec<String> = bytes.map(|byte| format!("{byte:02x}")).collect();
                 format!("{}{}", bytes.join(" "), if size > SHOWN { " .." } else { "" })
             }
         };
         let text = if size <= 4 { symbol.name.clone() } else { String::new() };
         let memory = Some(self.memory_reference(space, addr));
-        Variable { name: symbol.name.clone(), value, text, kind: "object".into(), memory, parts: 0 }
+        DapVariable { name: symbol.name.clone(), value, text, kind: "object".into(), memory, parts: 0 }
     }
 
-    fn pins(&self) -> Vec<Variable> {
-        let (target, chip) = (self.session.target(), self.session.scope.chip());
+    fn pins(&self) -> Vec<DapVariable> {
+        let (target, chip) = (self.session.machine(), self.session.scope.chip());
         let pins = (0..).zip(chip.pins).filter(|(id, _)| target.has_pin(*id as PinId));
-        let level = |id| match target.level(id) {
-            Level::High | Level::PullUp => "1",
-            Level::Low | Level::PullDown => "0",
-            Level::Float => "z",
+        let level = |id| match target.pin_level(id) {
+            PinLevel::High | PinLevel::PullUp => "1",
+            PinLevel::Low | PinLevel::PullDown => "0",
+            PinLevel::Float => "z",
         };
-        pins.map(|(id, def)| Variable {
+        pins.map(|(id, def)| DapVariable {
             name: def.name.to_owned(),
             value: level(id).to_owned(),
             text: def.name.to_owned(),
@@ -331,11 +331,11 @@ impl Machine {
         .collect()
     }
 
-    fn chip_registers(&self) -> Vec<Variable> {
-        let (target, chip) = (self.session.target(), self.session.scope.chip());
+    fn chip_registers(&self) -> Vec<DapVariable> {
+        let (target, chip) = (self.session.machine(), self.session.scope.chip());
         let found = chip.regs.iter().filter_map(|reg| {
             let value = target.peek(chip.reg_space, reg.addr.into())?;
-            Some(Variable {
+            Some(DapVariable {
                 name: reg.name.to_owned(),
                 value: format!("0x{value:02x}"),
                 text: format!("${}", reg.name),
@@ -348,12 +348,12 @@ impl Machine {
     }
 
     fn memories(&self) -> Vec<Value> {
-        let spaces = self.session.scope.chip().spaces.iter().zip(SPACES..);
+        let spaces = self.session.scope.chip().spaces.iter().zip(FIRST_SPACE_REFERENCE..);
         let told = |((space, size, width), number): (&(&str, u32, u32), i64)| {
             let unit = if *width == 1 { "addresses" } else { "words" };
             json!({
                 "name": space, "value": format!("{size} {unit}"), "variablesReference": number, "namedVariables": 0,
-                "indexedVariables": size.saturating_mul(*width).div_ceil(ROW),
+                "indexedVariables": size.saturating_mul(*width).div_ceil(BYTES_PER_ROW),
                 "memoryReference": self.memory_reference(space, 0),
             })
         };
@@ -361,20 +361,20 @@ impl Machine {
     }
 
     /// Rows of a memory.
-    fn rows(&self, space: usize, from: usize, count: usize) -> Option<Vec<Variable>> {
+    fn rows(&self, space: usize, from: usize, count: usize) -> Option<Vec<DapVariable>> {
         let &(space, size, width) = self.session.scope.chip().spaces.get(space)?;
-        let (rows, target) = (size.saturating_mul(width).div_ceil(ROW), self.session.target());
+        let (rows, target) = (size.saturating_mul(width).div_ceil(BYTES_PER_ROW), self.session.machine());
         let from = u32::try_from(from).unwrap_or(u32::MAX).min(rows);
         let end = from.saturating_add(u32::try_from(count).unwrap_or(u32::MAX)).min(rows);
         let row = |row: u32| {
-            let bytes = (row * ROW..row * ROW + ROW).map(|at| target.peek(space, at));
+            let bytes = (row * BYTES_PER_ROW..row * BYTES_PER_ROW + BYTES_PER_ROW).map(|at| target.peek(space, at));
             let bytes: Vec<String> = bytes.flatten().map(|byte| format!("{byte:02x}")).collect();
-            Variable {
-                name: format!("0x{:04x}", row * ROW / width.max(1)),
+            DapVariable {
+                name: format!("0x{:04x}", row * BYTES_PER_ROW / width.max(1)),
                 value: bytes.join(" "),
                 text: String::new(),
                 kind: "bytes".into(),
-                memory: Some(self.memory_reference(space, row * ROW)),
+                memory: Some(self.memory_reference(space, row * BYTES_PER_ROW)),
                 parts: 0,
             }
         };

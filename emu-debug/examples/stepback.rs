@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use emu_core::Chip;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::{self, ElfMachine, Image};
-use emu_debug::debug::{Goal, Options, Rig, Scope, Session, Target};
-use emu_debug::{Board, Clock};
+use emu_debug::debug::{RunGoal, SessionOptions, MachineWithDevices, NameScope, DebugSession, DynMachine};
+use emu_debug::{AttachedDevices, CycleClock};
 
 /// Cycles that are run first.
 const CYCLES: u64 = 1_000_000_000;
@@ -19,22 +19,22 @@ const COUNTER: &str = "ldi r24, 0xff\nout 0x04, r24\nagain: inc r16\nbrne again\
 
 fn load(chip: &'static Chip, file: &str) -> Image {
     if file == "counter" {
-        return emu_asm::image(chip, COUNTER).expect("a program");
+        return emu_asm::assemble_text(chip, COUNTER).expect("a program");
     }
     let path = format!("{}/../{file}", env!("CARGO_MANIFEST_DIR"));
     let bytes = std::fs::read(&path).expect("an image");
-    image::load(file, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)).expect("an image").image
+    image::load(file, &bytes, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine)).expect("an image").image
 }
 
-fn boxed<C: Cpu + 'static>(cpu: C) -> Box<dyn Target> {
-    Box::new(Rig::new(cpu, Board::new(Vec::new(), Clock { hz: 16_000_000, clocks_per_cycle: 1 })))
+fn boxed<C: Cpu + 'static>(cpu: C) -> Box<dyn DynMachine> {
+    Box::new(MachineWithDevices::new(cpu, AttachedDevices::new(Vec::new(), CycleClock { hz: 16_000_000, clocks_per_cycle: 1 })))
 }
 
 fn main() {
     let avr = &emu_avr::chips::ATMEGA328P;
     let mcs51 = emu_8051::chips::chips().find(|chip| chip.name == "8052").expect("8052");
     let pic = emu_pic16::chips::chips().find(|chip| chip.name == "pic16f877a").expect("pic16f877a");
-    type Build = fn(&'static Chip, &Image) -> Box<dyn Target>;
+    type Build = fn(&'static Chip, &Image) -> Box<dyn DynMachine>;
     let machines: [(&str, &'static Chip, Build); 4] = [
         ("counter", avr, |chip, image| boxed(emu_avr::Avr::new(chip, image, RamInit::Zero))),
         ("examples/avr/sort.elf", avr, |chip, image| boxed(emu_avr::Avr::new(chip, image, RamInit::Zero))),
@@ -47,29 +47,29 @@ fn main() {
     ];
     for (file, chip, build) in machines {
         let target = build(chip, &load(chip, file));
-        let clock = Clock { hz: chip.default_hz, clocks_per_cycle: target.clocks_per_cycle() };
-        let mut session = Session::new(target, Scope::new(chip), Options { clock, history: 64 << 20, follow: None });
+        let clock = CycleClock { hz: chip.default_hz, clocks_per_cycle: target.clocks_per_cycle() };
+        let mut session = DebugSession::new(target, NameScope::new(chip), SessionOptions { clock, history_bytes: 64 << 20, follower: None });
         let start = Instant::now();
         let until = Some(CYCLES);
-        let halt = session.run(&Goal { until, ..Goal::default() }, &mut || true);
+        let halt = session.run(&RunGoal { until, ..RunGoal::default() }, &mut || true);
         let took = start.elapsed();
         let (copies, bytes) = session.history_size();
         let mut times: Vec<Duration> = Vec::new();
         for n in 0..STEPS {
             // From the end, and from places all over the history.
             if n % 2 == 1 {
-                session.goto_cycle(session.target().cycle() - CYCLES / (STEPS as u64 + 2), &mut || true);
+                session.goto_cycle(session.machine().cycle() - CYCLES / (STEPS as u64 + 2), &mut || true);
             }
             let start = Instant::now();
-            session.back_stepi(1, &mut || true);
+            session.step_back(1, &mut || true);
             times.push(start.elapsed());
         }
         times.sort();
         println!(
             "{file} on {}: {:?} at cycle {}, run {took:.2?}, {copies} copies in {} KB; step back: first half of {STEPS} under {:.2?}, slowest {:.2?}",
             chip.name,
-            halt.why,
-            session.target().cycle(),
+            halt.reason,
+            session.machine().cycle(),
             bytes >> 10,
             times[STEPS / 2],
             times[STEPS - 1],

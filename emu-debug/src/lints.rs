@@ -5,16 +5,16 @@
 
 use std::collections::BTreeMap;
 
-use emu_core::chip::{Chip, Family};
+use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Probe;
 use emu_core::lint::Lint;
 
-use crate::close::{Fresh, RamTrap};
-use crate::place::Names;
+use crate::access_monitor::{UnwrittenRam, RamCheck};
+use crate::address_names::AddressNames;
 
 /// A lint at one instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Found {
+pub struct LintFinding {
     /// What.
     pub lint: Lint,
     /// Program word of the instruction; of an interrupt its vector.
@@ -27,62 +27,62 @@ pub struct Found {
 
 /// A probe that collects lints.
 #[derive(Debug, Clone)]
-pub struct Lints {
+pub struct LintProbe {
     chip: &'static Chip,
-    fresh: Fresh,
+    unwritten_ram: UnwrittenRam,
     pc: u32,
-    found: Vec<Found>,
+    found: Vec<LintFinding>,
     /// Where each lies in that list.
-    places: BTreeMap<(u32, Lint), usize>,
+    positions: BTreeMap<(u32, Lint), usize>,
 }
 
-impl Lints {
+impl LintProbe {
     /// For a run of `chip` whose RAM is as `ram` says.
     #[must_use]
-    pub fn new(chip: &'static Chip, ram: &RamTrap<'_>) -> Lints {
-        Lints { chip, fresh: Fresh::new(chip, ram), pc: 0, found: Vec::new(), places: BTreeMap::new() }
+    pub fn new(chip: &'static Chip, ram: &RamCheck<'_>) -> LintProbe {
+        LintProbe { chip, unwritten_ram: UnwrittenRam::new(chip, ram), pc: 0, found: Vec::new(), positions: BTreeMap::new() }
     }
 
     /// What was found, in the order of first cycles.
     #[must_use]
-    pub fn found(self) -> Vec<Found> {
+    pub fn into_findings(self) -> Vec<LintFinding> {
         let mut found = self.found;
         found.sort_by_key(|found| found.first);
         found
     }
 }
 
-impl Probe for Lints {
+impl Probe for LintProbe {
     const INSN: bool = true;
     const DATA: bool = true;
     const LINT: bool = true;
 
-    fn insn(&mut self, _at: u64, pc: u32) -> bool {
+    fn on_instruction(&mut self, _at: u64, pc: u32) -> bool {
         self.pc = pc;
         false
     }
 
-    fn data(&mut self, at: u64, space: u8, addr: u16, _value: u8, write: bool) -> bool {
-        if matches!(self.chip.family, Family::Avr | Family::Ap101) {
+    fn on_data_access(&mut self, at: u64, space: u8, addr: u16, _value: u8, write: bool) -> bool {
+        if matches!(self.chip.family, ChipFamily::Avr | ChipFamily::Ap101) {
             return false;
         }
-        if let Some(byte) = self.fresh.reads_unwritten(self.chip, space, addr, write) {
+        if let Some(byte) = self.unwritten_ram.note_access(self.chip, space, addr, write) {
             // Every byte is told of once, wherever it is read.
-            self.fresh.fill(byte);
-            self.lint(at, self.pc, Lint::UnknownRead { space: self.chip.ram, addr: byte as u16 });
+            self.unwritten_ram.mark_written(byte);
+            self.on_lint(at, self.pc, Lint::UnknownRead { space: self.chip.ram_space, addr: byte as u16 });
         }
         false
     }
 
-    fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
-        match self.places.get(&(pc, lint)).and_then(|&place| self.found.get_mut(place)) {
+    fn on_lint(&mut self, at: u64, pc: u32, lint: Lint) {
+        match self.positions.get(&(pc, lint)).and_then(|&place| self.found.get_mut(place)) {
             Some(found) => {
                 found.count = found.count.saturating_add(1);
                 found.first = found.first.min(at);
             }
             None => {
-                self.places.insert((pc, lint), self.found.len());
-                self.found.push(Found { lint, pc, count: 1, first: at });
+                self.positions.insert((pc, lint), self.found.len());
+                self.found.push(LintFinding { lint, pc, count: 1, first: at });
             }
         }
     }
@@ -90,26 +90,26 @@ impl Probe for Lints {
 
 /// What it is, with the names of registers, pins and symbols.
 #[must_use]
-pub fn describe(lint: Lint, names: &Names<'_>) -> String {
+pub fn describe_lint(lint: Lint, names: &AddressNames<'_>) -> String {
     match lint {
         Lint::AnalogRead { port, bits } => {
-            let (port, pins) = (register(names, port), pins(names, port, bits));
+            let (port, pins) = (register_name(names, port), port_pin_names(names, port, bits));
             format!("{port} is read, where {pins} read 0 as analog inputs")
         }
         Lint::ForeignLatch { port, bits } => {
-            let (port, pins) = (register(names, port), pins(names, port, bits));
+            let (port, pins) = (register_name(names, port), port_pin_names(names, port, bits));
             format!("the latch of {port} is changed at {pins} along with the bits that are meant")
         }
         Lint::Page { target } => {
             let byte = u32::from(target) * names.chip.word_bytes;
-            let near = names.near(byte).map_or(String::new(), |near| format!(" ({near})"));
+            let near = names.nearest_symbol(byte).map_or(String::new(), |near| format!(" ({near})"));
             let target = names.chip.code_address(target.into());
             format!("goes to 0x{target:04x}{near}, in a page that PCLATH was not set for here")
         }
-        Lint::UnknownRead { space, addr } => format!("{} is read before it was written", cell(names, space, addr)),
-        Lint::UnknownUse { space, addr } => format!("{} is used before it was written", cell(names, space, addr)),
+        Lint::UnknownRead { space, addr } => format!("{} is read before it was written", cell_name(names, space, addr)),
+        Lint::UnknownUse { space, addr } => format!("{} is used before it was written", cell_name(names, space, addr)),
         Lint::StackMeets { limit } => {
-            let limit = match names.symbols.iter().find(|s| s.space == names.chip.ram && s.addr == u32::from(limit)) {
+            let limit = match names.symbols.iter().find(|s| s.space == names.chip.ram_space && s.addr == u32::from(limit)) {
                 _ if limit == names.chip.ram_start => format!("0x{limit:04x}, where RAM begins"),
                 Some(symbol) => format!("0x{limit:04x} ({})", symbol.name),
                 None => format!("0x{limit:04x}, up to where the heap reaches"),
@@ -120,20 +120,20 @@ pub fn describe(lint: Lint, names: &Names<'_>) -> String {
         Lint::ReservedBits { addr, bits } => {
             let list = (0..8).filter(|bit| bits >> bit & 1 == 1).map(|bit| bit.to_string()).collect::<Vec<_>>();
             let (what, verb) = if list.len() == 1 { ("bit", "is") } else { ("bits", "are") };
-            format!("the reserved {what} {} of {} {verb} written as 1", list.join(", "), register(names, addr))
+            format!("the reserved {what} {} of {} {verb} written as 1", list.join(", "), register_name(names, addr))
         }
         Lint::NoHandler { vector } => {
-            format!("the interrupt {} is taken, and has no service routine", interrupt(names, vector))
+            format!("the interrupt {} is taken, and has no service routine", interrupt_name(names, vector))
         }
         Lint::Unhandled { vector } => {
-            format!("the interrupt {} is enabled, and has no service routine", interrupt(names, vector))
+            format!("the interrupt {} is enabled, and has no service routine", interrupt_name(names, vector))
         }
         Lint::FloatingRead { port, bits } => {
-            let (port, pins) = (register(names, port), pins(names, port, bits));
+            let (port, pins) = (register_name(names, port), port_pin_names(names, port, bits));
             format!("{port} is read and used, and nothing drives {pins}")
         }
         Lint::CaptureWritten { addr } => {
-            let low = register(names, addr);
+            let low = register_name(names, addr);
             let name = low.strip_suffix('L').unwrap_or(&low);
             format!(
                 "{name} is written in a mode that does not have it as TOP, where the data sheet denies that it can be"
@@ -144,29 +144,29 @@ pub fn describe(lint: Lint, names: &Names<'_>) -> String {
 }
 
 /// The name of a register of the chip, or where it lies.
-fn register(names: &Names<'_>, addr: u16) -> String {
+fn register_name(names: &AddressNames<'_>, addr: u16) -> String {
     let named = names.chip.regs.iter().find(|reg| reg.addr == addr);
     named.map_or_else(|| format!("{}:0x{addr:02x}", names.chip.reg_space), |reg| reg.name.to_owned())
 }
 
 /// A byte of RAM with the variable that it belongs to, or a register of the core, where those have addresses.
-fn cell(names: &Names<'_>, space: &str, addr: u16) -> String {
-    let cpu_reg = if names.chip.family == Family::Avr { names.chip.cpu_regs.get(usize::from(addr)) } else { None };
+fn cell_name(names: &AddressNames<'_>, space: &str, addr: u16) -> String {
+    let cpu_reg = if names.chip.family == ChipFamily::Avr { names.chip.cpu_regs.get(usize::from(addr)) } else { None };
     if let Some(name) = cpu_reg.filter(|_| addr < 32) {
         return (*name).to_owned();
     }
-    let symbol = names.object(space, addr.into()).map_or(String::new(), |symbol| format!(" ({symbol})"));
+    let symbol = names.containing_symbol(space, addr.into()).map_or(String::new(), |symbol| format!(" ({symbol})"));
     format!("{space}:0x{addr:02x}{symbol}")
 }
 
 /// The name of an interrupt.
-fn interrupt(names: &Names<'_>, vector: u8) -> String {
+fn interrupt_name(names: &AddressNames<'_>, vector: u8) -> String {
     names.chip.vectors.get(usize::from(vector)).map_or_else(|| vector.to_string(), |name| (*name).to_owned())
 }
 
 /// The names of pins of a port: those of PORTB are RB0 to RB7 on a PIC16, those of PINB PB0 to PB7 on an AVR.
-fn pins(names: &Names<'_>, port: u16, bits: u8) -> String {
-    let port = register(names, port);
+fn port_pin_names(names: &AddressNames<'_>, port: u16, bits: u8) -> String {
+    let port = register_name(names, port);
     let name = |bit: u8| {
         let pin = port.strip_prefix("PORT").map(|letter| format!("R{letter}{bit}"));
         let pin = pin.or_else(|| port.strip_prefix("PIN").map(|letter| format!("P{letter}{bit}")));

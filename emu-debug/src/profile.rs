@@ -7,17 +7,17 @@ use std::collections::BTreeMap;
 use emu_core::chip::Chip;
 use emu_core::cpu::Probe;
 use emu_core::image::Image;
-use emu_core::table::{Flow, bits_of, find};
+use emu_core::table::{FlowKind, instruction_bits, find_row};
 
 /// Places: one for each program word that a counter of 16 bits reaches.
-const PLACES: usize = 0x1_0000;
+const WORD_COUNT: usize = 0x1_0000;
 
 /// Services within each other that are kept apart; a program that never ends one has no more of them.
-const DEEPEST: usize = 64;
+const MAX_NESTED_SERVICES: usize = 64;
 
 /// Services of an interrupt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Service {
+pub struct InterruptService {
     /// How often it was entered.
     pub count: u64,
     /// Cycles from the entry to the end of the instruction that ends it, with those of interrupts within it.
@@ -29,9 +29,9 @@ pub struct Service {
 /// Counts cycles. Turns of a loop that only waits are jumped over as in a run that nobody looks at; their cycles count all the
 /// same.
 #[derive(Debug, Clone)]
-pub struct Profile {
+pub struct CycleProfile {
     /// For each program word what is known of the instruction there.
-    facts: Vec<Fact>,
+    facts: Vec<InstructionFact>,
     /// Cycles by the interrupt that is served, if one is, and by program word.
     cycles: BTreeMap<Option<u8>, Vec<u64>>,
     /// Cycles in which the core stood still, by the same interrupts.
@@ -39,18 +39,18 @@ pub struct Profile {
     /// Cycles of entries that were interrupted before an instruction came, by the interrupt that was entered.
     entries: BTreeMap<Option<u8>, u64>,
     /// Cycles before the first instruction.
-    before: u64,
-    services: BTreeMap<u8, Service>,
+    before_first: u64,
+    services: BTreeMap<u8, InterruptService>,
     /// Services that have begun: vector and cycle.
-    open: Vec<(u8, u64)>,
-    at: At,
+    open_services: Vec<(u8, u64)>,
+    current: CycleOwner,
     /// Up to this cycle all are counted.
-    since: u64,
+    counted_to: u64,
 }
 
 /// What the cycles from now on belong to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum At {
+enum CycleOwner {
     /// Nothing has run yet.
     Before,
     /// The entry of an interrupt: to the instruction that follows.
@@ -60,79 +60,79 @@ enum At {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Fact {
+struct InstructionFact {
     /// Cycles that it takes at the most when the core does not stand still behind it; 0 where that is not known or it may close a
     /// loop of which turns are jumped over.
-    most: u8,
+    max_cycles: u8,
     /// It ends the service of an interrupt.
-    ends: bool,
+    ends_service: bool,
 }
 
-impl Profile {
+impl CycleProfile {
     /// For the program of an image, from the machine cycle `now` on.
     #[must_use]
-    pub fn new(chip: &'static Chip, image: &Image, now: u64) -> Profile {
-        let mut code = vec![None; (chip.flash / chip.word_bytes.max(1)) as usize];
+    pub fn new(chip: &'static Chip, image: &Image, now: u64) -> CycleProfile {
+        let mut code = vec![None; (chip.flash_bytes / chip.word_bytes.max(1)) as usize];
         let size = chip.word_bytes.max(1);
-        for (addr, byte) in image.bytes_in(chip.code) {
+        for (addr, byte) in image.bytes_in(chip.code_space) {
             if let Some(word) = code.get_mut((addr / size) as usize) {
                 *word = Some(word.unwrap_or(0u16) | u16::from(byte) << (8 * (addr % size)));
             }
         }
-        let facts = (0..code.len().min(PLACES)).map(|pc| {
+        let facts = (0..code.len().min(WORD_COUNT)).map(|pc| {
             let words: Vec<u16> = code.iter().skip(pc).take(3).map_while(|word| *word).collect();
-            if words.is_empty() { Fact::default() } else { fact(chip, &words) }
+            if words.is_empty() { InstructionFact::default() } else { fact(chip, &words) }
         });
-        let mut facts: Vec<Fact> = facts.collect();
-        facts.resize(PLACES, Fact::default());
-        let cycles = BTreeMap::from([(None, vec![0; PLACES])]);
-        Profile {
+        let mut facts: Vec<InstructionFact> = facts.collect();
+        facts.resize(WORD_COUNT, InstructionFact::default());
+        let cycles = BTreeMap::from([(None, vec![0; WORD_COUNT])]);
+        CycleProfile {
             facts,
             cycles,
             idle: BTreeMap::new(),
             entries: BTreeMap::new(),
-            before: 0,
+            before_first: 0,
             services: BTreeMap::new(),
-            open: Vec::new(),
-            at: At::Before,
-            since: now,
+            open_services: Vec::new(),
+            current: CycleOwner::Before,
+            counted_to: now,
         }
     }
 
     /// Counts the cycles up to `now`; `next` is the instruction that comes then, if one does.
     fn count(&mut self, now: u64, next: Option<u32>) {
-        let mut passed = now.saturating_sub(self.since);
-        self.since = now;
-        let serving = self.open.last().map(|open| open.0);
-        let word = match (self.at, next) {
-            (At::Before, _) => {
-                self.before += passed;
+        let mut passed = now.saturating_sub(self.counted_to);
+        self.counted_to = now;
+        let serving = self.open_services.last().map(|open| open.0);
+        let word = match (self.current, next) {
+            (CycleOwner::Before, _) => {
+                self.before_first += passed;
                 return;
             }
-            (At::Entry, None) => {
+            (CycleOwner::Entry, None) => {
                 *self.entries.entry(serving).or_default() += passed;
                 return;
             }
-            (At::Entry, Some(pc)) | (At::Word(pc), _) => pc,
+            (CycleOwner::Entry, Some(pc)) | (CycleOwner::Word(pc), _) => pc,
         };
         let fact = self.facts.get(word as usize).copied().unwrap_or_default();
         // One more than the table says: a write to the program counter of a PIC takes a second cycle.
-        if let (At::Word(_), true, true) = (self.at, fact.most > 0, passed > u64::from(fact.most) + 1) {
-            let stood = passed - u64::from(fact.most);
+        if let (CycleOwner::Word(_), true, true) = (self.current, fact.max_cycles > 0, passed > u64::from(fact.max_cycles) + 1) {
+            let stood = passed - u64::from(fact.max_cycles);
             *self.idle.entry(serving).or_default() += stood;
             passed -= stood;
         }
-        let cycles = self.cycles.entry(serving).or_insert_with(|| vec![0; PLACES]);
+        let cycles = self.cycles.entry(serving).or_insert_with(|| vec![0; WORD_COUNT]);
         if let Some(cell) = cycles.get_mut(word as usize) {
             *cell += passed;
         }
-        if fact.ends && matches!(self.at, At::Word(_)) {
-            self.end(now);
+        if fact.ends_service && matches!(self.current, CycleOwner::Word(_)) {
+            self.end_service(now);
         }
     }
 
-    fn end(&mut self, now: u64) {
-        if let Some((vector, begun)) = self.open.pop() {
+    fn end_service(&mut self, now: u64) {
+        if let Some((vector, begun)) = self.open_services.pop() {
             let service = self.services.entry(vector).or_default();
             let took = now.saturating_sub(begun);
             service.total += took;
@@ -142,17 +142,17 @@ impl Profile {
 
     /// The run has ended at the cycle `now`. What is still served counts up to there.
     pub fn finish(&mut self, now: u64) {
-        let next = match self.at {
+        let next = match self.current {
             // Its first instruction would be counted as that of the service.
-            At::Entry => None,
-            At::Word(pc) => Some(pc),
-            At::Before => None,
+            CycleOwner::Entry => None,
+            CycleOwner::Word(pc) => Some(pc),
+            CycleOwner::Before => None,
         };
         self.count(now, next);
-        while !self.open.is_empty() {
-            self.end(now);
+        while !self.open_services.is_empty() {
+            self.end_service(now);
         }
-        self.at = At::Before;
+        self.current = CycleOwner::Before;
     }
 
     /// Cycles by the interrupt that was served, if one was, and by program word; only those above 0.
@@ -174,53 +174,53 @@ impl Profile {
 
     /// Cycles before the first instruction.
     #[must_use]
-    pub fn before(&self) -> u64 {
-        self.before
+    pub fn cycles_before_first(&self) -> u64 {
+        self.before_first
     }
 
     /// Services by vector.
-    pub fn services(&self) -> impl Iterator<Item = (u8, Service)> {
+    pub fn services(&self) -> impl Iterator<Item = (u8, InterruptService)> {
         self.services.iter().map(|(vector, service)| (*vector, *service))
     }
 
     /// All cycles that were counted.
     #[must_use]
-    pub fn sum(&self) -> u64 {
+    pub fn total_cycles(&self) -> u64 {
         let beside = self.idle().chain(self.entries()).map(|(_, count)| count).sum::<u64>();
-        self.before + beside + self.cycles().map(|one| one.2).sum::<u64>()
+        self.before_first + beside + self.cycles().map(|one| one.2).sum::<u64>()
     }
 }
 
 /// What is known of the instruction at the front of some words.
-fn fact(chip: &Chip, words: &[u16]) -> Fact {
+fn fact(chip: &Chip, words: &[u16]) -> InstructionFact {
     let isa = chip.isa;
-    let Some((position, _)) = find(isa.rows, isa.word_bits, words) else { return Fact::default() };
-    let Some(row) = isa.rows.get(position) else { return Fact::default() };
-    debug_assert!(row.pattern.matches(bits_of(row, isa.word_bits, words)), "the row that was found");
+    let Some((position, _)) = find_row(isa.rows, isa.word_bits, words) else { return InstructionFact::default() };
+    let Some(row) = isa.rows.get(position) else { return InstructionFact::default() };
+    debug_assert!(row.pattern.matches(instruction_bits(row, isa.word_bits, words)), "the row that was found");
     // What names a place to go to may close a loop.
     let goes = row.operands.iter().any(|slot| slot.kind.name.starts_with("target"));
-    let most = row.cycles.outcomes().iter().copied().max().unwrap_or(0);
-    Fact { most: if goes { 0 } else { most }, ends: (isa.flow)(position) == Flow::EndsInterrupt }
+    let most = row.cycles.possible_counts().iter().copied().max().unwrap_or(0);
+    InstructionFact { max_cycles: if goes { 0 } else { most }, ends_service: (isa.flow)(position) == FlowKind::EndsInterrupt }
 }
 
-impl Probe for Profile {
+impl Probe for CycleProfile {
     const INSN: bool = true;
-    const EVERY: bool = false;
+    const EVERY_ITERATION: bool = false;
 
     #[inline]
-    fn insn(&mut self, at: u64, pc: u32) -> bool {
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
         self.count(at, Some(pc));
-        self.at = At::Word(pc);
+        self.current = CycleOwner::Word(pc);
         false
     }
 
-    fn irq(&mut self, at: u64, vector: u8) {
+    fn on_interrupt(&mut self, at: u64, vector: u8) {
         self.count(at, None);
         self.services.entry(vector).or_default().count += 1;
-        if self.open.len() == DEEPEST {
-            self.open.remove(0);
+        if self.open_services.len() == MAX_NESTED_SERVICES {
+            self.open_services.remove(0);
         }
-        self.open.push((vector, at));
-        self.at = At::Entry;
+        self.open_services.push((vector, at));
+        self.current = CycleOwner::Entry;
     }
 }

@@ -3,7 +3,7 @@
 //! A head says for which chip, program and options the state is; a checksum covers all of it. Whatever was damaged, cut short or made for
 //! another machine is refused here, before a machine looks at it.
 
-use diag::{Code, Diagnostic, Pos, Severity};
+use diag::{DiagnosticCode, Diagnostic, Pos, Severity};
 use emu_core::image::Image;
 
 /// The first bytes of every such file.
@@ -31,34 +31,34 @@ pub const NO_STATE: &str = "SNP008";
 
 /// All of them.
 #[rustfmt::skip]
-pub const CODES: &[Code] = &[
-    Code { code: NO_SNAPSHOT, title: "the file is no snapshot",
+pub const CODES: &[DiagnosticCode] = &[
+    DiagnosticCode { code: NO_SNAPSHOT, title: "the file is no snapshot",
         explain: "It does not begin as the files do that --snapshot-out writes. Mend: give the name of such a file." },
-    Code { code: CUT_SHORT, title: "a snapshot is cut short",
+    DiagnosticCode { code: CUT_SHORT, title: "a snapshot is cut short",
         explain: "The file has fewer bytes than its head says: it was copied in part. emu itself writes a snapshot whole or not at \
                   all. Mend: copy it again, or make it anew." },
-    Code { code: CHECKSUM, title: "a snapshot is damaged",
+    DiagnosticCode { code: CHECKSUM, title: "a snapshot is damaged",
         explain: "Its checksum (CRC-32 over all bytes before it) is another one: bytes were changed, most often by a copy as text. \
                   Mend: copy it again, or make it anew." },
-    Code { code: OTHER_VERSION, title: "a snapshot of another version",
+    DiagnosticCode { code: OTHER_VERSION, title: "a snapshot of another version",
         explain: "It was written by a version of emu whose snapshots hold other things. Mend: use that version, or make it anew." },
-    Code { code: OTHER_CHIP, title: "a snapshot of another chip",
+    DiagnosticCode { code: OTHER_CHIP, title: "a snapshot of another chip",
         explain: "A state fits the chip that it was taken from and no other. Mend: name that chip with --mcu." },
-    Code { code: OTHER_PROGRAM, title: "a snapshot of another program",
+    DiagnosticCode { code: OTHER_PROGRAM, title: "a snapshot of another program",
         explain: "The image holds other bytes than the one with which the snapshot was made; how it is stored (HEX or ELF) and its \
                   symbols make no difference. Mend: give that image, or make the snapshot anew." },
-    Code { code: OTHER_OPTIONS, title: "a snapshot of a machine that was configured otherwise",
+    DiagnosticCode { code: OTHER_OPTIONS, title: "a snapshot of a machine that was configured otherwise",
         explain: "Clock, fuses, configuration word, wiring, and what RAM holds after power-up are part of a machine and no part of its \
                   state. Mend: give the flags with which the snapshot was made; the message has \
                   what differs." },
-    Code { code: NO_STATE, title: "a snapshot that holds no state of this machine",
+    DiagnosticCode { code: NO_STATE, title: "a snapshot that holds no state of this machine",
         explain: "The file is whole, and what it holds cannot be the state of such a machine: it was made by another build of emu, \
                   or by another program. Mend: make it anew." },
 ];
 
 /// What a snapshot is of.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Head {
+pub struct SnapshotHeader {
     /// Name of the chip.
     pub chip: String,
     /// [`program`] of the image.
@@ -71,7 +71,7 @@ pub struct Head {
 
 /// A number that stands for the bytes of an image, however they are divided into pieces.
 #[must_use]
-pub fn program(image: &Image) -> u64 {
+pub fn image_hash(image: &Image) -> u64 {
     let mut segments: Vec<_> = image.segments.iter().collect();
     segments.sort_by_key(|segment| (segment.space, segment.addr));
     let mut hash = 0xCBF2_9CE4_8422_2325_u64;
@@ -93,7 +93,7 @@ pub fn is_snapshot(bytes: &[u8]) -> bool {
 
 /// The file of a snapshot; `state` comes from [`Cpu::save`](emu_core::Cpu::save).
 #[must_use]
-pub fn write(head: &Head, state: &[u8]) -> Vec<u8> {
+pub fn encode_snapshot(head: &SnapshotHeader, state: &[u8]) -> Vec<u8> {
     let mut body = Vec::new();
     for text in [&head.chip, &head.options] {
         body.extend((text.len() as u32).to_le_bytes());
@@ -106,7 +106,7 @@ pub fn write(head: &Head, state: &[u8]) -> Vec<u8> {
     file.extend(VERSION.to_le_bytes());
     file.extend((body.len() as u64).to_le_bytes());
     file.extend(body);
-    file.extend(crc(&file).to_le_bytes());
+    file.extend(crc32(&file).to_le_bytes());
     file
 }
 
@@ -114,7 +114,7 @@ pub fn write(head: &Head, state: &[u8]) -> Vec<u8> {
 ///
 /// # Errors
 /// What is wrong with it.
-pub fn read<'a>(name: &str, bytes: &'a [u8]) -> Result<(Head, &'a [u8]), Diagnostic> {
+pub fn decode_snapshot<'a>(name: &str, bytes: &'a [u8]) -> Result<(SnapshotHeader, &'a [u8]), Diagnostic> {
     let wrong = |code, cause: String, hint: &str| Err(fault(name, code, cause, hint));
     const AGAIN: &str = "copy it again, or make it anew with --snapshot-out";
     let Some(rest) = bytes.strip_prefix(MAGIC) else {
@@ -124,7 +124,7 @@ pub fn read<'a>(name: &str, bytes: &'a [u8]) -> Result<(Head, &'a [u8]), Diagnos
             false => wrong(NO_SNAPSHOT, "is no snapshot".to_owned(), "give a file that --snapshot-out has written"),
         };
     };
-    let mut fields = Fields(rest);
+    let mut fields = FieldReader(rest);
     let (Some(version), Some(len)) = (fields.number(2), fields.number(8)) else {
         return wrong(CUT_SHORT, format!("ends after {} bytes, in the middle of its head", bytes.len()), AGAIN);
     };
@@ -140,26 +140,26 @@ pub fn read<'a>(name: &str, bytes: &'a [u8]) -> Result<(Head, &'a [u8]), Diagnos
     let Some((front, sum)) = bytes.split_last_chunk::<4>().filter(|_| left == wanted) else {
         return wrong(CHECKSUM, format!("has {} bytes behind its end", left - wanted), AGAIN);
     };
-    let (found, wanted) = (crc(front), u32::from_le_bytes(*sum));
+    let (found, wanted) = (crc32(front), u32::from_le_bytes(*sum));
     if found != wanted {
         return wrong(CHECKSUM, format!("is damaged: its checksum is {found:08x}, and it says {wanted:08x}"), AGAIN);
     }
-    let mut fields = Fields(fields.0.get(..len as usize).unwrap_or_default());
+    let mut fields = FieldReader(fields.0.get(..len as usize).unwrap_or_default());
     let head = || {
         let (chip, options) = (fields.text()?, fields.text()?);
         let (program, cycle) = (fields.number(8)?, fields.number(8)?);
-        Some((Head { chip, program, options, cycle }, fields.0))
+        Some((SnapshotHeader { chip, program, options, cycle }, fields.0))
     };
     let mut head = head;
-    head().ok_or_else(|| no_state(name))
+    head().ok_or_else(|| invalid_state(name))
 }
 
 /// The state in the file, if it is one of the machine that `wanted` describes (its cycle aside), and its cycle.
 ///
 /// # Errors
 /// What is wrong with the file, or what the machine has that is not as in the file.
-pub fn read_for<'a>(name: &str, bytes: &'a [u8], wanted: &Head) -> Result<(u64, &'a [u8]), Diagnostic> {
-    let (head, state) = read(name, bytes)?;
+pub fn decode_snapshot_for<'a>(name: &str, bytes: &'a [u8], wanted: &SnapshotHeader) -> Result<(u64, &'a [u8]), Diagnostic> {
+    let (head, state) = decode_snapshot(name, bytes)?;
     let (code, cause, hint) = if head.chip != wanted.chip {
         let cause = format!("is a snapshot of {}, and the chip is {}", head.chip, wanted.chip);
         (OTHER_CHIP, cause, "name the chip of the snapshot with --mcu")
@@ -169,7 +169,7 @@ pub fn read_for<'a>(name: &str, bytes: &'a [u8], wanted: &Head) -> Result<(u64, 
     } else if head.options != wanted.options {
         (
             OTHER_OPTIONS,
-            difference(&head.options, &wanted.options),
+            option_difference(&head.options, &wanted.options),
             "give the flags with which it was made, or make it anew",
         )
     } else {
@@ -179,7 +179,7 @@ pub fn read_for<'a>(name: &str, bytes: &'a [u8], wanted: &Head) -> Result<(u64, 
 }
 
 /// What one has of two configurations that the other does not.
-fn difference(own: &str, wanted: &str) -> String {
+fn option_difference(own: &str, wanted: &str) -> String {
     let split = |options: &str| options.split(" --").map(|flag| flag.trim_start_matches("--").to_owned()).collect();
     let (own, wanted): (Vec<String>, Vec<String>) = (split(own), split(wanted));
     let beyond = |some: &[String], others: &[String]| {
@@ -195,7 +195,7 @@ fn difference(own: &str, wanted: &str) -> String {
 
 /// The file is whole, and holds no state of the machine.
 #[must_use]
-pub fn no_state(name: &str) -> Diagnostic {
+pub fn invalid_state(name: &str) -> Diagnostic {
     fault(name, NO_STATE, "holds what is no state of this machine".to_owned(), "make it anew with --snapshot-out")
 }
 
@@ -204,9 +204,9 @@ fn fault(name: &str, code: &'static str, cause: String, hint: &str) -> Diagnosti
 }
 
 /// What is left to be read.
-struct Fields<'a>(&'a [u8]);
+struct FieldReader<'a>(&'a [u8]);
 
-impl Fields<'_> {
+impl FieldReader<'_> {
     fn bytes(&mut self, len: usize) -> Option<&[u8]> {
         let (bytes, rest) = self.0.split_at_checked(len)?;
         self.0 = rest;
@@ -224,7 +224,7 @@ impl Fields<'_> {
 }
 
 /// CRC-32 as in IEEE 802.3.
-fn crc(bytes: &[u8]) -> u32 {
+fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(u32::MAX, |crc, &byte| {
         (0..8).fold(crc ^ u32::from(byte), |crc, _| crc >> 1 ^ if crc & 1 == 1 { 0xEDB8_8320 } else { 0 })
     })
@@ -234,18 +234,18 @@ fn crc(bytes: &[u8]) -> u32 {
 mod tests {
     use super::*;
 
-    fn sample() -> (Head, Vec<u8>) {
-        let head = Head { chip: "atmega328p".into(), program: 7, options: "16 MHz".into(), cycle: 1234 };
-        let file = write(&head, &[1, 2, 3, 0, 255]);
+    fn sample() -> (SnapshotHeader, Vec<u8>) {
+        let head = SnapshotHeader { chip: "atmega328p".into(), program: 7, options: "16 MHz".into(), cycle: 1234 };
+        let file = encode_snapshot(&head, &[1, 2, 3, 0, 255]);
         (head, file)
     }
 
     #[test]
     fn comes_back() {
         let (head, file) = sample();
-        assert_eq!(crc(b"123456789"), 0xCBF4_3926);
-        assert_eq!(read("x", &file), Ok((head.clone(), &[1, 2, 3, 0, 255][..])));
-        assert_eq!(read_for("x", &file, &Head { cycle: 0, ..head }), Ok((1234, &[1, 2, 3, 0, 255][..])));
+        assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
+        assert_eq!(decode_snapshot("x", &file), Ok((head.clone(), &[1, 2, 3, 0, 255][..])));
+        assert_eq!(decode_snapshot_for("x", &file, &SnapshotHeader { cycle: 0, ..head }), Ok((1234, &[1, 2, 3, 0, 255][..])));
     }
 
     #[test]
@@ -256,7 +256,7 @@ mod tests {
             ("--clock 8", "--clock 8 --no-start-up", "without `--no-start-up`"),
         ];
         for (own, wanted, says) in cases {
-            assert_eq!(difference(own, wanted), format!("is of a machine {says}"));
+            assert_eq!(option_difference(own, wanted), format!("is of a machine {says}"));
         }
     }
 
@@ -264,15 +264,15 @@ mod tests {
     fn no_damage_passes() {
         let (_, file) = sample();
         for len in 0..file.len() {
-            let code = read("x", &file[..len]).map_err(|d| d.code);
+            let code = decode_snapshot("x", &file[..len]).map_err(|d| d.code);
             assert_eq!(code, Err(if len == 0 { NO_SNAPSHOT } else { CUT_SHORT }), "cut to {len}");
         }
         for at in 0..8 * file.len() {
             let mut damaged = file.clone();
             damaged[at / 8] ^= 1 << (at % 8);
-            assert!(read("x", &damaged).is_err(), "bit {at}");
+            assert!(decode_snapshot("x", &damaged).is_err(), "bit {at}");
         }
         let longer: Vec<u8> = file.iter().copied().chain([0]).collect();
-        assert_eq!(read("x", &longer).map_err(|d| d.code), Err(CHECKSUM));
+        assert_eq!(decode_snapshot("x", &longer).map_err(|d| d.code), Err(CHECKSUM));
     }
 }

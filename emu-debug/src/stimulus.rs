@@ -1,31 +1,31 @@
 //! What the outside does to the pins and to the supply, and when.
 
-use emu_core::chip::{Chip, Family};
+use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
-use emu_core::pins::{Level, PinId, Time};
+use emu_core::pins::{PinLevel, PinId, CycleTime};
 
-use crate::time::{Clock, decimal, split};
+use crate::time::{CycleClock, parse_decimal, split_unit};
 
 /// What the supply is called, whatever the chip: by most makers, and by Atmel.
-const SUPPLIES: [&str; 2] = ["VDD", "VCC"];
+const SUPPLY_NAMES: [&str; 2] = ["VDD", "VCC"];
 
 /// The supply before anything else is said of it, in millivolts.
-pub const FIRST_SUPPLY: u32 = 5_000;
+pub const INITIAL_SUPPLY_MV: u32 = 5_000;
 
 /// Counts of the converter that [`Put::Counts`] speaks of.
-const COUNTS: u16 = 1024;
+const ADC_COUNTS: u16 = 1024;
 
 /// Highest voltage, in millivolts: above what any pin of these chips bears.
 const MAX_MILLIVOLTS: u128 = 20_000;
 
 /// The pins of a controller in a few words.
-const CHANNELS: &str = "I0 to I511, E0 to E255, POWER and CLEAR";
+const AP101_PIN_NAMES: &str = "I0 to I511, E0 to E255, POWER and CLEAR";
 
 /// Something that is done from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Put {
+pub enum ExternalDrive {
     /// A pin is driven to a level, or let go.
-    Level(PinId, Level),
+    Level(PinId, PinLevel),
     /// A pin is driven to a voltage, in millivolts.
     Volts(PinId, u32),
     /// A pin is driven to the voltage that a converter of 10 bits, referred to the supply of that time, reads as this count.
@@ -36,20 +36,20 @@ pub enum Put {
 
 /// Something that is done from outside, and when.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Drive {
+pub struct TimedDrive {
     /// When.
-    pub at: Time,
+    pub at: CycleTime,
     /// What; it stays until something else is done.
-    pub put: Put,
+    pub drive: ExternalDrive,
 }
 
-impl Drive {
+impl TimedDrive {
     /// The pin; nothing where it is the supply.
     #[must_use]
     pub fn pin(&self) -> Option<PinId> {
-        match self.put {
-            Put::Level(pin, _) | Put::Volts(pin, _) | Put::Counts(pin, _) => Some(pin),
-            Put::Supply(_) => None,
+        match self.drive {
+            ExternalDrive::Level(pin, _) | ExternalDrive::Volts(pin, _) | ExternalDrive::Counts(pin, _) => Some(pin),
+            ExternalDrive::Supply(_) => None,
         }
     }
 }
@@ -58,10 +58,10 @@ impl Drive {
 ///
 /// # Errors
 /// No such pin or level.
-pub fn pin_level(chip: &Chip, text: &str) -> Result<(PinId, Level), String> {
-    let (name, level) = halves(chip, text)?;
-    let pin = pin(chip, name)?;
-    let level = self::level(level).ok_or_else(|| format!("`{level}` is no level of a pin; write 0, 1 or z"))?;
+pub fn parse_pin_level(chip: &Chip, text: &str) -> Result<(PinId, PinLevel), String> {
+    let (name, level) = split_at_equals(chip, text)?;
+    let pin = find_pin(chip, name)?;
+    let level = self::parse_level(level).ok_or_else(|| format!("`{level}` is no level of a pin; write 0, 1 or z"))?;
     Ok((pin, level))
 }
 
@@ -71,38 +71,38 @@ pub fn pin_level(chip: &Chip, text: &str) -> Result<(PinId, Level), String> {
 ///
 /// # Errors
 /// No such pin, level or voltage.
-pub fn put(chip: &Chip, text: &str) -> Result<Put, String> {
-    let (name, value) = halves(chip, text)?;
+pub fn parse_drive(chip: &Chip, text: &str) -> Result<ExternalDrive, String> {
+    let (name, value) = split_at_equals(chip, text)?;
     let volts = value.ends_with(['V', 'v']);
-    if SUPPLIES.iter().any(|supply| name.eq_ignore_ascii_case(supply)) && chip.pin(name).is_none() {
+    if SUPPLY_NAMES.iter().any(|supply| name.eq_ignore_ascii_case(supply)) && chip.pin(name).is_none() {
         return match volts {
-            true => millivolts(value).map(Put::Supply),
+            true => parse_millivolts(value).map(ExternalDrive::Supply),
             false => Err(format!("`{value}` is no voltage; write {}=4.5V", supply_name(chip))),
         };
     }
-    let pin = pin(chip, name)?;
+    let pin = find_pin(chip, name)?;
     if volts {
-        return Ok(Put::Volts(pin, millivolts(value)?));
+        return Ok(ExternalDrive::Volts(pin, parse_millivolts(value)?));
     }
     let lower = value.to_ascii_lowercase();
     if let Some(count) = lower.strip_suffix("counts") {
-        let fits = count.trim().parse().ok().filter(|&count: &u16| count < COUNTS);
-        let why = || format!("`{value}` is no reading of a converter; write 0counts to {}counts", COUNTS - 1);
-        return fits.map(|count| Put::Counts(pin, count)).ok_or_else(why);
+        let fits = count.trim().parse().ok().filter(|&count: &u16| count < ADC_COUNTS);
+        let why = || format!("`{value}` is no reading of a converter; write 0counts to {}counts", ADC_COUNTS - 1);
+        return fits.map(|count| ExternalDrive::Counts(pin, count)).ok_or_else(why);
     }
     let level = match lower.as_str() {
-        "pullup" => Some(Level::PullUp),
-        "pulldown" => Some(Level::PullDown),
-        _ => level(value),
+        "pullup" => Some(PinLevel::PullUp),
+        "pulldown" => Some(PinLevel::PullDown),
+        _ => parse_level(value),
     };
-    level.map(|level| Put::Level(pin, level)).ok_or_else(|| {
+    level.map(|level| ExternalDrive::Level(pin, level)).ok_or_else(|| {
         // The 8051 and AP101 know levels only.
-        let volts = match decimal(value) {
-            _ if matches!(chip.family, Family::Mcs51 | Family::Ap101) => String::new(),
-            Some(_) if millivolts(&format!("{value}V")).is_ok_and(|millivolts| millivolts <= FIRST_SUPPLY) => {
+        let volts = match parse_decimal(value) {
+            _ if matches!(chip.family, ChipFamily::Mcs51 | ChipFamily::Ap101) => String::new(),
+            Some(_) if parse_millivolts(&format!("{value}V")).is_ok_and(|millivolts| millivolts <= INITIAL_SUPPLY_MV) => {
                 format!(", or volts with their unit: {name}={value}V")
             }
-            Some((count, 0)) if count < COUNTS.into() => format!(", or what a converter reads: {name}={value}counts"),
+            Some((count, 0)) if count < ADC_COUNTS.into() => format!(", or what a converter reads: {name}={value}counts"),
             _ => format!(", or volts: {name}=1.25V"),
         };
         format!("`{value}` is no level of a pin; write 0, 1, z, pullup or pulldown{volts}")
@@ -113,24 +113,24 @@ pub fn put(chip: &Chip, text: &str) -> Result<Put, String> {
 ///
 /// # Errors
 /// As those.
-pub fn drive(chip: &Chip, clock: Clock, text: &str) -> Result<Drive, String> {
+pub fn parse_timed_drive(chip: &Chip, clock: CycleClock, text: &str) -> Result<TimedDrive, String> {
     let Some((time, rest)) = text.split_once(':') else {
         return Err(format!("`{text}` gives no time; write 10ms:{}=0", example_pin(chip, 0)));
     };
-    Ok(Drive { at: clock.moment(time)?, put: put(chip, rest)? })
+    Ok(TimedDrive { at: clock.parse_moment(time)?, drive: parse_drive(chip, rest)? })
 }
 
 /// Queues the drives, in order of time; of two at one time the one given last wins, and the supply comes before the pins.
 ///
 /// # Errors
 /// A machine that knows levels only was to get a voltage: one sentence that says so. The others are queued.
-pub fn queue<C: Cpu>(cpu: &mut C, drives: &[Drive]) -> Result<(), String> {
+pub fn queue_drives<C: Cpu>(cpu: &mut C, drives: &[TimedDrive]) -> Result<(), String> {
     let mut sorted = drives.to_vec();
-    sorted.sort_by_key(|d| (d.at, !matches!(d.put, Put::Supply(_))));
+    sorted.sort_by_key(|d| (d.at, !matches!(d.drive, ExternalDrive::Supply(_))));
     let mut refused = Ok(());
-    let mut supply = FIRST_SUPPLY;
+    let mut supply = INITIAL_SUPPLY_MV;
     for drive in sorted {
-        refused = apply(cpu, drive, &mut supply).and(refused);
+        refused = queue_drive(cpu, drive, &mut supply).and(refused);
     }
     refused
 }
@@ -139,36 +139,36 @@ pub fn queue<C: Cpu>(cpu: &mut C, drives: &[Drive]) -> Result<(), String> {
 ///
 /// # Errors
 /// As [`queue`].
-pub fn apply<C: Cpu>(cpu: &mut C, Drive { at, put }: Drive, supply: &mut u32) -> Result<(), String> {
+pub fn queue_drive<C: Cpu>(cpu: &mut C, TimedDrive { at, drive: put }: TimedDrive, supply: &mut u32) -> Result<(), String> {
     let done = match put {
-        Put::Level(pin, level) => {
+        ExternalDrive::Level(pin, level) => {
             cpu.drive(at, pin, level);
             true
         }
-        Put::Volts(pin, millivolts) => cpu.drive_volts(at, pin, millivolts),
+        ExternalDrive::Volts(pin, millivolts) => cpu.drive_volts(at, pin, millivolts),
         // The middle of the step.
-        Put::Counts(pin, count) => {
-            let millivolts = ((2 * u32::from(count) + 1) * *supply + u32::from(COUNTS)) / (2 * u32::from(COUNTS));
+        ExternalDrive::Counts(pin, count) => {
+            let millivolts = ((2 * u32::from(count) + 1) * *supply + u32::from(ADC_COUNTS)) / (2 * u32::from(ADC_COUNTS));
             cpu.drive_volts(at, pin, millivolts)
         }
-        Put::Supply(millivolts) => {
+        ExternalDrive::Supply(millivolts) => {
             *supply = millivolts;
-            cpu.supply(at, millivolts)
+            cpu.set_supply(at, millivolts)
         }
     };
     if done {
         return Ok(());
     }
     let (name, pin) = (cpu.chip().name, example_pin(cpu.chip(), 0));
-    let what = if matches!(put, Put::Supply(_)) { "the supply" } else { "voltages on pins" };
+    let what = if matches!(put, ExternalDrive::Supply(_)) { "the supply" } else { "voltages on pins" };
     Err(format!("{what} cannot be set on {name}, which knows levels only: {pin}=0, {pin}=1 or {pin}=z"))
 }
 
 /// What drives make of the supply, in millivolts, and when.
 #[must_use]
-pub fn supplies(drives: &[Drive]) -> Vec<(Time, u32)> {
-    let supply = |drive: &Drive| match drive.put {
-        Put::Supply(millivolts) => Some((drive.at, millivolts)),
+pub fn supply_changes(drives: &[TimedDrive]) -> Vec<(CycleTime, u32)> {
+    let supply = |drive: &TimedDrive| match drive.drive {
+        ExternalDrive::Supply(millivolts) => Some((drive.at, millivolts)),
         _ => None,
     };
     drives.iter().filter_map(supply).collect()
@@ -178,10 +178,10 @@ pub fn supplies(drives: &[Drive]) -> Vec<(Time, u32)> {
 ///
 /// # Errors
 /// Why not, a sentence.
-pub fn can<C: Cpu>(cpu: &C, put: Put) -> Result<(), String> {
+pub fn check_drive_supported<C: Cpu>(cpu: &C, put: ExternalDrive) -> Result<(), String> {
     match put {
-        Put::Level(..) => Ok(()),
-        put => apply(&mut cpu.clone(), Drive { at: Time::at(cpu.cycle()), put }, &mut FIRST_SUPPLY.clone()),
+        ExternalDrive::Level(..) => Ok(()),
+        put => queue_drive(&mut cpu.clone(), TimedDrive { at: CycleTime::at(cpu.cycle()), drive: put }, &mut INITIAL_SUPPLY_MV.clone()),
     }
 }
 
@@ -193,17 +193,17 @@ pub fn example_pin(chip: &Chip, n: usize) -> &'static str {
 
 /// Why the machine does not have a pin that its chip's row has, a sentence.
 #[must_use]
-pub fn lacking(chip: &Chip, pin: PinId) -> String {
+pub fn missing_pin_reason(chip: &Chip, pin: PinId) -> String {
     let name = chip.pins.get(usize::from(pin)).map_or("?", |def| def.name);
     if chip.packages.is_empty() {
         return format!("{name} is no channel of this machine: the configuration in its image has fewer");
     }
-    let others: Vec<_> = chip.packages.iter().filter(|of| of.number(pin).is_some()).map(|of| of.name).collect();
+    let others: Vec<_> = chip.packages.iter().filter(|of| of.pin_number(pin).is_some()).map(|of| of.name).collect();
     format!("{name} is no pin of the chosen package; packages that have it are {}", others.join(", "))
 }
 
 /// Both sides of the sign.
-fn halves<'t>(chip: &Chip, text: &'t str) -> Result<(&'t str, &'t str), String> {
+fn split_at_equals<'t>(chip: &Chip, text: &'t str) -> Result<(&'t str, &'t str), String> {
     let (name, value) = text.split_once('=').ok_or_else(|| {
         let pin = example_pin(chip, 0);
         format!("`{text}` gives no level; write {pin}=1, {pin}=0 or {pin}=z")
@@ -214,8 +214,8 @@ fn halves<'t>(chip: &Chip, text: &'t str) -> Result<(&'t str, &'t str), String> 
 /// What the supply of a chip is called in its data sheet.
 #[must_use]
 pub fn supply_name(chip: &Chip) -> &'static str {
-    let [vdd, vcc] = SUPPLIES;
-    if chip.family == Family::Avr { vcc } else { vdd }
+    let [vdd, vcc] = SUPPLY_NAMES;
+    if chip.family == ChipFamily::Avr { vcc } else { vdd }
 }
 
 /// The pin of that name, case aside, or with that function among those that the chip's row notes: `MCLR` and `RESET` are the
@@ -223,32 +223,32 @@ pub fn supply_name(chip: &Chip) -> &'static str {
 ///
 /// # Errors
 /// The package has no such pin.
-pub fn pin(chip: &Chip, name: &str) -> Result<PinId, String> {
+pub fn find_pin(chip: &Chip, name: &str) -> Result<PinId, String> {
     let pin = chip.pin(name).filter(|&pin| chip.has_pin(pin));
     // Its note says what else a pin is.
     let is = |note: &str| !name.is_empty() && note.split(", ").any(|function| function.eq_ignore_ascii_case(name));
     let shared = || chip.present_pins().find(|(_, def)| is(def.note)).map(|(pin, _)| pin);
     pin.or_else(shared).ok_or_else(|| {
         let names: Vec<&str> = chip.present_pins().map(|(_, def)| def.name).collect();
-        let names = if chip.family == Family::Ap101 { CHANNELS.to_owned() } else { names.join(" ") };
+        let names = if chip.family == ChipFamily::Ap101 { AP101_PIN_NAMES.to_owned() } else { names.join(" ") };
         format!("{} has no pin `{name}`; its pins are {names}", chip.name)
     })
 }
 
-fn level(text: &str) -> Option<Level> {
+fn parse_level(text: &str) -> Option<PinLevel> {
     match text {
-        "0" => Some(Level::Low),
-        "1" => Some(Level::High),
-        "z" | "Z" => Some(Level::Float),
+        "0" => Some(PinLevel::Low),
+        "1" => Some(PinLevel::High),
+        "z" | "Z" => Some(PinLevel::Float),
         _ => None,
     }
 }
 
 /// A voltage in whole millivolts: a decimal number and `V` or `mV` (case of the V aside).
-fn millivolts(text: &str) -> Result<u32, String> {
+fn parse_millivolts(text: &str) -> Result<u32, String> {
     let wanted = || format!("`{text}` is no voltage; write 1.25V or 800mV");
-    let (number, unit) = split(text);
-    let (mantissa, decimals) = decimal(number).ok_or_else(wanted)?;
+    let (number, unit) = split_unit(text);
+    let (mantissa, decimals) = parse_decimal(number).ok_or_else(wanted)?;
     let scaled = match unit {
         "V" | "v" => mantissa * 1_000,
         "mV" | "mv" => mantissa,

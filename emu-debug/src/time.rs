@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use emu_core::pins::Time;
+use emu_core::pins::CycleTime;
 
 /// Longest time, in machine cycles.
 pub const MAX_CYCLES: u64 = 1 << 62;
@@ -13,21 +13,21 @@ const MAX_DIGITS: usize = 19;
 
 /// How cycles become seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Clock {
+pub struct CycleClock {
     /// Oscillator, in Hz; above 0.
     pub hz: u64,
     /// Oscillator clocks per machine cycle; above 0.
     pub clocks_per_cycle: u32,
 }
 
-impl Clock {
+impl CycleClock {
     /// Machine cycles in the time `text`: a decimal number and `s`, `ms`, `us` or `ns`, or whole cycles with `c`. A time
     /// that lies within a cycle counts as the start of that cycle.
     ///
     /// # Errors
     /// Not such a text, or longer than [`MAX_CYCLES`].
-    pub fn cycles(self, text: &str) -> Result<u64, String> {
-        self.moment(text).map(|time| time.cycle)
+    pub fn parse_cycles(self, text: &str) -> Result<u64, String> {
+        self.parse_moment(text).map(|time| time.cycle)
     }
 
     /// The moment `text` after power-up, as [`Clock::cycles`] reads it, but to the clock: a time that lies within a clock counts
@@ -35,9 +35,9 @@ impl Clock {
     ///
     /// # Errors
     /// As [`Clock::cycles`].
-    pub fn moment(self, text: &str) -> Result<Time, String> {
+    pub fn parse_moment(self, text: &str) -> Result<CycleTime, String> {
         let wanted = || format!("`{text}` is no time; write 2s, 10ms, 2.5us, 100ns or 1000c (cycles)");
-        let (number, unit) = split(text);
+        let (number, unit) = split_unit(text);
         let per_cycle = u128::from(self.clocks_per_cycle.max(1));
         let too_long = || {
             let seconds = u128::from(MAX_CYCLES) * per_cycle / u128::from(self.hz.max(1));
@@ -46,15 +46,15 @@ impl Clock {
         if too_many_digits(number) {
             return Err(too_long());
         }
-        let (mantissa, decimals) = decimal(number).ok_or_else(wanted)?;
+        let (mantissa, decimals) = parse_decimal(number).ok_or_else(wanted)?;
         let clocks = if unit == "c" {
             (decimals == 0).then_some(mantissa).ok_or_else(wanted)?.checked_mul(per_cycle).ok_or_else(too_long)?
         } else {
-            let per_second = 10u128.pow(decimals + exponent(unit).ok_or_else(wanted)?);
+            let per_second = 10u128.pow(decimals + unit_exponent(unit).ok_or_else(wanted)?);
             mantissa.checked_mul(u128::from(self.hz)).ok_or_else(too_long)? / per_second
         };
         let cycle = u64::try_from(clocks / per_cycle).ok().filter(|&c| c <= MAX_CYCLES).ok_or_else(too_long)?;
-        Ok(Time { cycle, phase: (clocks % per_cycle) as u8 })
+        Ok(CycleTime { cycle, phase: (clocks % per_cycle) as u8 })
     }
 
     /// Seconds that `cycles` take.
@@ -68,15 +68,15 @@ impl Clock {
 ///
 /// # Errors
 /// Not such a text, zero, or no whole number of Hz.
-pub fn hertz(text: &str) -> Result<u64, String> {
-    let (number, unit) = split(text);
+pub fn parse_hertz(text: &str) -> Result<u64, String> {
+    let (number, unit) = split_unit(text);
     let zeros = match unit.to_ascii_lowercase().as_str() {
         "" | "hz" => 0,
         "khz" => 3,
         "mhz" => 6,
         _ => return Err(format!("`{text}` is no frequency; write 16MHz, 32.768kHz or 8000000")),
     };
-    let parsed = decimal(number).ok_or_else(|| format!("`{text}` is no frequency; write 16MHz or 8000000"))?;
+    let parsed = parse_decimal(number).ok_or_else(|| format!("`{text}` is no frequency; write 16MHz or 8000000"))?;
     let (mantissa, decimals) = parsed;
     let (up, down) = (10u128.pow(zeros), 10u128.pow(decimals));
     let scaled = mantissa * up;
@@ -94,20 +94,20 @@ pub fn hertz(text: &str) -> Result<u64, String> {
 ///
 /// # Errors
 /// Not such a text, or longer than 2^64 ns.
-pub fn duration(text: &str) -> Result<Duration, String> {
+pub fn parse_duration(text: &str) -> Result<Duration, String> {
     let wanted = || format!("`{text}` is no time; write 30s or 500ms");
     let too_long = || format!("`{text}` is longer than 584 years, the most");
-    let (number, unit) = split(text);
+    let (number, unit) = split_unit(text);
     if too_many_digits(number) {
         return Err(too_long());
     }
-    let (mantissa, decimals) = decimal(number).ok_or_else(wanted)?;
-    let exponent = exponent(unit).ok_or_else(wanted)?;
+    let (mantissa, decimals) = parse_decimal(number).ok_or_else(wanted)?;
+    let exponent = unit_exponent(unit).ok_or_else(wanted)?;
     let nanos = mantissa * 10u128.pow(9 - exponent) / 10u128.pow(decimals);
     u64::try_from(nanos).map(Duration::from_nanos).map_err(|_| too_long())
 }
 
-pub(crate) fn split(text: &str) -> (&str, &str) {
+pub(crate) fn split_unit(text: &str) -> (&str, &str) {
     let text = text.trim();
     let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let (number, unit) = text.split_at(end);
@@ -121,7 +121,7 @@ fn too_many_digits(number: &str) -> bool {
 }
 
 /// Mantissa and number of decimals.
-pub(crate) fn decimal(text: &str) -> Option<(u128, u32)> {
+pub(crate) fn parse_decimal(text: &str) -> Option<(u128, u32)> {
     let (whole, fraction) = text.split_once('.').unwrap_or((text, ""));
     if whole.is_empty() || text.ends_with('.') || whole.len() + fraction.len() > MAX_DIGITS {
         return None;
@@ -131,7 +131,7 @@ pub(crate) fn decimal(text: &str) -> Option<(u128, u32)> {
 }
 
 /// The unit is 10 to minus this many seconds.
-fn exponent(unit: &str) -> Option<u32> {
+fn unit_exponent(unit: &str) -> Option<u32> {
     Some(match unit {
         "s" => 0,
         "ms" => 3,

@@ -6,39 +6,39 @@ use std::rc::Rc;
 use emu_core::Chip;
 use emu_core::cpu::RamInit;
 use emu_core::image::{self, ElfMachine};
-use emu_debug::debug::{Flow, Follow, Goal, Look, Options, Rig, Scope, Session, Target, What, Why, flow};
-use emu_debug::{Board, Clock};
+use emu_debug::debug::{CallFlow, ProgramFollower, RunGoal, ObserveLevel, SessionOptions, MachineWithDevices, NameScope, DebugSession, DynMachine, PointTrigger, HaltReason, call_flow};
+use emu_debug::{AttachedDevices, CycleClock};
 
 fn chip() -> &'static Chip {
-    emu_avr::chips::CHIPS.iter().copied().find(|chip| chip.name == "atmega328p").expect("a chip")
+    emu_avr::chips::AVR_CHIPS.iter().copied().find(|chip| chip.name == "atmega328p").expect("a chip")
 }
 
 /// The machine with an example.
-fn target(file: &str) -> Box<dyn Target> {
+fn target(file: &str) -> Box<dyn DynMachine> {
     let path = format!("{}/../examples/avr/{file}", env!("CARGO_MANIFEST_DIR"));
     let bytes = std::fs::read(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
-    let loaded = image::load(file, &bytes, chip().hex, chip().elf, ElfMachine(chip().elf_machine));
+    let loaded = image::load(file, &bytes, chip().hex_spaces, chip().elf_spaces, ElfMachine(chip().elf_machine));
     let Ok(loaded) = loaded else { panic!("{path}") };
     let cpu = emu_avr::Avr::new(chip(), &loaded.image, RamInit::Zero);
-    Box::new(Rig::new(cpu, Board::new(Vec::new(), Clock { hz: 16_000_000, clocks_per_cycle: 1 })))
+    Box::new(MachineWithDevices::new(cpu, AttachedDevices::new(Vec::new(), CycleClock { hz: 16_000_000, clocks_per_cycle: 1 })))
 }
 
 /// Counts the copies that are made of it.
 struct Copies(Rc<Cell<usize>>);
 
-impl Follow for Copies {
-    fn stops(&self) -> &[u32] {
+impl ProgramFollower for Copies {
+    fn followed_words(&self) -> &[u32] {
         &[]
     }
-    fn at(&mut self, _: &dyn Target, _: u32) {}
+    fn on_reached(&mut self, _: &dyn DynMachine, _: u32) {}
     fn scan(&self) -> Option<u64> {
         None
     }
-    fn fork(&self) -> Box<dyn Follow> {
+    fn fork(&self) -> Box<dyn ProgramFollower> {
         self.0.set(self.0.get() + 1);
         Box::new(Copies(Rc::clone(&self.0)))
     }
-    fn weight(&self) -> usize {
+    fn size_in_bytes(&self) -> usize {
         0
     }
     fn as_any(&self) -> &dyn std::any::Any {
@@ -49,24 +49,24 @@ impl Follow for Copies {
 #[test]
 fn a_point_that_is_long_past_is_found_with_few_copies() {
     let copies = Rc::new(Cell::new(0));
-    let follow: Option<Box<dyn Follow>> = Some(Box::new(Copies(Rc::clone(&copies))));
-    let clock = Clock { hz: 16_000_000, clocks_per_cycle: 1 };
+    let follow: Option<Box<dyn ProgramFollower>> = Some(Box::new(Copies(Rc::clone(&copies))));
+    let clock = CycleClock { hz: 16_000_000, clocks_per_cycle: 1 };
     let mut session =
-        Session::new(target("millis.elf"), Scope::new(chip()), Options { clock, history: 64 << 20, follow });
+        DebugSession::new(target("millis.elf"), NameScope::new(chip()), SessionOptions { clock, history_bytes: 64 << 20, follower: follow });
     // The start of main, to which the program comes once.
     let main = 0x102 / 2;
-    let id = session.points.add(What::Code(vec![main]), "main", false);
-    let goal = Goal { until: Some(8_000_000), ..Goal::default() };
-    assert!(matches!(session.run(&goal, &mut || true).why, Why::Points(_)));
-    let at = session.target().cycle();
+    let id = session.points.add(PointTrigger::Code(vec![main]), "main", false);
+    let goal = RunGoal { until: Some(8_000_000), ..RunGoal::default() };
+    assert!(matches!(session.run(&goal, &mut || true).reason, HaltReason::Points(_)));
+    let at = session.machine().cycle();
     while session.history_size().0 < 64 {
         // Long enough for a copy on a fast host too.
-        session.stepi(200_000, u64::MAX, &mut || true);
+        session.step_instructions(200_000, u64::MAX, &mut || true);
     }
     let kept = session.history_size().0;
     copies.set(0);
-    match session.back_run(&mut || true).why {
-        Why::Points(hits) => assert_eq!((hits[0].id, session.target().cycle()), (id, at)),
+    match session.run_back(&mut || true).reason {
+        HaltReason::Points(hits) => assert_eq!((hits[0].id, session.machine().cycle()), (id, at)),
         why => panic!("{why:?}"),
     }
     // One for each group of stretches, each twice as long as the one before, and those that stop at the hit.
@@ -77,19 +77,19 @@ fn a_point_that_is_long_past_is_found_with_few_copies() {
 fn writes_are_waited_for_without_the_turns_of_waiting_loops() {
     struct Count(u64, u64);
     impl emu_core::Probe for Count {
-        fn insn(&mut self, _: u64, _: u32) -> bool {
+        fn on_instruction(&mut self, _: u64, _: u32) -> bool {
             self.0 += 1;
             false
         }
-        fn data(&mut self, _: u64, _: u8, _: u16, _: u8, write: bool) -> bool {
+        fn on_data_access(&mut self, _: u64, _: u8, _: u16, _: u8, write: bool) -> bool {
             self.1 += u64::from(write);
             false
         }
     }
     let (mut one, mut other) = (target("printf.elf"), target("printf.elf"));
     let (mut all, mut writes) = (Count(0, 0), Count(0, 0));
-    one.run(2_000_000, Look::All, &mut all);
-    other.run(2_000_000, Look::Writes, &mut writes);
+    one.run(2_000_000, ObserveLevel::All, &mut all);
+    other.run(2_000_000, ObserveLevel::Writes, &mut writes);
     assert_eq!(one.save(), other.save());
     assert_eq!(all.1, writes.1, "writes");
     assert!(writes.0 < all.0 / 3, "{} of {} instructions", writes.0, all.0);
@@ -97,8 +97,8 @@ fn writes_are_waited_for_without_the_turns_of_waiting_loops() {
 
 #[test]
 fn room_on_the_stack_is_no_call() {
-    let of = |word: u16| flow(chip(), |_| word, 0x100);
-    assert_eq!(of(0xD000), (Flow::Plain, 1), "rcall .+0");
-    assert_eq!(of(0xD001), (Flow::Call, 1), "rcall .+2");
-    assert_eq!(of(0xDFFF), (Flow::Call, 1), "rcall .-2");
+    let of = |word: u16| call_flow(chip(), |_| word, 0x100);
+    assert_eq!(of(0xD000), (CallFlow::Plain, 1), "rcall .+0");
+    assert_eq!(of(0xD001), (CallFlow::Call, 1), "rcall .+2");
+    assert_eq!(of(0xDFFF), (CallFlow::Call, 1), "rcall .-2");
 }

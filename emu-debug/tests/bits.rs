@@ -2,58 +2,58 @@
 //! accesses are seen.
 
 use emu_avr::chips::ATMEGA328P;
-use emu_core::chip::{Chip, PinDef, Reg};
+use emu_core::chip::{Chip, PinDef, NamedAddress};
 use emu_core::cpu::Probe;
 use emu_core::image::SymbolAt;
-use emu_debug::close::{RamTrap, Watch};
-use emu_debug::stimulus::pin_level;
-use emu_debug::until::until;
-use emu_debug::{Close, Names, Until};
+use emu_debug::access_monitor::{RamCheck, AccessWatch};
+use emu_debug::stimulus::parse_pin_level;
+use emu_debug::stop_condition::parse_condition;
+use emu_debug::{AccessMonitor, AddressNames, StopCondition};
 
 /// Memories as an 8052 has them.
 const CHIP: Chip = Chip {
     name: "test",
-    code: "code",
-    flash: 0x1_0000,
-    ram: "idata",
+    code_space: "code",
+    flash_bytes: 0x1_0000,
+    ram_space: "idata",
     ram_start: 0,
     ram_len: 256,
     word_bytes: 1,
     reg_space: "sfr",
-    regs: &[Reg { name: "TCON", addr: 0x88 }, Reg { name: "TL0", addr: 0x8A }, Reg { name: "P1", addr: 0x90 }],
-    bits: &[Reg { name: "TF0", addr: 0x8D }],
+    regs: &[NamedAddress { name: "TCON", addr: 0x88 }, NamedAddress { name: "TL0", addr: 0x8A }, NamedAddress { name: "P1", addr: 0x90 }],
+    bits: &[NamedAddress { name: "TF0", addr: 0x8D }],
     pins: &[PinDef { name: "P1.0", dip: 1, note: "" }, PinDef { name: "RST", dip: 9, note: "" }],
     packages: &[],
     spaces: &[("code", 0x1_0000, 1), ("idata", 256, 1), ("sfr", 256, 1), ("xdata", 0x1_0000, 1), ("bit", 256, 1)],
-    told: &[("idata", 0), ("sfr", 0), ("xdata", 0), ("bit", 0)],
+    observable_spaces: &[("idata", 0), ("sfr", 0), ("xdata", 0), ("bit", 0)],
     ..ATMEGA328P
 };
 
 /// Reads `write idata:0x20 read bit:3`: all accesses in order, then `write bit:0=1` what is done, then what is seen.
 fn seen(waits: &str, done: &str) -> String {
-    let names = Names { chip: &CHIP, symbols: &[] };
+    let names = AddressNames { chip: &CHIP, symbols: &[] };
     let mut watches = Vec::new();
     let trap = waits.trim() == "trap";
     if !trap {
-        match until(&names, waits) {
-            Ok(Until::Read(range)) => watches.push(Watch { range, write: false }),
-            Ok(Until::Write(range)) => watches.push(Watch { range, write: true }),
+        match parse_condition(&names, waits) {
+            Ok(StopCondition::Read(range)) => watches.push(AccessWatch { range, write: false }),
+            Ok(StopCondition::Write(range)) => watches.push(AccessWatch { range, write: true }),
             other => panic!("{waits}: {other:?}"),
         }
     }
-    let ram = RamTrap { at: &|addr| (addr < 256).then_some(addr), filled: &[] };
-    let mut close = Close::new(&CHIP, watches, trap.then_some(&ram));
+    let ram = RamCheck { canonical_address: &|addr| (addr < 256).then_some(addr), initialized: &[] };
+    let mut close = AccessMonitor::new(&CHIP, watches, trap.then_some(&ram));
     for (i, access) in done.split(',').map(str::trim).enumerate() {
         let (word, rest) = access.split_once(' ').expect("read or write");
         let (place, value) = rest.split_once('=').expect("a value");
-        let range = names.range(place).expect("a place");
-        let space = CHIP.space(range.space).expect("a memory");
-        let stop = close.data(0, space, range.start as u16, value.parse().expect("a byte"), word == "write");
-        assert_eq!(stop, close.seen.is_some() || close.fault.is_some());
-        if let Some(a) = close.seen {
+        let range = names.parse_range(place).expect("a place");
+        let space = CHIP.space_index(range.space).expect("a memory");
+        let stop = close.on_data_access(0, space, range.start as u16, value.parse().expect("a byte"), word == "write");
+        assert_eq!(stop, close.first_access.is_some() || close.unwritten_read.is_some());
+        if let Some(a) = close.first_access {
             return format!("{i} {}:0x{:02x} {}", a.space, a.addr, a.value);
         }
-        if let Some((_, fault)) = close.fault {
+        if let Some((_, fault)) = close.unwritten_read {
             return format!("{i} {fault}");
         }
     }
@@ -69,12 +69,12 @@ fn read(section: &str, text: &str) -> Result<String, String> {
         symbol("_done", "bit", 0x09),
         symbol("_count", "xdata", 0x200),
     ];
-    let names = Names { chip: &CHIP, symbols: &symbols };
+    let names = AddressNames { chip: &CHIP, symbols: &symbols };
     match section {
-        "range" => names.range(text).map(|r| format!("{} {} {}", r.space, r.start, r.end)),
-        "until" => until(&names, text).map(|u| u.describe(&names)),
-        "pin" => pin_level(&CHIP, text).map(|(pin, level)| format!("{pin} {level:?}")),
-        "near" => Ok(names.near(text.parse().expect("an address")).unwrap_or_default()),
+        "range" => names.parse_range(text).map(|r| format!("{} {} {}", r.space, r.start, r.end)),
+        "until" => parse_condition(&names, text).map(|u| u.describe(&names)),
+        "pin" => parse_pin_level(&CHIP, text).map(|(pin, level)| format!("{pin} {level:?}")),
+        "near" => Ok(names.nearest_symbol(text.parse().expect("an address")).unwrap_or_default()),
         "seen" => {
             let (waits, done) = text.split_once('|').expect("waits | accesses");
             Ok(seen(waits, done.trim()))
@@ -112,16 +112,16 @@ fn readers_and_watches() {
 #[test]
 fn bits_and_bytes_agree() {
     for bit in 0..256u32 {
-        let (space, byte, position) = emu_debug::bits::byte_of(&CHIP, bit).expect("a bit");
+        let (space, byte, position) = emu_debug::bit_space::byte_of_bit(&CHIP, bit).expect("a bit");
         assert_eq!(
             (space, byte * 8 + position),
             if bit < 128 { ("idata", 256 + bit) } else { ("sfr", (bit - bit % 8) * 8 + bit % 8) }
         );
-        let eight = emu_debug::bits::of_byte(&CHIP, space, byte).expect("bits");
+        let eight = emu_debug::bit_space::bits_of_byte(&CHIP, space, byte).expect("bits");
         assert_eq!(eight.start + position, bit);
     }
-    assert_eq!(emu_debug::bits::byte_of(&CHIP, 256), None);
-    assert_eq!(emu_debug::bits::byte_of(&ATMEGA328P, 0), None);
-    let with_bits = |space: &str| (0..256).filter(|&b| emu_debug::bits::of_byte(&CHIP, space, b).is_some()).count();
+    assert_eq!(emu_debug::bit_space::byte_of_bit(&CHIP, 256), None);
+    assert_eq!(emu_debug::bit_space::byte_of_bit(&ATMEGA328P, 0), None);
+    let with_bits = |space: &str| (0..256).filter(|&b| emu_debug::bit_space::bits_of_byte(&CHIP, space, b).is_some()).count();
     assert_eq!(["idata", "sfr", "xdata", "code", "bit"].map(with_bits), [16, 16, 0, 0, 0]);
 }

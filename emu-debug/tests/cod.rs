@@ -5,10 +5,10 @@ use std::sync::OnceLock;
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::{
-    ElfMachine, Image, Message, Segment, SymbolAt, SymbolFile, SymbolSpaces, load, load_messages, load_symbols,
+    ElfMachine, Image, SimulatorMessage, Segment, SymbolAt, SymbolFile, SymbolSpaces, load, load_messages, load_symbols,
 };
-use emu_debug::Names;
-use emu_debug::cod::{Limits, Outcome, Script, Verdict, run};
+use emu_debug::AddressNames;
+use emu_debug::cod::{CodRunLimits, CodOutcome, CodScript, CodVerdict, run_script};
 use emu_pic16::{Options, Pic16};
 
 const DIR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cod");
@@ -23,7 +23,7 @@ fn machine(image: &Image, hz: u64) -> Pic16 {
 }
 
 /// Runs the program in `DIR/name.hex` under the messages in `DIR/name.cod`.
-fn program(dir: &str, name: &str) -> Outcome {
+fn program(dir: &str, name: &str) -> CodOutcome {
     let bytes = |kind| {
         let path = format!("{dir}/{name}.{kind}");
         std::fs::read(&path).unwrap_or_else(|e| panic!("{path}: {e}"))
@@ -31,11 +31,11 @@ fn program(dir: &str, name: &str) -> Outcome {
     let (cod, hex) = (bytes("cod"), bytes("hex"));
     let file = SymbolFile { name, bytes: &cod };
     let symbols = load_symbols(&[file], SymbolSpaces::PIC16).unwrap().symbols;
-    let script = Script::read(&load_messages(&file).unwrap()).unwrap();
-    let image = load(name, &hex, chip().hex, chip().elf, ElfMachine(0)).unwrap().image;
+    let script = CodScript::read(&load_messages(&file).unwrap()).unwrap();
+    let image = load(name, &hex, chip().hex_spaces, chip().elf_spaces, ElfMachine(0)).unwrap().image;
     let hz = script.frequency().unwrap_or(20_000_000);
-    let names = Names { chip: chip(), symbols: &symbols };
-    run(&mut machine(&image, hz), &script, names, Limits { cycle: 10_000_000, hz }, &mut |_, _, _, _| {})
+    let names = AddressNames { chip: chip(), symbols: &symbols };
+    run_script(&mut machine(&image, hz), &script, names, CodRunLimits { cycle: 10_000_000, hz }, &mut |_, _, _, _| {})
 }
 
 #[test]
@@ -45,7 +45,7 @@ fn programs_pass() {
     {
         let outcome = program(DIR, name);
         assert!(outcome.verdict.passed(), "{name}: {outcome:?}");
-        assert!(outcome.checked >= least, "{name}: {outcome:?}");
+        assert!(outcome.assertions_checked >= least, "{name}: {outcome:?}");
     }
 }
 
@@ -58,15 +58,15 @@ fn nops() -> Pic16 {
 }
 
 /// Runs messages over words of NOP, with the names of the table of expressions.
-fn messages(messages: &[Said], cycle: u64) -> Result<Outcome, String> {
-    let message = |&(addr, kind, text): &Said| Message { addr, kind, text: text.to_owned() };
-    let script = Script::read(&messages.iter().map(message).collect::<Vec<_>>());
+fn messages(messages: &[Said], cycle: u64) -> Result<CodOutcome, String> {
+    let message = |&(addr, kind, text): &Said| SimulatorMessage { addr, kind, text: text.to_owned() };
+    let script = CodScript::read(&messages.iter().map(message).collect::<Vec<_>>());
     let script = script.map_err(|refused| refused[0].to_string())?;
     let symbol = |name: &str, space, addr| SymbolAt::new(name, space, addr, 0);
     let symbols = [symbol("done", "flash", 10), symbol("count", "data", 0x20)];
-    let names = Names { chip: chip(), symbols: &symbols };
+    let names = AddressNames { chip: chip(), symbols: &symbols };
     let mut cpu = nops();
-    Ok(run(&mut cpu, &script, names, Limits { cycle, hz: 4_000_000 }, &mut |_, _, _, _| {}))
+    Ok(run_script(&mut cpu, &script, names, CodRunLimits { cycle, hz: 4_000_000 }, &mut |_, _, _, _| {}))
 }
 
 #[test]
@@ -78,9 +78,9 @@ fn expressions_have_their_values() {
         let found = match messages(&[(0, 'a', &assertion), (1, 'a', "'end'")], 10) {
             Err(_) => "refused",
             Ok(outcome) => match outcome.verdict {
-                Verdict::Refused(_) => "refused",
-                Verdict::Message { pc: 0, .. } => "false",
-                Verdict::Message { pc: 1, .. } => "true",
+                CodVerdict::Refused(_) => "refused",
+                CodVerdict::Message { pc: 0, .. } => "false",
+                CodVerdict::Message { pc: 1, .. } => "true",
                 other => panic!("{line}: {other:?}"),
             },
         };
@@ -95,9 +95,9 @@ type Said<'t> = (u32, char, &'t str);
 fn ends(list: &[Said]) -> String {
     match messages(list, 100) {
         Err(refused) => refused,
-        Ok(Outcome { verdict: Verdict::Message { text, pc, cycle, .. }, .. }) => format!("{text}@{pc}:{cycle}"),
-        Ok(Outcome { verdict: Verdict::Limit { cycle }, .. }) => format!("limit {cycle}"),
-        Ok(Outcome { verdict: Verdict::Refused(refused), .. }) => refused.to_string(),
+        Ok(CodOutcome { verdict: CodVerdict::Message { text, pc, cycle, .. }, .. }) => format!("{text}@{pc}:{cycle}"),
+        Ok(CodOutcome { verdict: CodVerdict::Limit { cycle }, .. }) => format!("limit {cycle}"),
+        Ok(CodOutcome { verdict: CodVerdict::Refused(refused), .. }) => refused.to_string(),
         Ok(other) => format!("{other:?}"),
     }
 }
@@ -210,7 +210,7 @@ fn a_wire_is_free_when_the_last_lets_go() {
         let words: [u16; 10] = [0x1683, 0x0186, 0x3000 | first, 0x0086, 0, 0x3000 | second, 0x0086, 0x1283, 0, 0];
         let segment = Segment { space: "flash", addr: 0, bytes: words.iter().flat_map(|w| w.to_le_bytes()).collect() };
         let image = Image { segments: vec![segment], ..Image::default() };
-        let message = |&(addr, kind, text): &Said| Message { addr, kind, text: text.to_owned() };
+        let message = |&(addr, kind, text): &Said| SimulatorMessage { addr, kind, text: text.to_owned() };
         let list: [Said; 7] = [
             (0, 'e', "module load pullup p"),
             (0, 'e', "node n"),
@@ -220,11 +220,11 @@ fn a_wire_is_free_when_the_last_lets_go() {
             (8, 'a', "(portb & 3) == 3, 'none pulls'"),
             (9, 'a', "'end'"),
         ];
-        let script = Script::read(&list.iter().map(message).collect::<Vec<_>>()).unwrap();
-        let limits = Limits { cycle: 100, hz: 4_000_000 };
-        let names = Names { chip: chip(), symbols: &[] };
-        let outcome = run(&mut machine(&image, 4_000_000), &script, names, limits, &mut |_, _, _, _| {});
-        assert!(matches!(&outcome.verdict, Verdict::Message { text, .. } if text == "end"), "{outcome:?}");
+        let script = CodScript::read(&list.iter().map(message).collect::<Vec<_>>()).unwrap();
+        let limits = CodRunLimits { cycle: 100, hz: 4_000_000 };
+        let names = AddressNames { chip: chip(), symbols: &[] };
+        let outcome = run_script(&mut machine(&image, 4_000_000), &script, names, limits, &mut |_, _, _, _| {});
+        assert!(matches!(&outcome.verdict, CodVerdict::Message { text, .. } if text == "end"), "{outcome:?}");
     }
 }
 
@@ -239,14 +239,14 @@ fn voltages_are_told() {
         (4, "v.voltage = 3.25"),
     ];
     let kind = |addr| if addr == 0 { 'e' } else { 'C' };
-    let list: Vec<Message> =
-        list.map(|(addr, text)| Message { addr, kind: kind(addr), text: text.to_owned() }).into_iter().collect();
-    let script = Script::read(&list).unwrap();
-    let names = Names { chip: chip(), symbols: &[] };
+    let list: Vec<SimulatorMessage> =
+        list.map(|(addr, text)| SimulatorMessage { addr, kind: kind(addr), text: text.to_owned() }).into_iter().collect();
+    let script = CodScript::read(&list).unwrap();
+    let names = AddressNames { chip: chip(), symbols: &[] };
     let mut told = Vec::new();
     let mut cpu = nops();
-    let limits = Limits { cycle: 10, hz: 4_000_000 };
-    run(&mut cpu, &script, names, limits, &mut |cpu, at, pin, millivolts| {
+    let limits = CodRunLimits { cycle: 10, hz: 4_000_000 };
+    run_script(&mut cpu, &script, names, limits, &mut |cpu, at, pin, millivolts| {
         told.push((cpu.chip().pins[usize::from(pin)].name, at.cycle, millivolts));
     });
     assert_eq!(told, [("RA0", 0, 1500), ("RA0", 4, 3250)]);

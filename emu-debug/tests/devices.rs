@@ -1,20 +1,20 @@
 //! Devices at the pins: each against a plain list of bytes, and the board against the cycles of its answers.
 
 use emu_avr::{Avr, chips::ATMEGA328P};
-use emu_core::cpu::{Cpu, Probe, RamInit, Stop};
+use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
 use emu_core::image::{ElfMachine, load};
-use emu_core::pins::{Event, Level, PinId};
+use emu_core::pins::{ChipEvent, PinLevel, PinId};
 use emu_core::rng::Rng;
-use emu_debug::devices::Device;
-use emu_debug::devices::eeprom24::Eeprom;
-use emu_debug::devices::flash25::Flash;
-use emu_debug::{Board, Clock, Fitted};
+use emu_debug::devices::ExternalDevice;
+use emu_debug::devices::eeprom24::Eeprom24;
+use emu_debug::devices::flash25::Flash25;
+use emu_debug::{AttachedDevices, CycleClock, WiredDevice};
 
 /// Clocks of a second in the tests of devices alone.
 const HZ: u64 = 1_000_000;
 
 /// A master at an SPI bus that takes a clock for half a bit.
-struct Spi(Flash, u64);
+struct Spi(Flash25, u64);
 
 impl Spi {
     /// One transfer: the bytes that come back.
@@ -24,15 +24,15 @@ impl Spi {
 
     fn bits(&mut self, bytes: &[u8], count: usize) -> Vec<u8> {
         let mut back = vec![0; bytes.len()];
-        self.0.line(0, false, self.1, HZ);
+        self.0.on_pin_change(0, false, self.1, HZ);
         for bit in 0..count {
-            self.0.line(2, bytes[bit / 8] >> (7 - bit % 8) & 1 == 1, self.1, HZ);
+            self.0.on_pin_change(2, bytes[bit / 8] >> (7 - bit % 8) & 1 == 1, self.1, HZ);
             back[bit / 8] = back[bit / 8] << 1 | u8::from(self.0.out.unwrap_or(true));
-            self.0.line(1, true, self.1 + 1, HZ);
-            self.0.line(1, false, self.1 + 2, HZ);
+            self.0.on_pin_change(1, true, self.1 + 1, HZ);
+            self.0.on_pin_change(1, false, self.1 + 2, HZ);
             self.1 += 2;
         }
-        self.0.line(0, true, self.1, HZ);
+        self.0.on_pin_change(0, true, self.1, HZ);
         back
     }
 }
@@ -42,7 +42,7 @@ impl Spi {
 fn flash_keeps_what_is_programmed() {
     let seed = 0x25_0F;
     let mut rng = Rng::new(seed);
-    let mut spi = Spi(Flash::new("25q80").expect("a name"), 0);
+    let mut spi = Spi(Flash25::new("25q80").expect("a name"), 0);
     let mut cells = vec![0xFFu8; 1 << 20];
     let (mut enabled, mut busy, mut done) = (false, 0u64, [0; 6]);
     assert_eq!(spi.transfer(&[0x9F, 0, 0, 0]), [0xFF, 0xEF, 0x40, 0x14]);
@@ -114,13 +114,13 @@ fn flash_keeps_what_is_programmed() {
 }
 
 /// A master at a two-wire bus, of which every call has its time.
-struct I2c(Eeprom);
+struct I2c(Eeprom24);
 
 impl I2c {
     fn lines(&mut self, t: u64, lines: &[(usize, bool)]) {
         for &(pin, high) in lines {
-            let high = high && (pin != 0 || !self.0.pulls);
-            self.0.line(pin, high, t, HZ);
+            let high = high && (pin != 0 || !self.0.pulls_sda);
+            self.0.on_pin_change(pin, high, t, HZ);
         }
     }
 
@@ -137,7 +137,7 @@ impl I2c {
         for bit in (0..8).rev() {
             self.lines(t, &[(0, byte >> bit & 1 == 1), (1, true), (1, false)]);
         }
-        let acknowledged = self.0.pulls;
+        let acknowledged = self.0.pulls_sda;
         self.lines(t, &[(0, true), (1, true), (1, false)]);
         acknowledged
     }
@@ -147,8 +147,8 @@ impl I2c {
 /// and a protected chip write nothing.
 #[test]
 fn eeproms_take_their_time() {
-    let mut bus = I2c(Eeprom::new("24c64").expect("a name"));
-    assert!(bus.0.answer_to(0x53) && !bus.0.clone().answer_to(0x58));
+    let mut bus = I2c(Eeprom24::new("24c64").expect("a name"));
+    assert!(bus.0.tie_address(0x53) && !bus.0.clone().tie_address(0x58));
     let mut write = |t: u64, addr: u8, byte: u8| {
         bus.start(t);
         let taken = bus.send(0xA6, t) && bus.send(0, t) && bus.send(addr, t) && bus.send(byte, t);
@@ -166,7 +166,7 @@ fn eeproms_take_their_time() {
     assert!(bus.send(0xA6, 20_001) && bus.send(0, 20_001) && bus.send(0x21, 20_001) && bus.send(0x78, 20_001));
     bus.start(20_002);
     assert!(!bus.send(0xA4, 20_002), "another chip");
-    bus.0.line(5, true, 20_002, HZ);
+    bus.0.on_pin_change(5, true, 20_002, HZ);
     bus.start(20_003);
     assert!(bus.send(0xA6, 20_003) && bus.send(0, 20_003) && bus.send(0x22, 20_003) && bus.send(0x9A, 20_003));
     bus.stop(20_003);
@@ -182,32 +182,32 @@ struct Edges(Vec<(u64, PinId, bool)>);
 impl Probe for Edges {
     const EVENTS: bool = true;
 
-    fn event(&mut self, event: Event) -> bool {
-        if let Event::Edge { at, pin, level } = event {
-            self.0.push((at.cycle, pin, level == Level::High));
+    fn on_event(&mut self, event: ChipEvent) -> bool {
+        if let ChipEvent::Edge { at, pin, level } = event {
+            self.0.push((at.cycle, pin, level == PinLevel::High));
         }
         false
     }
 }
 
-const CLOCK: Clock = Clock { hz: 16_000_000, clocks_per_cycle: 1 };
+const CLOCK: CycleClock = CycleClock { hz: 16_000_000, clocks_per_cycle: 1 };
 
 /// Runs a program of the transcripts with a device, in stretches that `until` gives.
 fn board(
     hex: &[u8],
-    device: Device,
+    device: ExternalDevice,
     wires: &[Option<PinId>],
     until: &mut dyn FnMut(u64) -> u64,
-) -> (Avr, Board, Edges) {
+) -> (Avr, AttachedDevices, Edges) {
     let chip = &ATMEGA328P;
-    let image = load("image", hex, chip.hex, chip.elf, ElfMachine(chip.elf_machine)).expect("an image").image;
+    let image = load("image", hex, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine)).expect("an image").image;
     let mut cpu = Avr::new(chip, &image, RamInit::Zero);
-    let mut board = Board::new(vec![Fitted { device, wires: wires.to_vec() }], CLOCK);
+    let mut board = AttachedDevices::new(vec![WiredDevice { device, wires: wires.to_vec() }], CLOCK);
     let mut edges = Edges::default();
     board.connect(&mut cpu);
     loop {
         let limit = until(cpu.cycle()).min(1_000_000);
-        if board.run(&mut cpu, limit, &mut edges) == Stop::Halted {
+        if board.run(&mut cpu, limit, &mut edges) == StopReason::Halted {
             break;
         }
         assert!(cpu.cycle() < 1_000_000, "the program never ends");
@@ -222,7 +222,7 @@ fn answers_of_flash_come_with_the_edge() {
     const SCK: PinId = 5;
     const MISO: PinId = 4;
     let hex = include_bytes!("../../tests/cli/in/flash25.hex");
-    let flash = || Device::Flash(Flash::new("25q32").expect("a name"));
+    let flash = || ExternalDevice::Flash(Flash25::new("25q32").expect("a name"));
     let wires = [CS, SCK, 3, MISO].map(Some);
     let (cpu, at_once, edges) = board(hex, flash(), &wires, &mut |_| u64::MAX);
     let falls: Vec<u64> = edges.0.iter().filter(|edge| edge.1 == SCK && !edge.2).map(|edge| edge.0).collect();
@@ -238,7 +238,7 @@ fn answers_of_flash_come_with_the_edge() {
     let (sliced, slices, again) = board(hex, flash(), &wires, &mut |now| now + 1 + rng.below(3_000));
     assert_eq!((sliced.cycle(), sliced.instructions()), (cpu.cycle(), cpu.instructions()));
     assert_eq!(again.0, edges.0);
-    let cells = |board: &Board| board.devices().next().expect("a device").cells().bytes();
+    let cells = |board: &AttachedDevices| board.devices().next().expect("a device").cells().bytes();
     assert!(cells(&at_once) == cells(&slices));
     assert_eq!(cells(&slices)[0x12_34FE..0x12_3500], *b"Pa");
 }
@@ -250,9 +250,9 @@ fn answers_of_eeproms_come_after_the_edge() {
     const SCL: PinId = 13;
     let hex = include_bytes!("../../tests/cli/in/ee24.hex");
     let eeprom = || {
-        let mut eeprom = Eeprom::new("24c64").expect("a name");
-        assert!(eeprom.answer_to(0x50));
-        Device::Eeprom(eeprom)
+        let mut eeprom = Eeprom24::new("24c64").expect("a name");
+        assert!(eeprom.tie_address(0x50));
+        ExternalDevice::Eeprom(eeprom)
     };
     let wires = [Some(SDA), Some(SCL), None, None, None, None];
     let (cpu, _, edges) = board(hex, eeprom(), &wires, &mut |_| u64::MAX);

@@ -9,7 +9,7 @@ use emu_core::Chip;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
 use emu_core::rng::Rng;
-use emu_core::slices::pick;
+use emu_core::slices::pick_random;
 
 use examples::{chip_8051, chip_pic, load};
 
@@ -38,7 +38,7 @@ fn forge(rng: &mut Rng, state: &[u8]) -> Vec<u8> {
             2 => forged.truncate(at.max(1)),
             3 | 4 => forged[at] ^= 1 << rng.below(8),
             5 => forged[at] = rng.next_u64() as u8,
-            _ => forged[at] = pick(rng, &[0, 1, 2, 3, 4, 0x7F, 0x80, 0xFE, 0xFF]),
+            _ => forged[at] = pick_random(rng, &[0, 1, 2, 3, 4, 0x7F, 0x80, 0xFE, 0xFF]),
         }
     }
     forged
@@ -95,7 +95,7 @@ fn forgeries<C: Cpu>(name: &str, machines: impl Iterator<Item = (&'static str, C
 }
 
 fn avr_chip(name: &str) -> &'static Chip {
-    emu_avr::chips::CHIPS.iter().copied().find(|chip| chip.name == name).expect("a chip")
+    emu_avr::chips::AVR_CHIPS.iter().copied().find(|chip| chip.name == name).expect("a chip")
 }
 
 /// A machine of each of these programs.

@@ -6,9 +6,9 @@ use std::path::Path;
 use std::process::Command;
 
 use emu_core::cpu::{Cpu, RamInit};
-use emu_core::image::{ElfMachine, Message, SymbolFile, SymbolSpaces, load, load_messages, load_symbols};
-use emu_debug::Names;
-use emu_debug::cod::{Limits, Script, Verdict, run};
+use emu_core::image::{ElfMachine, SimulatorMessage, SymbolFile, SymbolSpaces, load, load_messages, load_symbols};
+use emu_debug::AddressNames;
+use emu_debug::cod::{CodRunLimits, CodScript, CodVerdict, run_script};
 use emu_pic16::{Options, Pic16, chips};
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/peers/gpsim");
@@ -47,9 +47,9 @@ impl Settings {
 }
 
 /// Commands of a test that stand in a file of their own, as messages for the start. What loads the program is left out.
-fn commands(text: &str) -> Vec<Message> {
+fn commands(text: &str) -> Vec<SimulatorMessage> {
     let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with("load "));
-    lines.map(|text| Message { addr: 0, kind: 'e', text: text.to_owned() }).collect()
+    lines.map(|text| SimulatorMessage { addr: 0, kind: 'e', text: text.to_owned() }).collect()
 }
 
 /// Runs a program: how it ended, in a line without the moment.
@@ -71,11 +71,11 @@ fn ends(dir: &Path, name: &str, chip: &str, settings: &Settings) -> String {
         messages.retain(|message| !matches!(message.kind, 'a' | 'A') || !message.text.contains(text.as_str()));
         assert!(messages.len() < all, "{name}: no assertion says {text}");
     }
-    let script = match Script::read(&messages) {
+    let script = match CodScript::read(&messages) {
         Ok(script) => script,
         Err(refused) => return format!("refused: {}", refused[0].cause),
     };
-    let image = load(name, &hex, chip.hex, chip.elf, ElfMachine(0)).unwrap().image;
+    let image = load(name, &hex, chip.hex_spaces, chip.elf_spaces, ElfMachine(0)).unwrap().image;
     let hz = script.frequency().or(settings.hz).unwrap_or(20_000_000);
     let mut words = [0xFF; 16];
     image.fill("config", &mut words);
@@ -83,16 +83,16 @@ fn ends(dir: &Path, name: &str, chip: &str, settings: &Settings) -> String {
     let config = settings.lvp_off.then_some(config);
     let options = Options { hz, config, start_up: false, ideal_acquisition: true, ..Options::default() };
     let mut cpu = Pic16::with(chip, &image, RamInit::Zero, options);
-    let (names, limits) = (Names { chip, symbols: &symbols }, Limits { cycle: CYCLES, hz });
-    let outcome = run(&mut cpu, &script, names, limits, &mut |cpu, at, pin, millivolts| {
+    let (names, limits) = (AddressNames { chip, symbols: &symbols }, CodRunLimits { cycle: CYCLES, hz });
+    let outcome = run_script(&mut cpu, &script, names, limits, &mut |cpu, at, pin, millivolts| {
         cpu.drive_volts(at, pin, millivolts.clamp(0, 1 << 20) as u32);
     });
     match outcome.verdict {
         verdict if verdict.passed() => "passes".to_owned(),
-        Verdict::Message { text, .. } => format!("says {text}"),
-        Verdict::Refused(refused) => format!("refused: {}", refused.cause),
-        Verdict::Limit { .. } => "does not end".to_owned(),
-        Verdict::Halted { .. } => "halts".to_owned(),
+        CodVerdict::Message { text, .. } => format!("says {text}"),
+        CodVerdict::Refused(refused) => format!("refused: {}", refused.cause),
+        CodVerdict::Limit { .. } => "does not end".to_owned(),
+        CodVerdict::Halted { .. } => "halts".to_owned(),
         other => format!("{other:?}"),
     }
 }
@@ -105,7 +105,7 @@ fn say(text: &str) {
 /// Builds the programs in a folder of its own: their names and chips; nothing where the sources cannot be had.
 fn build(dir: &Path) -> Vec<(String, String)> {
     std::fs::create_dir_all(dir).unwrap();
-    let ours = chips::PARTS.iter().map(|part| part.chip.name);
+    let ours = chips::PIC16_PARTS.iter().map(|part| part.chip.name);
     let mut command = Command::new(format!("{FOLDER}/regression.sh"));
     let done = command.arg(dir).args(ours).output().expect("bash");
     say(&format!("{}{}", String::from_utf8_lossy(&done.stdout), String::from_utf8_lossy(&done.stderr)));

@@ -4,22 +4,22 @@ use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::{Image, SymbolAt};
 use emu_core::lint::Lint;
-use emu_debug::lints::describe;
-use emu_debug::until::until;
-use emu_debug::{Names, Plan};
+use emu_debug::lints::describe_lint;
+use emu_debug::stop_condition::parse_condition;
+use emu_debug::{AddressNames, RunPlan};
 
 fn image(chip: &'static Chip, program: &str) -> Image {
-    emu_asm::image(chip, &program.replace(';', "\n")).unwrap_or_else(|e| panic!("{program}: {e}"))
+    emu_asm::assemble_text(chip, &program.replace(';', "\n")).unwrap_or_else(|e| panic!("{program}: {e}"))
 }
 
 /// What a run finds: program word, code, memory and address of RAM, how often, first cycle.
 fn found<C: Cpu>(mut cpu: C, waits: &str) -> String {
-    let names = Names { chip: cpu.chip(), symbols: &[] };
-    let mut plan = Plan { limit: 12, lint: true, ..Plan::default() };
+    let names = AddressNames { chip: cpu.chip(), symbols: &[] };
+    let mut plan = RunPlan { limit: 12, lint: true, ..RunPlan::default() };
     for wait in waits.split(',').map(str::trim).filter(|wait| !wait.is_empty()) {
         match wait.split_once(' ').expect("a word and more") {
-            ("filled", range) => plan.filled.push(names.range(range).expect("a range")),
-            ("until", condition) => plan.until.push(until(&names, condition).expect("a condition")),
+            ("filled", range) => plan.initialized.push(names.parse_range(range).expect("a range")),
+            ("until", condition) => plan.until.push(parse_condition(&names, condition).expect("a condition")),
             other => panic!("{other:?}"),
         }
     }
@@ -75,7 +75,7 @@ fn nothing_is_found_unasked() {
     let chip: &'static Chip = &emu_pic16::chips::PIC16F873.chip;
     let image = image(chip, "movf 0x20, W; movf 0x05, W; goto 0x002");
     let mut cpu = emu_pic16::Pic16::new(chip, &image, RamInit::Zero);
-    let plan = Plan { limit: 100_000, ..Plan::default() };
+    let plan = RunPlan { limit: 100_000, ..RunPlan::default() };
     let ended = emu_debug::run(&mut cpu, &plan, None, &mut |_| true);
     assert!(cpu.instructions() > 3 && ended.lints.is_empty());
 }
@@ -84,7 +84,7 @@ fn nothing_is_found_unasked() {
 fn names_of_registers_pins_and_symbols() {
     let symbol = |name: &str, space, addr| SymbolAt::new(name, space, addr, 1);
     let symbols = [symbol("count", "data", 0x20), symbol("far", "flash", 2 * 0x810)];
-    let names = Names { chip: &emu_pic16::chips::PIC16F873.chip, symbols: &symbols };
+    let names = AddressNames { chip: &emu_pic16::chips::PIC16F873.chip, symbols: &symbols };
     #[rustfmt::skip]
     let cases = [
         (Lint::AnalogRead { port: 5, bits: 0x21 },             "PORTA is read, where RA0, RA5 read 0 as analog inputs"),
@@ -99,12 +99,12 @@ fn names_of_registers_pins_and_symbols() {
         (Lint::AnalogRead { port: 0x20, bits: 1 },             "data:0x20 is read, where bit 0 read 0 as analog inputs"),
     ];
     for (lint, wanted) in cases {
-        assert_eq!(describe(lint, &names), wanted);
+        assert_eq!(describe_lint(lint, &names), wanted);
     }
 
     let symbol = |name: &str, addr, size| SymbolAt::new(name, "data", addr, size);
     let symbols = [symbol("buf", 0x100, 8), symbol("_end", 0x120, 0)];
-    let names = Names { chip: &emu_avr::chips::ATMEGA328P, symbols: &symbols };
+    let names = AddressNames { chip: &emu_avr::chips::ATMEGA328P, symbols: &symbols };
     #[rustfmt::skip]
     let cases = [
         (Lint::UnknownUse { space: "data", addr: 5 },          "r5 is used before it was written"),
@@ -124,6 +124,6 @@ fn names_of_registers_pins_and_symbols() {
         (Lint::FloatingRead { port: 0x29, bits: 0x84 },        "PIND is read and used, and nothing drives PD2, PD7"),
     ];
     for (lint, wanted) in cases {
-        assert_eq!(describe(lint, &names), wanted);
+        assert_eq!(describe_lint(lint, &names), wanted);
     }
 }

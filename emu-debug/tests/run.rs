@@ -4,14 +4,14 @@ use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
-use emu_debug::stimulus::{drive, queue};
-use emu_debug::until::until;
-use emu_debug::{Clock, Names, Plan};
+use emu_debug::stimulus::{parse_timed_drive, queue_drives};
+use emu_debug::stop_condition::parse_condition;
+use emu_debug::{CycleClock, AddressNames, RunPlan};
 
 const WORDS: &[&str] = &["until", "at", "limit", "expect", "fail", "trap", "host"];
 
 fn image(program: &str) -> Image {
-    emu_asm::image(&ATMEGA328P, &program.replace(';', "\n")).unwrap_or_else(|e| panic!("{program}: {e}"))
+    emu_asm::assemble_text(&ATMEGA328P, &program.replace(';', "\n")).unwrap_or_else(|e| panic!("{program}: {e}"))
 }
 
 /// Takes `until a b at c` apart: every word of [`WORDS`] begins a part.
@@ -29,26 +29,26 @@ fn parts(text: &str) -> Vec<(&str, String)> {
 
 fn run(program: &str, waits: &str) -> String {
     let image = image(program);
-    let names = Names { chip: &ATMEGA328P, symbols: &[] };
+    let names = AddressNames { chip: &ATMEGA328P, symbols: &[] };
     let mut cpu = Avr::new(&ATMEGA328P, &image, RamInit::Zero);
-    let mut plan = Plan { limit: 100_000, ..Plan::default() };
+    let mut plan = RunPlan { limit: 100_000, ..RunPlan::default() };
     let (mut drives, mut host) = (Vec::new(), true);
-    let clock = Clock { hz: 16_000_000, clocks_per_cycle: 1 };
+    let clock = CycleClock { hz: 16_000_000, clocks_per_cycle: 1 };
     for (word, text) in parts(waits) {
         match word {
-            "until" => plan.until.push(until(&names, &text).expect("a condition")),
-            "at" => drives.push(drive(&ATMEGA328P, clock, &text).expect("a drive")),
+            "until" => plan.until.push(parse_condition(&names, &text).expect("a condition")),
+            "at" => drives.push(parse_timed_drive(&ATMEGA328P, clock, &text).expect("a drive")),
             "limit" => plan.limit = text.parse().expect("cycles"),
             "expect" => plan.expect = Some(text.into_bytes()),
             "fail" => plan.fail = Some(text.into_bytes()),
             "trap" => {
-                plan.trap_ram = true;
-                plan.filled.extend((!text.is_empty()).then(|| names.range(&text).expect("a range")));
+                plan.stop_on_unwritten_read = true;
+                plan.initialized.extend((!text.is_empty()).then(|| names.parse_range(&text).expect("a range")));
             }
             _ => host = false,
         }
     }
-    queue(&mut cpu, &drives).expect("levels only");
+    queue_drives(&mut cpu, &drives).expect("levels only");
     let ended = emu_debug::run(&mut cpu, &plan, None, &mut |_| host);
     format!("{:?} {}", ended.reason, cpu.cycle())
 }

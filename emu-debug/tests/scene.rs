@@ -1,10 +1,10 @@
 //! Stimuli of scenarios as drives at fixed times (`scene::drives`): steps, and what they come to in cycles and clocks.
 
 use emu_core::chip::Chip;
-use emu_core::pins::{Level, PinId};
-use emu_debug::scene::{ChipSite, Table, drives};
-use emu_debug::stimulus::Put;
-use emu_debug::{Clock, Names};
+use emu_core::pins::{PinLevel, PinId};
+use emu_debug::chip_scenario::{ChipResolver, ChipBindings, timed_drives};
+use emu_debug::stimulus::ExternalDrive;
+use emu_debug::{CycleClock, AddressNames};
 use emu_pic16::chips::PIC16F873;
 
 /// `steps => drives`, on a PIC16F873 at 4 MHz with four clocks a cycle: `cycle.clock NAME=VALUE`; or the place and code of a refusal.
@@ -46,27 +46,27 @@ fn found(steps: &str) -> String {
         text.push('\n');
     }
     let scenario = scenario::parse("row.toml", &text.replace("\n ", "\n")).expect(steps);
-    let mut site = ChipSite {
-        names: Names { chip, symbols: &[] },
-        clock: Clock { hz: 4_000_000, clocks_per_cycle: 4 },
-        there: &|space, addr| space == "data" && addr < 0x200,
+    let mut site = ChipResolver {
+        names: AddressNames { chip, symbols: &[] },
+        clock: CycleClock { hz: 4_000_000, clocks_per_cycle: 4 },
+        has_byte: &|space, addr| space == "data" && addr < 0x200,
         has_pin: &|_| true,
-        can: &|_| Ok(()),
-        own: &|name| name.to_owned(),
+        check_drive: &|_| Ok(()),
+        canonical_pin_name: &|name| name.to_owned(),
         serial: (true, chip.pin("RC7")),
-        stateless: Some("a test writes no snapshots".to_owned()),
-        deaf: None,
-        table: Table::default(),
+        no_snapshots: Some("a test writes no snapshots".to_owned()),
+        no_serial_input: None,
+        bindings: ChipBindings::default(),
     };
-    match drives(&scenario, &mut site, None, 9_600) {
+    match timed_drives(&scenario, &mut site, None, 9_600) {
         Ok(drives) => {
             let shown = drives.iter().map(|drive| {
-                let what = match drive.put {
-                    Put::Level(pin, Level::PullUp | Level::PullDown) => format!("{}=resistor", name(chip, pin)),
-                    Put::Level(pin, level) => format!("{}={level:?}", name(chip, pin)),
-                    Put::Volts(pin, millivolts) => format!("{}={millivolts}mV", name(chip, pin)),
-                    Put::Counts(pin, count) => format!("{}={count}", name(chip, pin)),
-                    Put::Supply(millivolts) => format!("VDD={millivolts}mV"),
+                let what = match drive.drive {
+                    ExternalDrive::Level(pin, PinLevel::PullUp | PinLevel::PullDown) => format!("{}=resistor", name(chip, pin)),
+                    ExternalDrive::Level(pin, level) => format!("{}={level:?}", name(chip, pin)),
+                    ExternalDrive::Volts(pin, millivolts) => format!("{}={millivolts}mV", name(chip, pin)),
+                    ExternalDrive::Counts(pin, count) => format!("{}={count}", name(chip, pin)),
+                    ExternalDrive::Supply(millivolts) => format!("VDD={millivolts}mV"),
                 };
                 format!("{}.{} {what}", drive.at.cycle, drive.at.phase)
             });

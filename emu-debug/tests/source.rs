@@ -3,18 +3,18 @@
 use emu_8051::chips;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::chip::Chip;
-use emu_core::image::{LineAt, LineKind, Lines, Mangled, SymbolAt};
-use emu_debug::{Names, Range, Source, Until};
+use emu_core::image::{SourceLine, SourceKind, SourceLines, DemangledName, SymbolAt};
+use emu_debug::{AddressNames, AddressRange, ProgramSource, StopCondition};
 
 fn symbol(name: &str, space: &'static str, addr: u32, size: u32) -> SymbolAt {
     SymbolAt::new(name, space, addr, size)
 }
 
-fn line(addr: u32, kind: LineKind, file: &str, line: u32, len: u32) -> LineAt {
-    LineAt { addr, kind, file: file.into(), line, len }
+fn line(addr: u32, kind: SourceKind, file: &str, line: u32, len: u32) -> SourceLine {
+    SourceLine { addr, kind, file: file.into(), line, len }
 }
 
-fn avr() -> (Vec<SymbolAt>, Lines) {
+fn avr() -> (Vec<SymbolAt>, SourceLines) {
     let symbols = vec![
         symbol("__vector_1", "flash", 0x40, 0),
         symbol("__bad", "flash", 0x40, 0),
@@ -23,7 +23,7 @@ fn avr() -> (Vec<SymbolAt>, Lines) {
         symbol("buf", "data", 0x100, 4),
         symbol("flag", "data", 0x104, 0),
     ];
-    let c = |addr, file, number, len| line(addr, LineKind::C, file, number, len);
+    let c = |addr, file, number, len| line(addr, SourceKind::C, file, number, len);
     let lines = vec![
         c(0x80, "src/main.c", 12, 4),
         c(0x84, "lib/util.h", 3, 2),
@@ -31,7 +31,7 @@ fn avr() -> (Vec<SymbolAt>, Lines) {
         c(0x90, "lib/main.c", 12, 2),
         c(0x7FFFE, "src/main.c", 40, 2),
     ];
-    (symbols, Lines::new(lines))
+    (symbols, SourceLines::new(lines))
 }
 
 /// One a line: program word, what is told of it.
@@ -50,38 +50,38 @@ const PLACES: &str = "
 #[test]
 fn addresses_as_words() {
     let (symbols, lines) = avr();
-    let source = Source { names: Names { chip: &ATMEGA328P, symbols: &symbols }, lines: &lines };
+    let source = ProgramSource { names: AddressNames { chip: &ATMEGA328P, symbols: &symbols }, lines: &lines };
     for row in PLACES.lines().filter(|row| !row.is_empty()) {
         let (word, told) = row.split_once("   ").unwrap();
-        assert_eq!(source.place(u32::from_str_radix(&word[2..], 16).unwrap()), told, "{word}");
+        assert_eq!(source.describe_word(u32::from_str_radix(&word[2..], 16).unwrap()), told, "{word}");
     }
-    let object = |addr| source.names.object("data", addr);
+    let object = |addr| source.names.containing_symbol("data", addr);
     let objects = [0xFF, 0x100, 0x103, 0x104, 0x105].map(|addr| object(addr).unwrap_or_default());
     assert_eq!(objects, ["", "buf", "buf+0x3", "flag", ""]);
-    let whole = |start, end| source.names.whole(&Range { space: "data", start, end });
+    let whole = |start, end| source.names.symbol_of_range(&AddressRange { space: "data", start, end });
     assert_eq!((whole(0x100, 0x104), whole(0x100, 0x103), whole(0x101, 0x104)), (Some("buf"), None, None));
 }
 
 #[test]
 fn words_as_addresses() {
     let (symbols, lines) = avr();
-    let source = Source { names: Names { chip: &ATMEGA328P, symbols: &symbols }, lines: &lines };
-    let words = |text| source.words(text);
+    let source = ProgramSource { names: AddressNames { chip: &ATMEGA328P, symbols: &symbols }, lines: &lines };
+    let words = |text| source.parse_words(text);
     assert_eq!(words("main"), Ok(vec![0x40]));
     assert_eq!(words("main+0x4"), Ok(vec![0x42]));
     assert_eq!(words("src/main.c:12"), Ok(vec![0x40, 0x43]));
     assert_eq!(words("util.h:3"), Ok(vec![0x42]));
-    let refused = |text| source.words(text).unwrap_err();
+    let refused = |text| source.parse_words(text).unwrap_err();
     assert_eq!(refused("main.c:12"), "`main.c` is one of several source files: lib/main.c, src/main.c");
     assert_eq!(refused("src/main.c:13"), "line 13 of src/main.c has no code; the next line that has is src/main.c:40");
     assert_eq!(refused("src/main.c:40"), "`src/main.c:40` lies beyond flash");
     assert!(refused(":3").contains("no symbol `:3`"));
     assert!(refused("main:").contains("no symbol `main:`"));
-    let until = |text| source.until(text);
-    let at = |text: &str, words: &[u32]| Ok(Until::Line(text.to_owned(), words.to_vec()));
+    let until = |text| source.parse_condition(text);
+    let at = |text: &str, words: &[u32]| Ok(StopCondition::Line(text.to_owned(), words.to_vec()));
     assert_eq!(until("pc = util.h:3"), at("util.h:3", &[0x42]));
     assert_eq!(until("pc=src/main.c:12"), at("src/main.c:12", &[0x40, 0x43]));
-    assert_eq!(until("pc=0x80"), Ok(Until::Pc(0x40)));
+    assert_eq!(until("pc=0x80"), Ok(StopCondition::Pc(0x40)));
     assert_eq!(until("pc=src/main.c:12").unwrap().describe(&source.names), "pc=src/main.c:12");
     assert!(until("uart \"pc=a:1\"").is_ok());
 }
@@ -91,23 +91,23 @@ fn words_as_addresses() {
 fn lines_without_an_end() {
     let chip: &'static Chip = chips::chip("at89s52").expect("a chip");
     let symbols = [symbol("main", "code", 0x10, 0), symbol("library", "code", 0x20, 0), symbol("count", "idata", 8, 2)];
-    let (c, asm) = (LineKind::C, LineKind::Asm);
-    let lines = Lines::new(vec![
+    let (c, asm) = (SourceKind::C, SourceKind::Asm);
+    let lines = SourceLines::new(vec![
         line(0x12, asm, "main.asm", 7, 0),
         line(0x10, c, "main.c", 3, 0),
         line(0x10, c, "main.c", 2, 0),
         line(0x22, asm, "library.asm", 9, 0),
     ]);
-    let source = Source { names: Names { chip, symbols: &symbols }, lines: &lines };
-    let told = [0x0F, 0x10, 0x1F, 0x20, 0x23].map(|word| source.line(word).unwrap_or_default());
+    let source = ProgramSource { names: AddressNames { chip, symbols: &symbols }, lines: &lines };
+    let told = [0x0F, 0x10, 0x1F, 0x20, 0x23].map(|word| source.line_text(word).unwrap_or_default());
     assert_eq!(told, ["", "main.c:3", "main.c:3", "", "library.asm:9"]);
-    let meant = source.operands(&[("target", 0x12), ("direct address", 9), ("direct address", 0x90), ("constant", 8)]);
+    let meant = source.describe_operands(&[("target", 0x12), ("direct address", 9), ("direct address", 0x90), ("constant", 8)]);
     assert_eq!(meant, ["main+0x2", "count+0x1"]);
 }
 
 /// A symbol as a compiler of C++ or Rust has mangled it: whole name, what the linker calls it, and the name without parameters.
 fn mangled(name: &str, linkage: &str, path: &str, space: &'static str, addr: u32) -> SymbolAt {
-    let mangled = Mangled { linkage: linkage.to_owned(), path: path.to_owned() };
+    let mangled = DemangledName { linkage: linkage.to_owned(), path: path.to_owned() };
     SymbolAt { mangled: Some(Box::new(mangled)), ..SymbolAt::new(name, space, addr, 4) }
 }
 
@@ -158,13 +158,13 @@ rea                            the image has no symbol `rea` in flash
 #[test]
 fn names_of_cpp_and_rust_may_be_shortened() {
     let symbols = cpp();
-    let names = Names { chip: &ATMEGA328P, symbols: &symbols };
+    let names = AddressNames { chip: &ATMEGA328P, symbols: &symbols };
     for row in WRITTEN.lines().filter(|row| !row.is_empty()) {
         let (text, wanted) = row.split_at(31);
-        let found = names.program_word(text.trim()).map_or_else(|why| why, |word| format!("0x{:x}", word * 2));
+        let found = names.parse_program_word(text.trim()).map_or_else(|why| why, |word| format!("0x{:x}", word * 2));
         assert_eq!(found, wanted, "{text}");
     }
-    let range = |text: &str| names.range(text).map(|range| (range.space, range.start, range.end));
+    let range = |text: &str| names.parse_range(text).map(|range| (range.space, range.start, range.end));
     for text in ["app::result", "result", "data:app::result", "data:result", "_ZN3app6resultE"] {
         assert_eq!(range(text), Ok(("data", 0x100, 0x104)), "{text}");
     }
@@ -176,9 +176,9 @@ fn names_of_cpp_and_rust_may_be_shortened() {
     // A whole name comes before part of another one.
     assert_eq!(range("app::PORTB"), Ok(("data", 0x104, 0x108)));
     // Breakpoints and conditions name them in the same way, and addresses are told as gdb tells them.
-    let lines = Lines::default();
-    let source = Source { names, lines: &lines };
-    assert_eq!(source.until("pc=app::area(int, int)"), Ok(Until::Pc(0x42)));
-    assert_eq!(source.words("app::twice"), Ok(vec![0x46]));
-    assert_eq!(source.place(0x43), "0x0086 (app::area(int, int)+0x2)");
+    let lines = SourceLines::default();
+    let source = ProgramSource { names, lines: &lines };
+    assert_eq!(source.parse_condition("pc=app::area(int, int)"), Ok(StopCondition::Pc(0x42)));
+    assert_eq!(source.parse_words("app::twice"), Ok(vec![0x46]));
+    assert_eq!(source.describe_word(0x43), "0x0086 (app::area(int, int)+0x2)");
 }

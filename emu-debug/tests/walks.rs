@@ -6,14 +6,14 @@ mod examples;
 use std::collections::BTreeMap;
 
 use emu_core::Chip;
-use emu_core::cpu::{Cpu, RamInit, Reset};
+use emu_core::cpu::{Cpu, RamInit, ResetCause};
 use emu_core::image::Image;
-use emu_core::pins::{Level, PinId, Time};
+use emu_core::pins::{PinLevel, PinId, CycleTime};
 use emu_core::rng::Rng;
-use emu_core::slices::pick;
-use emu_debug::debug::{Action, Goal, Options, Place, Rig, Scope, Session, Target, Why};
-use emu_debug::stimulus::{Drive, Put};
-use emu_debug::{Board, Clock};
+use emu_core::slices::pick_random;
+use emu_debug::debug::{UserAction, RunGoal, SessionOptions, ExpressionPlace, MachineWithDevices, NameScope, DebugSession, DynMachine, HaltReason};
+use emu_debug::stimulus::{TimedDrive, ExternalDrive};
+use emu_debug::{AttachedDevices, CycleClock};
 
 use examples::{chip_8051, chip_pic, load};
 
@@ -29,8 +29,8 @@ const ACTS: u64 = 24;
 const HISTORY: usize = 1 << 20;
 
 /// All that could ever be seen of the machine, now and later.
-fn print(session: &Session) -> Vec<u8> {
-    session.target().save()
+fn print(session: &DebugSession) -> Vec<u8> {
+    session.machine().save()
 }
 
 /// The first byte in which two states differ.
@@ -48,12 +48,12 @@ fn same(one: &[u8], other: &[u8], what: &str) {
 #[derive(Clone, Copy)]
 struct Family {
     files: &'static [(&'static str, &'static str)],
-    build: fn(&'static str, &Image) -> Box<dyn Target>,
+    build: fn(&'static str, &Image) -> Box<dyn DynMachine>,
     chip: fn(&str) -> &'static Chip,
 }
 
-fn boxed<C: Cpu + 'static>(cpu: C) -> Box<dyn Target> {
-    Box::new(Rig::new(cpu, Board::new(Vec::new(), Clock { hz: 16_000_000, clocks_per_cycle: 1 })))
+fn boxed<C: Cpu + 'static>(cpu: C) -> Box<dyn DynMachine> {
+    Box::new(MachineWithDevices::new(cpu, AttachedDevices::new(Vec::new(), CycleClock { hz: 16_000_000, clocks_per_cycle: 1 })))
 }
 
 fn walks(family: Family, name: &str, count: u64) {
@@ -68,63 +68,63 @@ fn walks(family: Family, name: &str, count: u64) {
         let row = (family.chip)(chip);
         let image = load(row, file);
         let target = (family.build)(chip, &image);
-        let clock = Clock { hz: 16_000_000, clocks_per_cycle: target.clocks_per_cycle() };
-        let options = Options { clock, history: HISTORY, follow: None };
-        let mut session = Session::new(target, Scope::new(row), options);
+        let clock = CycleClock { hz: 16_000_000, clocks_per_cycle: target.clocks_per_cycle() };
+        let options = SessionOptions { clock, history_bytes: HISTORY, follower: None };
+        let mut session = DebugSession::new(target, NameScope::new(row), options);
         let mut known: BTreeMap<u64, Vec<u8>> = BTreeMap::new();
         let mut on = || true;
         for _ in 0..ACTS {
-            let now = session.target().cycle();
+            let now = session.machine().cycle();
             let kind = rng.below(8);
             if log {
                 eprintln!(
                     "now {now} pc {:x} n {} settled {} kind {kind} deeds {:?}",
-                    session.target().pc(),
-                    session.target().instructions(),
-                    session.settled(),
-                    session.deeds().collect::<Vec<_>>()
+                    session.machine().pc(),
+                    session.machine().instructions(),
+                    session.is_at_step_end(),
+                    session.input_events().collect::<Vec<_>>()
                 );
             }
             match kind {
                 0 | 1 => {
-                    let most = pick(&mut rng, &[100, 5_000, 300_000]);
+                    let most = pick_random(&mut rng, &[100, 5_000, 300_000]);
                     let until = now + rng.below(most);
-                    session.run(&Goal { until: Some(until), passes: rng.below(2) == 0, ..Goal::default() }, &mut on);
+                    session.run(&RunGoal { until: Some(until), runs_while_halted: rng.below(2) == 0, ..RunGoal::default() }, &mut on);
                     // A step ends at a position; else it may stand within one, such as in sleep.
                     if rng.below(2) == 0 {
-                        session.stepi(1, until + 100_000, &mut on);
+                        session.step_instructions(1, until + 100_000, &mut on);
                     }
                 }
                 2 => {
                     let n = 1 + rng.below(40);
-                    session.stepi(n, now + 200_000, &mut on);
+                    session.step_instructions(n, now + 200_000, &mut on);
                 }
                 3 | 4 => {
-                    let most = pick(&mut rng, &[3, 60]);
+                    let most = pick_random(&mut rng, &[3, 60]);
                     let n = 1 + rng.below(most);
-                    let (before, at) = (print(&session), session.target().cycle());
+                    let (before, at) = (print(&session), session.machine().cycle());
                     let mut back = 0;
                     for _ in 0..n {
-                        if session.back_stepi(1, &mut || true).why == Why::Beginning {
+                        if session.step_back(1, &mut || true).reason == HaltReason::Beginning {
                             break;
                         }
                         back += 1;
                     }
                     let mut forward = 0;
                     while forward < back {
-                        session.stepi(1, at + 1_000_000, &mut on);
+                        session.step_instructions(1, at + 1_000_000, &mut on);
                         forward += 1;
                     }
-                    assert_eq!(session.target().cycle(), at, "{what}: {back} back and forward");
+                    assert_eq!(session.machine().cycle(), at, "{what}: {back} back and forward");
                     same(&print(&session), &before, &format!("{what}: {back} back and forward at {at}"));
                     compared += 1;
-                    session.back_stepi(n, &mut || true);
+                    session.step_back(n, &mut || true);
                     if back > 0 && rng.below(2) == 0 {
-                        session.stepi(back, u64::MAX, &mut on);
-                        assert_eq!(session.target().cycle(), at, "{what}: {back} at once, back and forward");
+                        session.step_instructions(back, u64::MAX, &mut on);
+                        assert_eq!(session.machine().cycle(), at, "{what}: {back} at once, back and forward");
                         let what = format!("{what}: {back} at once, back and forward at {at}");
                         same(&print(&session), &before, &what);
-                        session.back_stepi(n, &mut || true);
+                        session.step_back(n, &mut || true);
                     }
                 }
                 5 => {
@@ -133,30 +133,30 @@ fn walks(family: Family, name: &str, count: u64) {
                 }
                 6 => {
                     let pin = rng.below(row.pins.len() as u64) as PinId;
-                    let level = pick(&mut rng, &[Level::Low, Level::High, Level::Float]);
-                    if session.target().has_pin(pin) {
-                        let at = Time::at(now + rng.below(3) * rng.below(2_000));
-                        session.act(Action::Drive(Drive { at, put: Put::Level(pin, level) })).expect("a level");
+                    let level = pick_random(&mut rng, &[PinLevel::Low, PinLevel::High, PinLevel::Float]);
+                    if session.machine().has_pin(pin) {
+                        let at = CycleTime::at(now + rng.below(3) * rng.below(2_000));
+                        session.apply_action(UserAction::Drive(TimedDrive { at, drive: ExternalDrive::Level(pin, level) })).expect("a level");
                         known.retain(|cycle, _| *cycle < now);
                     }
                 }
                 _ => {
                     let addr = u32::from(row.ram_start) + rng.below(u64::from(row.ram_len).min(64)) as u32;
-                    let place = Place::Memory { space: row.ram, addr, bytes: 1, signed: false };
+                    let place = ExpressionPlace::Memory { space: row.ram_space, addr, bytes: 1, signed: false };
                     let action = match rng.below(8) {
-                        0 => Action::Reset(Reset::External),
-                        _ => Action::Set(place, rng.below(2) as i64),
+                        0 => UserAction::Reset(ResetCause::External),
+                        _ => UserAction::Set(place, rng.below(2) as i64),
                     };
-                    if session.act(action).is_ok() {
+                    if session.apply_action(action).is_ok() {
                         known.retain(|cycle, _| *cycle < now);
                     }
                 }
             }
             moves += 1;
             // Where a step has ended; behind an act the machine is at its position too.
-            let at = session.target().cycle();
+            let at = session.machine().cycle();
             let print = print(&session);
-            if !session.settled() {
+            if !session.is_at_step_end() {
                 continue;
             }
             if let Some(before) = known.insert(at, print.clone()) {
@@ -165,14 +165,14 @@ fn walks(family: Family, name: &str, count: u64) {
             }
         }
         // Far back is as far as that many times a little.
-        if walk % 8 == 0 && session.settled() {
-            let at = session.target().cycle();
-            session.back_stepi(5_000, &mut on);
-            let far = session.target().cycle();
-            session.stepi(u64::MAX, at, &mut on);
-            assert_eq!(session.target().cycle(), at, "{what}: forth to {at}");
-            (0..5).for_each(|_| _ = session.back_stepi(1_000, &mut on));
-            assert_eq!(session.target().cycle(), far, "{what}: 5,000 back from {at}");
+        if walk % 8 == 0 && session.is_at_step_end() {
+            let at = session.machine().cycle();
+            session.step_back(5_000, &mut on);
+            let far = session.machine().cycle();
+            session.step_instructions(u64::MAX, at, &mut on);
+            assert_eq!(session.machine().cycle(), at, "{what}: forth to {at}");
+            (0..5).for_each(|_| _ = session.step_back(1_000, &mut on));
+            assert_eq!(session.machine().cycle(), far, "{what}: 5,000 back from {at}");
         }
         // Some of the way again, from the beginning and back.
         let cycles: Vec<u64> = known.keys().copied().collect();
@@ -181,12 +181,12 @@ fn walks(family: Family, name: &str, count: u64) {
             if log {
                 eprintln!(
                     "goto {at}: now {} {:?} deeds {:?}",
-                    session.target().cycle(),
-                    session.target().peek("idata", 11),
-                    session.deeds().collect::<Vec<_>>()
+                    session.machine().cycle(),
+                    session.machine().peek("idata", 11),
+                    session.input_events().collect::<Vec<_>>()
                 );
             }
-            if session.target().cycle() == at {
+            if session.machine().cycle() == at {
                 same(&print(&session), &known[&at], &format!("{what}: the machine at cycle {at}"));
                 compared += 1;
             }
@@ -212,7 +212,7 @@ fn avr() {
 }
 
 fn avr_chip(name: &str) -> &'static Chip {
-    emu_avr::chips::CHIPS.iter().copied().find(|chip| chip.name == name).expect("a chip")
+    emu_avr::chips::AVR_CHIPS.iter().copied().find(|chip| chip.name == name).expect("a chip")
 }
 
 #[test]

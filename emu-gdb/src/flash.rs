@@ -3,32 +3,32 @@
 use gdbstub::target::ext::flash::Flash;
 use gdbstub::target::{TargetError, TargetResult};
 
-use crate::stub::Stub;
+use crate::gdb_target::GdbTarget;
 
 /// `EFAULT`: not in program memory.
-const NO_PLACE: u8 = 14;
+const EFAULT: u8 = 14;
 
-impl Stub<'_> {
+impl GdbTarget<'_> {
     /// The bytes of program memory from gdb's address on, in the picture of it that `load` makes.
-    fn picture(&mut self, addr: u32, len: u32) -> Option<(u32, &mut [u8])> {
-        let (memory, offset) = self.layout.find(addr, len.try_into().ok()?)?;
-        let target = self.session.target();
+    fn load_bytes(&mut self, addr: u32, len: u32) -> Option<(u32, &mut [u8])> {
+        let (memory, offset) = self.layout.find_memory(addr, len.try_into().ok()?)?;
+        let target = self.session.machine();
         let (space, all) = (memory.space, memory.len);
-        if space != target.chip().code {
+        if space != target.chip().code_space {
             return None;
         }
         let now = || (0..all).map(|at| target.peek(space, at).unwrap_or(0)).collect();
-        let picture = self.load.get_or_insert_with(now);
+        let picture = self.loading.get_or_insert_with(now);
         let start = offset as usize;
         picture.get_mut(start..start + len as usize).map(|bytes| (offset, bytes))
     }
 }
 
-impl Flash for Stub<'_> {
+impl Flash for GdbTarget<'_> {
     fn flash_erase(&mut self, addr: u32, length: u32) -> TargetResult<(), Self> {
-        let erased = self.session.target().chip().isa.erased.to_le_bytes();
-        let word = self.session.target().chip().word_bytes.clamp(1, 2) as usize;
-        let (offset, bytes) = self.picture(addr, length).ok_or(TargetError::Errno(NO_PLACE))?;
+        let erased = self.session.machine().chip().isa.erased_word.to_le_bytes();
+        let word = self.session.machine().chip().word_bytes.clamp(1, 2) as usize;
+        let (offset, bytes) = self.load_bytes(addr, length).ok_or(TargetError::Errno(EFAULT))?;
         for (at, byte) in (offset as usize..).zip(bytes) {
             *byte = erased.get(at % word).copied().unwrap_or(0xFF);
         }
@@ -36,16 +36,16 @@ impl Flash for Stub<'_> {
     }
 
     fn flash_write(&mut self, addr: u32, data: &[u8]) -> TargetResult<(), Self> {
-        let len = u32::try_from(data.len()).map_err(|_| TargetError::Errno(NO_PLACE))?;
-        let (_, bytes) = self.picture(addr, len).ok_or(TargetError::Errno(NO_PLACE))?;
+        let len = u32::try_from(data.len()).map_err(|_| TargetError::Errno(EFAULT))?;
+        let (_, bytes) = self.load_bytes(addr, len).ok_or(TargetError::Errno(EFAULT))?;
         bytes.copy_from_slice(data);
         Ok(())
     }
 
     fn flash_done(&mut self) -> TargetResult<(), Self> {
         let base = self.layout.memories.first().map_or(0, |memory| memory.base);
-        match self.load.take() {
-            Some(picture) => self.write(base, &picture),
+        match self.loading.take() {
+            Some(picture) => self.write_bytes(base, &picture),
             None => Ok(()),
         }
     }

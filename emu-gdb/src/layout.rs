@@ -5,20 +5,20 @@
 
 use std::fmt::Write;
 
-use emu_core::chip::{Chip, Family};
-use emu_debug::debug::Target;
+use emu_core::chip::{Chip, ChipFamily};
+use emu_debug::debug::DynMachine;
 use emu_debug::trace::register_bits;
 
 /// Where the memories of a family lie.
-const MEMORIES: &[(Family, &[(&str, u32)])] = &[
+const MEMORY_BASES: &[(ChipFamily, &[(&str, u32)])] = &[
     (
-        Family::Avr,
+        ChipFamily::Avr,
         &[("flash", 0), ("data", 0x80_0000), ("eeprom", 0x81_0000), ("fuse", 0x82_0000), ("lock", 0x83_0000)],
     ),
-    (Family::Mcs51, &[("code", 0), ("idata", 0x80_0000), ("sfr", 0x81_0000), ("xdata", 0x82_0000), ("bit", 0x83_0000)]),
-    (Family::Pic16, &[("flash", 0), ("data", 0x80_0000), ("eeprom", 0x81_0000), ("config", 0x82_0000)]),
+    (ChipFamily::Mcs51, &[("code", 0), ("idata", 0x80_0000), ("sfr", 0x81_0000), ("xdata", 0x82_0000), ("bit", 0x83_0000)]),
+    (ChipFamily::Pic16, &[("flash", 0), ("data", 0x80_0000), ("eeprom", 0x81_0000), ("config", 0x82_0000)]),
     (
-        Family::Ap101,
+        ChipFamily::Ap101,
         &[
             ("code", 0),
             ("m", 0x80_0000),
@@ -32,11 +32,11 @@ const MEMORIES: &[(Family, &[(&str, u32)])] = &[
 ];
 
 /// Places of the stack of a PIC16, which lies in no memory.
-const STACK: usize = 8;
+const PIC16_STACK_LEVELS: usize = 8;
 
 /// A register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum GdbRegister {
     /// One of [`Chip::cpu_regs`].
     Core(&'static str),
     /// The program counter under its name there; gdb has it in bytes.
@@ -47,7 +47,7 @@ pub(crate) enum Kind {
 
 /// A memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Memory {
+pub(crate) struct GdbMemory {
     /// Its name in [`Chip::spaces`].
     pub space: &'static str,
     /// gdb's address of its first byte.
@@ -60,34 +60,34 @@ pub(crate) struct Memory {
 
 /// A chip as gdb sees it.
 #[derive(Debug, Clone)]
-pub(crate) struct Layout {
+pub(crate) struct GdbLayout {
     chip: &'static Chip,
     /// Registers in gdb's order, with their bytes.
-    pub registers: Vec<(Kind, usize)>,
+    pub registers: Vec<(GdbRegister, usize)>,
     /// Memories, program memory first.
-    pub memories: Vec<Memory>,
+    pub memories: Vec<GdbMemory>,
 }
 
-impl Layout {
+impl GdbLayout {
     /// The chip of a machine.
-    pub(crate) fn new(target: &dyn Target) -> Layout {
+    pub(crate) fn new(target: &dyn DynMachine) -> GdbLayout {
         let chip = target.chip();
         let core = chip.cpu_regs.iter().map(|name| match *name {
-            "PC" | "NA" => (Kind::Pc(name), 4),
-            name => (Kind::Core(name), register_bits(chip, name).div_ceil(8) as usize),
+            "PC" | "NA" => (GdbRegister::Pc(name), 4),
+            name => (GdbRegister::Core(name), register_bits(chip, name).div_ceil(8) as usize),
         });
-        let places = if target.return_stack().is_empty() { 0 } else { STACK };
-        let registers = core.chain((0..places).map(|place| (Kind::Stack(place), 4))).collect();
-        let of = MEMORIES.iter().find(|(family, _)| *family == chip.family).map_or(&[][..], |found| found.1);
+        let places = if target.return_stack().is_empty() { 0 } else { PIC16_STACK_LEVELS };
+        let registers = core.chain((0..places).map(|place| (GdbRegister::Stack(place), 4))).collect();
+        let of = MEMORY_BASES.iter().find(|(family, _)| *family == chip.family).map_or(&[][..], |found| found.1);
         let memories = of.iter().filter_map(|&(name, base)| {
             let &(space, size, width) = chip.spaces.iter().find(|(space, ..)| *space == name)?;
-            Some(Memory { space, base, len: size.saturating_mul(width), width })
+            Some(GdbMemory { space, base, len: size.saturating_mul(width), width })
         });
-        Layout { chip, registers, memories: memories.collect() }
+        GdbLayout { chip, registers, memories: memories.collect() }
     }
 
     /// The memory in which `len` bytes from gdb's address `addr` on lie, and the address of the first there, in bytes.
-    pub(crate) fn find(&self, addr: u32, len: usize) -> Option<(&Memory, u32)> {
+    pub(crate) fn find_memory(&self, addr: u32, len: usize) -> Option<(&GdbMemory, u32)> {
         let memory = self.memories.iter().rev().find(|memory| memory.base <= addr)?;
         let offset = addr - memory.base;
         let left = memory.len.checked_sub(offset)?;
@@ -95,10 +95,10 @@ impl Layout {
     }
 
     /// The program word at gdb's address, which is one in bytes.
-    pub(crate) fn word(&self, addr: u32) -> Option<u32> {
-        let (memory, offset) = self.find(addr, 1)?;
+    pub(crate) fn program_word(&self, addr: u32) -> Option<u32> {
+        let (memory, offset) = self.find_memory(addr, 1)?;
         let per_word = self.chip.word_bytes.max(1);
-        (memory.space == self.chip.code && offset.is_multiple_of(per_word)).then_some(offset / per_word)
+        (memory.space == self.chip.code_space && offset.is_multiple_of(per_word)).then_some(offset / per_word)
     }
 
     /// The file target.xml. gdb knows the registers of AVR, and takes no others; of the other families it is told what there is.
@@ -107,21 +107,21 @@ impl Layout {
             "<?xml version=\"1.0\"?>\n<!DOCTYPE target SYSTEM \"gdb-target.dtd\">\n<target version=\"1.0\">\n"
                 .to_owned();
         let feature = match self.chip.family {
-            Family::Avr => {
+            ChipFamily::Avr => {
                 // The smaller ones have neither CALL nor JMP.
-                let core = if self.chip.flash > 0x2000 { "avr:5" } else { "avr:4" };
+                let core = if self.chip.flash_bytes > 0x2000 { "avr:5" } else { "avr:4" };
                 return format!("{xml}  <architecture>{core}</architecture>\n</target>\n");
             }
-            Family::Mcs51 => "mcs51",
-            Family::Pic16 => "pic16",
-            Family::Ap101 => "ap101",
+            ChipFamily::Mcs51 => "mcs51",
+            ChipFamily::Pic16 => "pic16",
+            ChipFamily::Ap101 => "ap101",
         };
         _ = writeln!(xml, "  <feature name=\"org.emu.{feature}\">");
         for (kind, bytes) in &self.registers {
             let (name, kind) = match kind {
-                Kind::Core(name) => (name.to_ascii_lowercase(), format!("uint{}", 8 * bytes)),
-                Kind::Pc(_) => ("pc".to_owned(), "code_ptr".to_owned()),
-                Kind::Stack(place) => (format!("stk{place}"), "code_ptr".to_owned()),
+                GdbRegister::Core(name) => (name.to_ascii_lowercase(), format!("uint{}", 8 * bytes)),
+                GdbRegister::Pc(_) => ("pc".to_owned(), "code_ptr".to_owned()),
+                GdbRegister::Stack(place) => (format!("stk{place}"), "code_ptr".to_owned()),
             };
             _ = writeln!(xml, "    <reg name=\"{name}\" bitsize=\"{}\" type=\"{kind}\"/>", 8 * bytes);
         }
@@ -134,7 +134,7 @@ impl Layout {
         let mut xml = "<?xml version=\"1.0\"?>\n<memory-map>\n".to_owned();
         for memory in &self.memories {
             let place = format!("start=\"0x{:x}\" length=\"0x{:x}\"", memory.base, memory.len);
-            _ = if memory.space == self.chip.code {
+            _ = if memory.space == self.chip.code_space {
                 let block = self.chip.word_bytes;
                 writeln!(
                     xml,

@@ -17,19 +17,19 @@
 
 #![forbid(unsafe_code)]
 
-mod arch;
+mod gdb_arch;
 mod flash;
 mod layout;
 mod monitor;
-mod points;
+mod gdb_points;
 mod resume;
 mod serve;
-mod stub;
-mod wire;
+mod gdb_target;
+mod packets;
 
-pub use serve::{Ended, Options, address, serve};
+pub use serve::{ClientEnd, GdbOptions, parse_address, serve};
 
-use emu_debug::debug::Session;
+use emu_debug::debug::DebugSession;
 
 /// Commands behind `monitor` that this crate does not know: the lines of the answer, or nothing where there is no such command.
-pub type Monitor = dyn FnMut(&mut Session, &str) -> Option<Vec<String>>;
+pub type MonitorHandler = dyn FnMut(&mut DebugSession, &str) -> Option<Vec<String>>;

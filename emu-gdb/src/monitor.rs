@@ -2,12 +2,12 @@
 
 use std::convert::Infallible;
 
-use emu_core::cpu::Reset;
-use emu_debug::debug::{Action, Why};
-use emu_debug::place::Range;
+use emu_core::cpu::ResetCause;
+use emu_debug::debug::{UserAction, HaltReason};
+use emu_debug::address_names::AddressRange;
 use gdbstub::target::ext::monitor_cmd::{ConsoleOutput, MonitorCmd};
 
-use crate::stub::Stub;
+use crate::gdb_target::GdbTarget;
 
 const HELP: &str = "\
 reset         resets the chip by its reset pin; `reset power` by its supply
@@ -23,116 +23,116 @@ set PLACE=EXPR   gives a place another value: a pin, a register, a variable
 history       copies of the machine, and what was done from outside";
 
 /// Said after what gdb does not notice.
-const FLUSH: &str = "gdb still shows the registers from before: `maintenance flush register-cache`";
+const FLUSH_HINT: &str = "gdb still shows the registers from before: `maintenance flush register-cache`";
 
 /// Bytes that `peek` shows at most.
-const PEEK: usize = 1024;
+const MAX_PEEK_BYTES: usize = 1024;
 
-impl MonitorCmd for Stub<'_> {
+impl MonitorCmd for GdbTarget<'_> {
     fn handle_monitor_cmd(&mut self, command: &[u8], mut out: ConsoleOutput<'_>) -> Result<(), Infallible> {
         let text = String::from_utf8_lossy(command);
-        let answer = self.command(text.trim());
+        let answer = self.run_command(text.trim());
         out.write_raw(answer.as_bytes());
         out.write_raw(b"\n");
         Ok(())
     }
 }
 
-impl Stub<'_> {
-    fn command(&mut self, text: &str) -> String {
+impl GdbTarget<'_> {
+    fn run_command(&mut self, text: &str) -> String {
         let (word, rest) = text.split_once(char::is_whitespace).unwrap_or((text, ""));
         let rest = rest.trim();
         match word.trim_end_matches('?') {
             "help" | "" => HELP.to_owned(),
             "reset" => match rest {
-                "" => self.reset(Reset::External),
-                "power" => self.reset(Reset::PowerOn),
+                "" => self.reset(ResetCause::External),
+                "power" => self.reset(ResetCause::PowerOn),
                 other => format!("`{other}` is no kind of reset; `reset` and `reset power` are"),
             },
-            "halt" => self.place(),
-            "cycle" => self.time(),
+            "halt" => self.describe_place(),
+            "cycle" => self.describe_time(),
             "scan" => match self.session.scan() {
                 Some(scan) => format!("scan {scan}"),
                 None => "this program has no scans; one compiled from a ladder program has".to_owned(),
             },
-            "why" if rest.is_empty() => self.why.clone(),
-            "back" => self.back(rest),
-            "goto" => self.goto(rest),
-            "peek" => self.peek(rest),
-            "print" => match self.session.scope.expr(rest) {
-                Ok(expr) => match expr.value(self.session.target()) {
+            "why" if rest.is_empty() => self.last_halt.clone(),
+            "back" => self.run_back_command(rest),
+            "goto" => self.run_goto_command(rest),
+            "peek" => self.run_peek_command(rest),
+            "print" => match self.session.scope.parse_expression(rest) {
+                Ok(expr) => match expr.value(self.session.machine()) {
                     Some(value) => format!("{value}"),
                     None => "it has no value now: a pin floats, or a place is not there".to_owned(),
                 },
                 Err(why) => why,
             },
             "set" => self.set_place(rest),
-            "history" => self.history(),
-            _ => self.others(text),
+            "history" => self.describe_history(),
+            _ => self.run_extra_command(text),
         }
     }
 
     /// Commands of whoever has opened the server.
-    fn others(&mut self, text: &str) -> String {
+    fn run_extra_command(&mut self, text: &str) -> String {
         let lines = self.monitor.as_mut().and_then(|monitor| monitor(self.session, text));
         lines.map_or_else(|| format!("no command `{text}`; `monitor help` lists them"), |lines| lines.join("\n"))
     }
 
-    fn place(&self) -> String {
-        let target = self.session.target();
-        format!("stands at {}, cycle {}", self.session.scope.source().place(target.pc()), target.cycle())
+    fn describe_place(&self) -> String {
+        let target = self.session.machine();
+        format!("stands at {}, cycle {}", self.session.scope.source().describe_word(target.pc()), target.cycle())
     }
 
-    fn time(&self) -> String {
-        let target = self.session.target();
+    fn describe_time(&self) -> String {
+        let target = self.session.machine();
         let seconds = self.session.clock().seconds(target.cycle());
         format!("cycle {}, {} instructions, {seconds:.9} s", target.cycle(), target.instructions())
     }
 
-    fn reset(&mut self, why: Reset) -> String {
-        match self.session.act(Action::Reset(why)) {
-            Ok(()) => format!("reset; {}\n{FLUSH}", self.place()),
+    fn reset(&mut self, why: ResetCause) -> String {
+        match self.session.apply_action(UserAction::Reset(why)) {
+            Ok(()) => format!("reset; {}\n{FLUSH_HINT}", self.describe_place()),
             Err(why) => why,
         }
     }
 
-    fn back(&mut self, rest: &str) -> String {
+    fn run_back_command(&mut self, rest: &str) -> String {
         let Some(n) = (if rest.is_empty() { Some(1) } else { rest.parse().ok() }) else {
             return format!("`{rest}` is no number of steps");
         };
         let input = &mut self.input;
-        let halt = self.session.back_stepi(n, &mut || input.go_on());
-        self.moved(&halt.why)
+        let halt = self.session.step_back(n, &mut || input.may_continue());
+        self.describe_move(&halt.reason)
     }
 
-    fn goto(&mut self, rest: &str) -> String {
+    fn run_goto_command(&mut self, rest: &str) -> String {
         let number = rest.strip_prefix("0x").map_or_else(|| rest.parse().ok(), |hex| u64::from_str_radix(hex, 16).ok());
         let Some(cycle) = number else { return format!("`{rest}` is no cycle; write `goto 1000`") };
         let input = &mut self.input;
-        let halt = self.session.goto_cycle(cycle, &mut || input.go_on());
-        self.moved(&halt.why)
+        let halt = self.session.goto_cycle(cycle, &mut || input.may_continue());
+        self.describe_move(&halt.reason)
     }
 
-    fn moved(&self, why: &Why) -> String {
+    fn describe_move(&self, why: &HaltReason) -> String {
         let what = match why {
-            Why::Beginning => "the history begins here; ",
-            Why::Interrupted => "interrupted; ",
-            Why::Halted => "nothing can wake the chip any more; ",
-            Why::Waits => "only something from outside can change what the program does; ",
+            HaltReason::Beginning => "the history begins here; ",
+            HaltReason::Interrupted => "interrupted; ",
+            HaltReason::Halted => "nothing can wake the chip any more; ",
+            HaltReason::BlockedOnInput => "only something from outside can change what the program does; ",
             _ => "",
         };
-        format!("{what}{}\n{FLUSH}", self.place())
+        format!("{what}{}\n{FLUSH_HINT}", self.describe_place())
     }
 
-    fn peek(&self, rest: &str) -> String {
-        let range = match self.session.scope.range(rest) {
+    fn run_peek_command(&self, rest: &str) -> String {
+        let range = match self.session.scope.parse_range(rest) {
             Ok(range) => range,
             Err(why) => return why,
         };
-        let Range { space, start, end } = range;
-        let target = self.session.target();
-        let width = target.chip().width(space);
-        let bytes = (start.saturating_mul(width)..end.saturating_mul(width)).take(PEEK);
+        let AddressRange { space, start, end } = range;
+        let target = self.session.machine();
+        let width = target.chip().bytes_per_address(space);
+        let bytes = (start.saturating_mul(width)..end.saturating_mul(width)).take(MAX_PEEK_BYTES);
         let bytes: Vec<u8> = bytes.filter_map(|at| target.peek(space, at)).collect();
         let lines = bytes.chunks(16).zip((start..).step_by(16 / width.max(1) as usize));
         let line = |(bytes, at): (&[u8], u32)| {
@@ -144,21 +144,21 @@ impl Stub<'_> {
 
     fn set_place(&mut self, rest: &str) -> String {
         let Some((place, value)) = rest.split_once('=') else { return "write `set PLACE=EXPR`".to_owned() };
-        let done = self.session.scope.expr(place.trim()).and_then(|expr| {
-            let place = expr.place(self.session.target()).ok_or("that cannot be set")?;
-            let value = self.session.scope.expr(value.trim())?.value(self.session.target());
+        let done = self.session.scope.parse_expression(place.trim()).and_then(|expr| {
+            let place = expr.place(self.session.machine()).ok_or("that cannot be set")?;
+            let value = self.session.scope.parse_expression(value.trim())?.value(self.session.machine());
             let value = value.ok_or("it has no value now")?;
-            self.session.act(Action::Set(place, value))
+            self.session.apply_action(UserAction::Set(place, value))
         });
         match done {
-            Ok(()) => FLUSH.to_owned(),
+            Ok(()) => FLUSH_HINT.to_owned(),
             Err(why) => why,
         }
     }
 
-    fn history(&self) -> String {
+    fn describe_history(&self) -> String {
         let (copies, bytes) = self.session.history_size();
-        let deeds = self.session.deeds().count();
+        let deeds = self.session.input_events().count();
         format!("{copies} copies of the machine in {} KB, {deeds} things done from outside", bytes.div_ceil(1024))
     }
 }

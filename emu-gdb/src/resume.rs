@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::convert::Infallible;
 use std::ops::Range;
 
-use emu_core::cpu::{END_OF_TIME, Fault, Stop};
-use emu_debug::debug::{Flow, Goal, Halt, Hit, Look, Session, What, Why};
+use emu_core::cpu::{LAST_CYCLE, ProgramFault, StopReason};
+use emu_debug::debug::{CallFlow, RunGoal, HaltResult, PointHit, ObserveLevel, DebugSession, PointTrigger, HaltReason};
 use gdbstub::common::Signal;
 use gdbstub::stub::SingleThreadStopReason;
 use gdbstub::target::ext::base::reverse_exec::{
@@ -16,73 +16,73 @@ use gdbstub::target::ext::base::singlethread::{
     SingleThreadSingleStepOps,
 };
 
-use crate::points::Asked;
-use crate::stub::Stub;
+use crate::gdb_points::GdbPointKind;
+use crate::gdb_target::GdbTarget;
 
 /// What gdb wants of the program.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum Go {
+pub(crate) enum ResumeKind {
     /// Run.
-    On,
+    Continue,
     /// One step.
     Step,
     /// Steps as long as the program counter is among these program words.
-    Through(Range<u32>),
+    StepRange(Range<u32>),
     /// Run backwards.
-    Back,
+    ReverseContinue,
     /// One step back.
-    BackStep,
+    ReverseStep,
 }
 
 /// What gdb is told: the stop, and a line for the user where the stop alone does not say enough.
-pub(crate) type Told = (SingleThreadStopReason<u32>, Option<String>);
+pub(crate) type StopReport = (SingleThreadStopReason<u32>, Option<String>);
 
-impl Stub<'_> {
+impl GdbTarget<'_> {
     /// Does what gdb wants, until something stops the program.
-    pub(crate) fn run(&mut self) -> Told {
+    pub(crate) fn run(&mut self) -> StopReport {
         let (session, input) = (&mut *self.session, &mut self.input);
-        let since = session.target().cycle();
-        let go_on = &mut || input.go_on();
-        let halt = match self.go.clone() {
-            Go::On => session.run(&Goal::default(), go_on),
-            Go::Step => session.stepi(1, END_OF_TIME, go_on),
-            Go::Through(words) => through(session, &words, go_on),
-            Go::Back => back(session, go_on),
-            Go::BackStep => session.back_stepi(1, &mut || true),
+        let since = session.machine().cycle();
+        let go_on = &mut || input.may_continue();
+        let halt = match self.resume.clone() {
+            ResumeKind::Continue => session.run(&RunGoal::default(), go_on),
+            ResumeKind::Step => session.step_instructions(1, LAST_CYCLE, go_on),
+            ResumeKind::StepRange(words) => step_range(session, &words, go_on),
+            ResumeKind::ReverseContinue => run_back(session, go_on),
+            ResumeKind::ReverseStep => session.step_back(1, &mut || true),
         };
-        let (reason, text) = self.told(&halt.why);
+        let (reason, text) = self.stop_report(&halt.reason);
         let resets = self.session.resets_since(since);
         let lines = |line: Option<String>| line.into_iter().chain(resets.clone()).collect::<Vec<_>>().join("; ");
-        self.why = lines(Some(text.clone().unwrap_or_else(|| self.plain(&halt.why))));
+        self.last_halt = lines(Some(text.clone().unwrap_or_else(|| self.describe_halt(&halt.reason))));
         let text = lines(text);
         (reason, (!text.is_empty()).then_some(text))
     }
 
-    fn told(&self, why: &Why) -> Told {
+    fn stop_report(&self, why: &HaltReason) -> StopReport {
         use SingleThreadStopReason as Reason;
-        let place = |pc: &u32| self.session.scope.source().place(*pc);
+        let place = |pc: &u32| self.session.scope.source().describe_word(*pc);
         let signal = |signal| Reason::SignalWithThread { tid: (), signal };
         match why {
-            Why::Done | Why::Limit => (signal(Signal::SIGTRAP), None),
-            Why::Interrupted => (signal(Signal::SIGINT), None),
-            Why::Beginning => (Reason::ReplayLog { tid: None, pos: ReplayLogPosition::Begin }, None),
-            Why::Points(hits) => (self.hit(hits), None),
+            HaltReason::Done | HaltReason::Limit => (signal(Signal::SIGTRAP), None),
+            HaltReason::Interrupted => (signal(Signal::SIGINT), None),
+            HaltReason::Beginning => (Reason::ReplayLog { tid: None, pos: ReplayLogPosition::Begin }, None),
+            HaltReason::Points(hits) => (self.stop_of_hits(hits), None),
             // Any signal but SIGTRAP ends a `step` of gdb's, which would go on for ever.
-            Why::Halted => {
+            HaltReason::Halted => {
                 (signal(Signal::SIGSTOP), Some("the program has ended: nothing can wake the chip any more".to_owned()))
             }
-            Why::Waits => (
+            HaltReason::BlockedOnInput => (
                 signal(Signal::SIGSTOP),
                 Some("only something from outside can change what the program does".to_owned()),
             ),
-            Why::Illegal { pc, word } => {
+            HaltReason::Illegal { pc, word } => {
                 let text = format!("0x{word:04x} at {} is no instruction of this chip", place(pc));
                 (signal(Signal::SIGILL), Some(text))
             }
-            Why::Fault { pc, fault } => {
+            HaltReason::Fault { pc, fault } => {
                 let number = match fault {
-                    Fault::UninitialisedRead { .. } => Signal::SIGSEGV,
-                    Fault::LeavesProgram { .. } | Fault::NoEnd => Signal::SIGBUS,
+                    ProgramFault::UninitialisedRead { .. } => Signal::SIGSEGV,
+                    ProgramFault::JumpOutOfProgram { .. } | ProgramFault::CycleTooLong => Signal::SIGBUS,
                 };
                 (signal(number), Some(format!("{fault}, at {}", place(pc))))
             }
@@ -90,32 +90,32 @@ impl Stub<'_> {
     }
 
     /// The stop of points: a breakpoint goes before a watchpoint, whose access lies before it.
-    fn hit(&self, hits: &[Hit]) -> SingleThreadStopReason<u32> {
+    fn stop_of_hits(&self, hits: &[PointHit]) -> SingleThreadStopReason<u32> {
         use SingleThreadStopReason as Reason;
-        let mut set: Vec<_> = hits.iter().filter_map(|hit| self.set.iter().find(|set| set.id == hit.id)).collect();
-        set.sort_by_key(|set| matches!(set.asked, Asked::Watch(..)));
-        match set.first().map(|set| (set.asked, set.addr)) {
-            Some((Asked::Soft, _)) => Reason::SwBreak(()),
-            Some((Asked::Hard, _)) => Reason::HwBreak(()),
-            Some((Asked::Watch(kind, _), addr)) => Reason::Watch { tid: (), kind, addr },
+        let mut set: Vec<_> = hits.iter().filter_map(|hit| self.points.iter().find(|set| set.id == hit.id)).collect();
+        set.sort_by_key(|set| matches!(set.kind, GdbPointKind::Watch(..)));
+        match set.first().map(|set| (set.kind, set.addr)) {
+            Some((GdbPointKind::Soft, _)) => Reason::SwBreak(()),
+            Some((GdbPointKind::Hard, _)) => Reason::HwBreak(()),
+            Some((GdbPointKind::Watch(kind, _), addr)) => Reason::Watch { tid: (), kind, addr },
             // Not gdb's own.
             None => Reason::SignalWithThread { tid: (), signal: Signal::SIGTRAP },
         }
     }
 
-    fn plain(&self, why: &Why) -> String {
-        let place = self.session.scope.source().place(self.session.target().pc());
+    fn describe_halt(&self, why: &HaltReason) -> String {
+        let place = self.session.scope.source().describe_word(self.session.machine().pc());
         match why {
-            Why::Points(hits) if hits.iter().all(|hit| hit.write.is_none()) => format!("breakpoint at {place}"),
-            Why::Points(hits) => {
+            HaltReason::Points(hits) if hits.iter().all(|hit| hit.write.is_none()) => format!("breakpoint at {place}"),
+            HaltReason::Points(hits) => {
                 let by = hits.iter().find(|hit| hit.write.is_some());
                 let value = by.and_then(|hit| hit.new).map_or_else(String::new, |new| format!(" of 0x{new:02x}"));
                 let what = if by.and_then(|hit| hit.write) == Some(true) { "write" } else { "read" };
-                let from = by.map_or_else(String::new, |hit| self.session.scope.source().place(hit.pc));
+                let from = by.map_or_else(String::new, |hit| self.session.scope.source().describe_word(hit.pc));
                 format!("watchpoint: {what}{value} by {from}")
             }
-            Why::Interrupted => format!("interrupted at {place}"),
-            Why::Beginning => "the history begins here".to_owned(),
+            HaltReason::Interrupted => format!("interrupted at {place}"),
+            HaltReason::Beginning => "the history begins here".to_owned(),
             _ => format!("a step has ended at {place}"),
         }
     }
@@ -123,71 +123,71 @@ impl Stub<'_> {
 
 /// Steps through a line. A service routine that comes in between runs to its end first. A jump to itself that nothing can end is
 /// the end of the program, which single steps do not see.
-fn through(session: &mut Session, words: &Range<u32>, go_on: &mut dyn FnMut() -> bool) -> Halt {
-    let (mut depth, mut from) = (session.target().depth(), session.target().pc());
+fn step_range(session: &mut DebugSession, words: &Range<u32>, go_on: &mut dyn FnMut() -> bool) -> HaltResult {
+    let (mut depth, mut from) = (session.machine().stack_depth(), session.machine().pc());
     let mut service: Option<u32> = None;
     let mut turns = 0u64;
     let mut halted = false;
-    let halt = session.stroll(END_OF_TIME, true, go_on, &mut |session, flow, entered| {
-        let target = session.target();
+    let halt = session.step_until(LAST_CYCLE, true, go_on, &mut |session, flow, entered| {
+        let target = session.machine();
         match service {
             None if entered => service = Some(depth),
-            Some(before) if flow == Flow::Return && target.depth() <= before => service = None,
+            Some(before) if flow == CallFlow::Return && target.stack_depth() <= before => service = None,
             _ => {}
         }
-        depth = target.depth();
+        depth = target.stack_depth();
         turns = if target.pc() == from { turns + 1 } else { 0 };
         from = target.pc();
         // Asked more and more seldom, as it may be long until an interrupt comes.
         halted = turns.is_power_of_two() && {
             let mut copy = target.fork();
-            copy.set_traps(&BTreeSet::new());
-            copy.run(target.cycle() + 1, Look::Nothing, &mut ()) == Stop::Halted
+            copy.set_breakpoints(&BTreeSet::new());
+            copy.run(target.cycle() + 1, ObserveLevel::Nothing, &mut ()) == StopReason::Halted
         };
         halted || service.is_none() && !words.contains(&target.pc())
     });
-    if halted && halt.why == Why::Done { Halt { why: Why::Halted } } else { halt }
+    if halted && halt.reason == HaltReason::Done { HaltResult { reason: HaltReason::Halted } } else { halt }
 }
 
 /// Runs backwards. The session stands behind the instruction that a watchpoint has seen; gdb wants to be before it, where the old
 /// value is back.
-fn back(session: &mut Session, go_on: &mut dyn FnMut() -> bool) -> Halt {
-    if session.points.enabled().any(|point| !matches!(point.what, What::Code(_))) {
+fn run_back(session: &mut DebugSession, go_on: &mut dyn FnMut() -> bool) -> HaltResult {
+    if session.points.enabled().any(|point| !matches!(point.trigger, PointTrigger::Code(_))) {
         // The instruction that has just been executed may be such a one.
-        let now = session.target().cycle();
-        if session.back_stepi(1, &mut || true).why == Why::Done
-            && let Why::Points(hits) = session.stepi(1, now, &mut || true).why
+        let now = session.machine().cycle();
+        if session.step_back(1, &mut || true).reason == HaltReason::Done
+            && let HaltReason::Points(hits) = session.step_instructions(1, now, &mut || true).reason
         {
-            return undo(session, hits);
+            return step_before_access(session, hits);
         }
     }
-    match session.back_run(go_on).why {
-        Why::Points(hits) if !hits.iter().any(|hit| is_code(session, hit.id)) => undo(session, hits),
-        why => Halt { why },
+    match session.run_back(go_on).reason {
+        HaltReason::Points(hits) if !hits.iter().any(|hit| is_breakpoint(session, hit.id)) => step_before_access(session, hits),
+        why => HaltResult { reason: why },
     }
 }
 
 /// Goes back before the instruction that a watchpoint has seen; a breakpoint may be on it.
-fn undo(session: &mut Session, mut hits: Vec<Hit>) -> Halt {
-    session.back_stepi(1, &mut || true);
-    hits.extend(here(session));
-    Halt { why: Why::Points(hits) }
+fn step_before_access(session: &mut DebugSession, mut hits: Vec<PointHit>) -> HaltResult {
+    session.step_back(1, &mut || true);
+    hits.extend(breakpoints_here(session));
+    HaltResult { reason: HaltReason::Points(hits) }
 }
 
-fn is_code(session: &Session, id: u32) -> bool {
-    session.points.get(id).is_some_and(|point| matches!(point.what, What::Code(_)))
+fn is_breakpoint(session: &DebugSession, id: u32) -> bool {
+    session.points.get(id).is_some_and(|point| matches!(point.trigger, PointTrigger::Code(_)))
 }
 
 /// Breakpoints on the instruction that is next.
-fn here(session: &Session) -> Vec<Hit> {
-    let pc = session.target().pc();
-    let on = session.points.enabled().filter(|point| matches!(&point.what, What::Code(words) if words.contains(&pc)));
-    on.map(|point| Hit { id: point.id, old: None, new: None, write: None, pc }).collect()
+fn breakpoints_here(session: &DebugSession) -> Vec<PointHit> {
+    let pc = session.machine().pc();
+    let on = session.points.enabled().filter(|point| matches!(&point.trigger, PointTrigger::Code(words) if words.contains(&pc)));
+    on.map(|point| PointHit { id: point.id, old: None, new: None, write: None, pc }).collect()
 }
 
-impl SingleThreadResume for Stub<'_> {
+impl SingleThreadResume for GdbTarget<'_> {
     fn resume(&mut self, _signal: Option<Signal>) -> Result<(), Infallible> {
-        self.go = Go::On;
+        self.resume = ResumeKind::Continue;
         Ok(())
     }
     fn support_single_step(&mut self) -> Option<SingleThreadSingleStepOps<'_, Self>> {
@@ -204,31 +204,31 @@ impl SingleThreadResume for Stub<'_> {
     }
 }
 
-impl SingleThreadSingleStep for Stub<'_> {
+impl SingleThreadSingleStep for GdbTarget<'_> {
     fn step(&mut self, _signal: Option<Signal>) -> Result<(), Infallible> {
-        self.go = Go::Step;
+        self.resume = ResumeKind::Step;
         Ok(())
     }
 }
 
-impl SingleThreadRangeStepping for Stub<'_> {
+impl SingleThreadRangeStepping for GdbTarget<'_> {
     fn resume_range_step(&mut self, start: u32, end: u32) -> Result<(), Infallible> {
-        let per_word = self.session.target().chip().word_bytes.max(1);
-        self.go = Go::Through(start / per_word..end.div_ceil(per_word));
+        let per_word = self.session.machine().chip().word_bytes.max(1);
+        self.resume = ResumeKind::StepRange(start / per_word..end.div_ceil(per_word));
         Ok(())
     }
 }
 
-impl ReverseCont<()> for Stub<'_> {
+impl ReverseCont<()> for GdbTarget<'_> {
     fn reverse_cont(&mut self) -> Result<(), Infallible> {
-        self.go = Go::Back;
+        self.resume = ResumeKind::ReverseContinue;
         Ok(())
     }
 }
 
-impl ReverseStep<()> for Stub<'_> {
+impl ReverseStep<()> for GdbTarget<'_> {
     fn reverse_step(&mut self, (): ()) -> Result<(), Infallible> {
-        self.go = Go::BackStep;
+        self.resume = ResumeKind::ReverseStep;
         Ok(())
     }
 }

@@ -6,7 +6,7 @@ mod machine;
 use std::path::Path;
 use std::process::Command;
 
-use emu_core::image::{Lines, load_elf};
+use emu_core::image::{SourceLines, load_elf};
 
 /// The program is built without what differs from one machine to the other: its folder is not in it.
 #[test]
@@ -25,8 +25,8 @@ fn avr_gdb() {
 
     let chip = machine::chip("atmega328p");
     let bytes = std::fs::read(&elf).expect("what avr-gcc wrote");
-    let mut image = load_elf("program.elf", &bytes, chip.elf, chip.elf_machine).expect("an ELF file").image;
-    image.lines = Lines::of_elf("program.elf", bytes);
+    let mut image = load_elf("program.elf", &bytes, chip.elf_spaces, chip.elf_machine).expect("an ELF file").image;
+    image.lines = SourceLines::from_elf("program.elf", bytes);
     let (address, server) = machine::serving(chip, image, false, |_| {});
     // 100 s are for a gdb that waits for ever, and what it has said up to then is told.
     let gdb = Command::new("timeout")

@@ -19,14 +19,14 @@ mod regs;
 use emu_core::chip::Chip;
 use emu_core::pins::PinId;
 
-use crate::periph::map::{Flag, Line, Sfr};
+use crate::periph::map::{InterruptFlag, Pic16Line, Sfr};
 
 pub use bits::ALIASES;
-pub use config::{Config, Oscillator};
+pub use config::{ConfigLayout, OscillatorMode};
 pub use f87x::PIC16F873;
 
 /// All chips of this crate.
-pub const PARTS: &[Part] = &[
+pub const PIC16_PARTS: &[Pic16Part] = &[
     f8x::PIC16C71,
     f8x::PIC16C84,
     f8x::PIC16F84,
@@ -53,8 +53,8 @@ pub const PARTS: &[Part] = &[
 
 /// The part `name` (case aside).
 #[must_use]
-pub fn part(name: &str) -> Option<&'static Part> {
-    PARTS.iter().find(|p| p.chip.name.eq_ignore_ascii_case(name))
+pub fn part(name: &str) -> Option<&'static Pic16Part> {
+    PIC16_PARTS.iter().find(|p| p.chip.name.eq_ignore_ascii_case(name))
 }
 
 /// The chip `name` (case aside).
@@ -65,12 +65,12 @@ pub fn chip(name: &str) -> Option<&'static Chip> {
 
 /// All chips of this crate, in the order of [`PARTS`].
 pub fn chips() -> impl Iterator<Item = &'static Chip> {
-    PARTS.iter().map(|p| &p.chip)
+    PIC16_PARTS.iter().map(|p| &p.chip)
 }
 
 /// A chip, with what only this family has.
 #[derive(Debug)]
-pub struct Part {
+pub struct Pic16Part {
     /// What all families have. `regs` lists every register once, at its lowest address, by the name of this chip's data
     /// sheet.
     pub chip: Chip,
@@ -78,15 +78,15 @@ pub struct Part {
     pub sfr: &'static [(u16, Sfr)],
     /// Bits of registers by the names of the headers, in which strokes and bars are written out (GO_NOT_DONE, NOT_TO). Where
     /// a bit has several names the first is that of the data sheet.
-    pub bits: &'static [Bit],
+    pub bits: &'static [SfrBit],
     /// Ports.
-    pub ports: &'static [Port],
+    pub ports: &'static [PortPins],
     /// Master clear, where it has a pin of its own or shares one.
     pub mclr: PinId,
     /// Lines between parts and pins, and how they reach them.
-    pub lines: &'static [LineAt],
+    pub lines: &'static [PeripheralPin],
     /// Interrupt flags and their enables.
-    pub flags: &'static [FlagAt],
+    pub flags: &'static [FlagLocation],
     /// Analog inputs: the pin of AN0, AN1, ..
     pub analog: &'static [PinId],
     /// CCP modules: 0 to 2.
@@ -94,33 +94,33 @@ pub struct Part {
     /// There are timers 1 and 2.
     pub timers: bool,
     /// Synchronous serial port.
-    pub ssp: Ssp,
+    pub ssp: SspKind,
     /// There is a USART.
     pub usart: bool,
     /// Analog-to-digital converter.
-    pub adc: Adc,
+    pub adc: Pic16AdcKind,
     /// Comparators.
-    pub comparators: Comparators,
+    pub comparators: ComparatorKind,
     /// There is a parallel slave port on ports D and E.
     pub psp: bool,
     /// How the EEPROM and program memory are written by the program.
-    pub memory: Memory,
+    pub memory: NonvolatileKind,
     /// The oscillator on the chip.
-    pub internal: Internal,
+    pub internal: InternalOscillator,
     /// The configuration words.
-    pub config: Config,
+    pub config: ConfigLayout,
     /// The device ID at 2006h, revision bits 0; `None` where there is none.
     pub device_id: Option<u16>,
     /// Times.
-    pub times: Times,
+    pub times: TimingRanges,
 }
 
 /// A named bit: register, name, number.
-pub type Bit = (Sfr, &'static str, u8);
+pub type SfrBit = (Sfr, &'static str, u8);
 
 /// What an address of data memory is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum FileSlot {
     /// RAM, and the address under which the byte is kept.
     Ram(u16),
     /// A register.
@@ -129,27 +129,27 @@ pub enum Place {
     None,
 }
 
-impl Part {
+impl Pic16Part {
     /// What stands at `addr` in data memory, 0 to 1FFh. Higher bits are not decoded.
     #[must_use]
-    pub fn place(&self, addr: u16) -> Place {
+    pub fn file_slot(&self, addr: u16) -> FileSlot {
         let addr = addr & 0x1FF;
         if let Some(&(_, sfr)) = self.sfr.iter().find(|s| s.0 == addr) {
-            return Place::Sfr(sfr);
+            return FileSlot::Sfr(sfr);
         }
-        match self.chip.ram_map.iter().find(|r| r.first <= addr && addr <= r.last) {
-            Some(r) => Place::Ram(r.kept + (addr - r.first)),
-            None => Place::None,
+        match self.chip.ram_ranges.iter().find(|r| r.first <= addr && addr <= r.last) {
+            Some(r) => FileSlot::Ram(r.canonical + (addr - r.first)),
+            None => FileSlot::None,
         }
     }
 
     /// [`Part::place`] of all addresses: for those who look places up often.
     #[must_use]
-    pub fn places(&self) -> [Place; 0x200] {
+    pub fn file_slots(&self) -> [FileSlot; 0x200] {
         let mut addr = 0;
         [(); 0x200].map(|()| {
             addr += 1;
-            self.place(addr - 1)
+            self.file_slot(addr - 1)
         })
     }
 
@@ -167,14 +167,14 @@ impl Part {
 
     /// The line's row, where the chip has the line.
     #[must_use]
-    pub fn line(&self, line: Line) -> Option<&'static LineAt> {
+    pub fn line(&self, line: Pic16Line) -> Option<&'static PeripheralPin> {
         self.lines.iter().find(|l| l.line == line)
     }
 }
 
 /// A port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Port {
+pub struct PortPins {
     /// PORTA to PORTE.
     pub port: Sfr,
     /// TRISA to TRISE.
@@ -192,9 +192,9 @@ pub const NO_PIN: PinId = PinId::MAX;
 
 /// A line and its pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct LineAt {
+pub struct PeripheralPin {
     /// The line.
-    pub line: Line,
+    pub line: Pic16Line,
     /// Its pin.
     pub pin: PinId,
     /// What a part drives reaches the pin even where TRIS makes it an input.
@@ -203,9 +203,9 @@ pub struct LineAt {
 
 /// Where a flag and its enable stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct FlagAt {
+pub struct FlagLocation {
     /// The flag.
-    pub flag: Flag,
+    pub flag: InterruptFlag,
     /// Register and bit of the flag.
     pub at: (Sfr, u8),
     /// Register and bit of its enable.
@@ -216,7 +216,7 @@ pub struct FlagAt {
 
 /// Synchronous serial port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ssp {
+pub enum SspKind {
     /// None.
     None,
     /// SSP: SPI, and I2C as slave (and master by software).
@@ -229,7 +229,7 @@ pub enum Ssp {
 
 /// Analog-to-digital converter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Adc {
+pub enum Pic16AdcKind {
     /// None.
     None,
     /// 8 bits (16C71).
@@ -244,7 +244,7 @@ pub enum Adc {
 
 /// Comparators and their reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Comparators {
+pub enum ComparatorKind {
     /// None.
     None,
     /// 16F62x: outputs on RA3, RA4; VREF.
@@ -257,7 +257,7 @@ pub enum Comparators {
 
 /// How the program writes EEPROM and program memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Memory {
+pub enum NonvolatileKind {
     /// Neither (16C71).
     None,
     /// EEPROM only, EEIF in EECON1 (16F84).
@@ -276,7 +276,7 @@ pub enum Memory {
 
 /// The oscillator on the chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Internal {
+pub enum InternalOscillator {
     /// None.
     None,
     /// 4 MHz, or slow by OSCF in PCON (16F62x): the slow frequency in Hz.
@@ -287,7 +287,7 @@ pub enum Internal {
 
 /// Times in microseconds: minimum, typical, maximum (data sheet, "Electrical characteristics", tables of AC parameters).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Times {
+pub struct TimingRanges {
     /// Watchdog period without prescaler.
     pub wdt: [u32; 3],
     /// Power-up timer.

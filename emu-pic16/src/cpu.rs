@@ -4,35 +4,35 @@ use std::sync::Arc;
 
 use emu_core::chip::Chip;
 use emu_core::countdown::Countdown;
-use emu_core::cpu::{Bus, Cpu, NEVER, Probe, RamInit, Reset, Stop};
-use emu_core::engine::{self, Engine, Looks, Mark};
+use emu_core::cpu::{Bus, Cpu, NEVER, Probe, RamInit, ResetCause, StopReason};
+use emu_core::engine::{self, CpuEngine, RunState, InstructionMark};
 use emu_core::image::Image;
-use emu_core::pins::{Event, Level, PinId, Time};
-use emu_core::state::Damaged;
+use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use emu_core::state::SnapshotDamaged;
 
-use crate::chips::{self, Part};
-use crate::hot::{BANK, Hot, PD, TO};
+use crate::chips::{self, Pic16Part};
+use crate::core_state::{BANK, CoreRegisters, PD, TO};
 use crate::isa::{Kind, SPAN};
-use crate::lint::Lints;
-use crate::operands::Place;
-use crate::options::power_up;
-pub use crate::options::{Corner, Options, Readings};
+use crate::lint::LintState;
+use crate::operands::FileAddress;
+use crate::options::power_up_ram;
+pub use crate::options::{TimingCorner, Options, Pic16Readings};
 use crate::periph::map::Sfr;
-use crate::predecode::Code;
-use crate::soc::{Order, Soc};
-use crate::turn::{DATA, OPS, Turn};
+use crate::predecode::CodeMemory;
+use crate::soc::{CoreRequest, Pic16Soc};
+use crate::executor::{DATA_ADDRESSES, OPS, Executor};
 
 /// A mid-range PIC16 with its program. A clone is a snapshot; program memory is shared until it changes.
 #[derive(Debug, Clone)]
 pub struct Pic16 {
-    pub(crate) part: &'static Part,
-    pub(crate) hot: Hot,
-    pub(crate) ram: [u8; DATA],
+    pub(crate) part: &'static Pic16Part,
+    pub(crate) core: CoreRegisters,
+    pub(crate) ram: [u8; DATA_ADDRESSES],
     pub(crate) stack: [u16; 8],
-    pub(crate) code: Arc<Code>,
-    pub(crate) soc: Soc,
-    pub(crate) looks: Looks,
-    pub(crate) lints: Lints,
+    pub(crate) code: Arc<CodeMemory>,
+    pub(crate) soc: Pic16Soc,
+    pub(crate) run_state: RunState,
+    pub(crate) lints: LintState,
     /// What RAM holds after power-up.
     init: RamInit,
 }
@@ -49,63 +49,63 @@ impl Pic16 {
     #[must_use]
     pub fn with(chip: &'static Chip, image: &Image, init: RamInit, options: Options) -> Pic16 {
         let part = chips::part(chip.name).unwrap_or(&chips::PIC16F873);
-        let ram = power_up(init, 0);
+        let ram = power_up_ram(init, 0);
         let cells = |space: &str, count: u32| -> Vec<u16> {
             let mut bytes = vec![0xFF; 2 * count as usize];
             image.fill(space, &mut bytes);
             bytes.chunks_exact(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect()
         };
-        let eeprom: Vec<u8> = cells("eeprom", part.chip.eeprom.into()).iter().map(|&cell| cell as u8).collect();
-        let mut places = Box::new([Place::NONE; DATA]);
-        for (place, found) in places.iter_mut().zip(part.places()) {
+        let eeprom: Vec<u8> = cells("eeprom", part.chip.eeprom_bytes.into()).iter().map(|&cell| cell as u8).collect();
+        let mut places = Box::new([FileAddress::NONE; DATA_ADDRESSES]);
+        for (place, found) in places.iter_mut().zip(part.file_slots()) {
             *place = match found {
-                chips::Place::Ram(kept) => Place(kept % DATA as u16),
-                chips::Place::Sfr(sfr) => Place::sfr(sfr),
-                chips::Place::None => Place::NONE,
+                chips::FileSlot::Ram(kept) => FileAddress(kept % DATA_ADDRESSES as u16),
+                chips::FileSlot::Sfr(sfr) => FileAddress::sfr(sfr),
+                chips::FileSlot::None => FileAddress::NONE,
             };
         }
-        let words = part.chip.flash / 2;
+        let words = part.chip.flash_bytes / 2;
         let mut pic = Pic16 {
             part,
-            hot: Hot::START,
+            core: CoreRegisters::START,
             ram,
             stack: [0; 8],
-            code: Arc::new(Code::new(&cells("flash", words), words, places)),
-            soc: Soc::new(part, options, &cells("config", 16), &eeprom),
-            looks: Looks::START,
-            lints: Lints::default(),
+            code: Arc::new(CodeMemory::new(&cells("flash", words), words, places)),
+            soc: Pic16Soc::new(part, options, &cells("config", 16), &eeprom),
+            run_state: RunState::START,
+            lints: LintState::default(),
             init,
         };
-        pic.hot.time.force();
+        pic.core.clock.expire();
         pic
     }
 
     /// Turns the jumping over of polling loops on (as it is at first) or off. Results do not change, only the time taken.
-    pub fn set_skip(&mut self, on: bool) {
-        self.looks.skip = on;
+    pub fn set_skip_idle_loops(&mut self, on: bool) {
+        self.run_state.skip_idle_loops = on;
     }
 
     /// The chip around the core.
     #[must_use]
-    pub fn soc(&self) -> &Soc {
+    pub fn soc(&self) -> &Pic16Soc {
         &self.soc
     }
 
     /// The eight places of the stack, and the one that the next push takes.
     #[must_use]
     pub fn stack(&self) -> (&[u16; 8], usize) {
-        (&self.stack, self.hot.sp as usize % 8)
+        (&self.stack, self.core.sp as usize % 8)
     }
 
     /// The core at its boundary, ready for a burst.
-    fn turn<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Turn<'a, P>, &'a Code) {
-        let code: &Code = &self.code;
-        let turn = Turn {
-            hot: self.hot,
+    fn executor<'a, P: Probe>(&'a mut self, probe: &'a mut P) -> (Executor<'a, P>, &'a CodeMemory) {
+        let code: &CodeMemory = &self.code;
+        let turn = Executor {
+            core: self.core,
             ram: &mut self.ram,
             stack: &mut self.stack,
-            places: &code.places,
-            lowest: &code.lowest,
+            file_addresses: &code.file_addresses,
+            lowest_addresses: &code.lowest_addresses,
             lints: &mut self.lints,
             words: &code.words,
             bus: &mut self.soc,
@@ -115,58 +115,58 @@ impl Pic16 {
     }
 
     fn set_fsr(&mut self, value: u32) {
-        self.hot.pointer = self.hot.pointer & 0x100 | value;
+        self.core.indirect_address = self.core.indirect_address & 0x100 | value;
     }
 
     fn op_index(&self, pc: u32) -> usize {
-        (self.hot.at & BANK | pc) as usize % OPS
+        (self.core.at & BANK | pc) as usize % OPS
     }
 
     /// Reads a place without side effects.
-    fn peek_place(&self, place: Place) -> u8 {
-        match core_register(place) {
-            Some(Sfr::STATUS) => self.hot.status(),
-            Some(Sfr::FSR) => self.hot.pointer as u8,
-            Some(Sfr::PCL) => self.hot.at as u8,
-            Some(Sfr::PCLATH) => self.hot.pclath as u8,
+    fn peek_address(&self, place: FileAddress) -> u8 {
+        match as_core_register(place) {
+            Some(Sfr::STATUS) => self.core.status(),
+            Some(Sfr::FSR) => self.core.indirect_address as u8,
+            Some(Sfr::PCL) => self.core.at as u8,
+            Some(Sfr::PCLATH) => self.core.pclath as u8,
             Some(_) => 0,
-            None if place.0 < DATA as u16 => self.ram[usize::from(place.0)],
-            None => self.soc.peek(place.0 - DATA as u16, self.cycle()),
+            None if place.0 < DATA_ADDRESSES as u16 => self.ram[usize::from(place.0)],
+            None => self.soc.peek(place.0 - DATA_ADDRESSES as u16, self.cycle()),
         }
     }
 
-    fn poke_place(&mut self, place: Place, value: u8) {
-        match core_register(place) {
+    fn poke_address(&mut self, place: FileAddress, value: u8) {
+        match as_core_register(place) {
             Some(Sfr::STATUS) => {
-                self.hot.set_status(value.into());
-                self.hot.to_pd = u32::from(value) & (TO | PD);
+                self.core.set_status(value.into());
+                self.core.timeout_bits = u32::from(value) & (TO | PD);
             }
             Some(Sfr::FSR) => self.set_fsr(value.into()),
-            Some(Sfr::PCL) => self.set_pc(self.hot.pclath << 8 | u32::from(value)),
-            Some(Sfr::PCLATH) => self.hot.pclath = u32::from(value) & 0x1F,
+            Some(Sfr::PCL) => self.set_pc(self.core.pclath << 8 | u32::from(value)),
+            Some(Sfr::PCLATH) => self.core.pclath = u32::from(value) & 0x1F,
             Some(_) => {}
-            None if place.0 < DATA as u16 => self.ram[usize::from(place.0)] = value,
+            None if place.0 < DATA_ADDRESSES as u16 => self.ram[usize::from(place.0)] = value,
             None => {
                 let now = self.cycle();
-                self.soc.poke(place.0 - DATA as u16, value, now);
+                self.soc.poke(place.0 - DATA_ADDRESSES as u16, value, now);
             }
         }
     }
 
     /// The place of an address of data memory; INDF is where FSR points.
-    fn place(&self, addr: u16) -> Place {
-        match self.code.places[usize::from(addr) % DATA] {
-            place if place == Place::sfr(Sfr::INDF) => self.code.places[self.hot.pointer as usize % DATA],
+    fn file_address(&self, addr: u16) -> FileAddress {
+        match self.code.file_addresses[usize::from(addr) % DATA_ADDRESSES] {
+            place if place == FileAddress::sfr(Sfr::INDF) => self.code.file_addresses[self.core.indirect_address as usize % DATA_ADDRESSES],
             place => place,
         }
     }
 }
 
 /// The register of the core at a place.
-fn core_register(place: Place) -> Option<Sfr> {
+fn as_core_register(place: FileAddress) -> Option<Sfr> {
     const CORE: [Sfr; 5] = [Sfr::INDF, Sfr::PCL, Sfr::STATUS, Sfr::FSR, Sfr::PCLATH];
-    let nowhere = (place == Place::NONE).then_some(Sfr::INDF);
-    CORE.into_iter().find(|&sfr| place == Place::sfr(sfr)).or(nowhere)
+    let nowhere = (place == FileAddress::NONE).then_some(Sfr::INDF);
+    CORE.into_iter().find(|&sfr| place == FileAddress::sfr(sfr)).or(nowhere)
 }
 
 impl Cpu for Pic16 {
@@ -178,100 +178,100 @@ impl Cpu for Pic16 {
         4
     }
 
-    fn reset(&mut self, why: Reset) {
-        self.hot.time.force();
-        let now = self.hot.time.now();
-        let (hot, asleep) = (self.hot, self.soc.in_standby());
+    fn reset(&mut self, why: ResetCause) {
+        self.core.clock.expire();
+        let now = self.core.clock.now();
+        let (hot, asleep) = (self.core, self.soc.in_standby());
         // DS30292, tables 12-3 and 12-6: what a reset leaves as it was, and TO and PD by its cause.
         let to_pd = match (why, asleep) {
-            (Reset::PowerOn | Reset::BrownOut, _) => TO | PD,
-            (Reset::External, false) => hot.to_pd,
-            (Reset::External, true) => TO,
-            (Reset::Watchdog, _) => PD,
+            (ResetCause::PowerOn | ResetCause::BrownOut, _) => TO | PD,
+            (ResetCause::External, false) => hot.timeout_bits,
+            (ResetCause::External, true) => TO,
+            (ResetCause::Watchdog, _) => PD,
         };
-        self.hot = Hot {
-            time: hot.time,
+        self.core = CoreRegisters {
+            clock: hot.clock,
             w: hot.w,
             z: hot.z,
             dc: hot.dc,
             c: hot.c,
-            pointer: hot.pointer & 0xFF,
-            to_pd,
-            ..Hot::START
+            indirect_address: hot.indirect_address & 0xFF,
+            timeout_bits: to_pd,
+            ..CoreRegisters::START
         };
-        self.looks.passing = None;
-        self.lints = Lints::default();
-        if why == Reset::PowerOn {
-            self.ram = power_up(self.init, now);
+        self.run_state.breakpoint_to_pass = None;
+        self.lints = LintState::default();
+        if why == ResetCause::PowerOn {
+            self.ram = power_up_ram(self.init, now);
         }
         self.soc.reset(why, now);
     }
 
     fn cycle(&self) -> u64 {
-        self.hot.time.now()
+        self.core.clock.now()
     }
 
     fn instructions(&self) -> u64 {
-        self.hot.time.instructions()
+        self.core.clock.instructions()
     }
 
     fn pc(&self) -> u32 {
-        self.hot.pc()
+        self.core.pc()
     }
 
     fn set_pc(&mut self, pc: u32) {
-        self.hot.set_pc(pc);
-        self.looks.passing = None;
-        self.hot.time.force();
+        self.core.set_pc(pc);
+        self.run_state.breakpoint_to_pass = None;
+        self.core.clock.expire();
     }
 
     fn reg(&self, name: &str) -> Option<u32> {
         Some(match name.to_ascii_uppercase().as_str() {
-            "W" => self.hot.w,
-            "STATUS" => self.hot.status().into(),
-            "FSR" => self.hot.pointer & 0xFF,
-            "PCLATH" => self.hot.pclath,
+            "W" => self.core.w,
+            "STATUS" => self.core.status().into(),
+            "FSR" => self.core.indirect_address & 0xFF,
+            "PCLATH" => self.core.pclath,
             "PC" => self.pc(),
             _ => return None,
         })
     }
 
-    fn regs(&self, into: &mut Vec<u32>) {
+    fn read_regs(&self, into: &mut Vec<u32>) {
         into.clear();
-        let status = self.hot.status().into();
-        into.extend([self.hot.w, status, self.hot.pointer & 0xFF, self.hot.pclath, self.pc()]);
+        let status = self.core.status().into();
+        into.extend([self.core.w, status, self.core.indirect_address & 0xFF, self.core.pclath, self.pc()]);
     }
 
     fn return_stack(&self) -> Vec<u32> {
-        (1..=8).map(|back| self.stack[(self.hot.sp as usize + 8 - back) % 8].into()).collect()
+        (1..=8).map(|back| self.stack[(self.core.sp as usize + 8 - back) % 8].into()).collect()
     }
 
-    fn depth(&self) -> u32 {
-        self.hot.sp % 8
+    fn stack_depth(&self) -> u32 {
+        self.core.sp % 8
     }
 
     fn interrupt_flags(&self) -> Vec<&'static str> {
-        self.soc.wanted_flags(self.cycle())
+        self.soc.requesting_flags(self.cycle())
     }
 
     fn set_reg(&mut self, name: &str, value: u32) -> bool {
         match name.to_ascii_uppercase().as_str() {
-            "W" => self.hot.w = value & 0xFF,
-            "STATUS" => self.poke_place(Place::sfr(Sfr::STATUS), value as u8),
+            "W" => self.core.w = value & 0xFF,
+            "STATUS" => self.poke_address(FileAddress::sfr(Sfr::STATUS), value as u8),
             "FSR" => self.set_fsr(value & 0xFF),
-            "PCLATH" => self.hot.pclath = value & 0x1F,
+            "PCLATH" => self.core.pclath = value & 0x1F,
             "PC" => self.set_pc(value),
             _ => return false,
         }
-        self.hot.time.force();
+        self.core.clock.expire();
         true
     }
 
     fn peek(&self, space: &str, addr: u32) -> Option<u8> {
         let index = addr as usize;
         match space {
-            "data" if index < DATA => Some(self.peek_place(self.place(addr as u16))),
-            "flash" if addr < self.part.chip.flash => Some(self.code.words[index / 2].to_le_bytes()[index % 2]),
+            "data" if index < DATA_ADDRESSES => Some(self.peek_address(self.file_address(addr as u16))),
+            "flash" if addr < self.part.chip.flash_bytes => Some(self.code.words[index / 2].to_le_bytes()[index % 2]),
             "eeprom" => self.soc.eeprom().get(index).copied(),
             "config" if index < 32 => Some(self.soc.config(index / 2).to_le_bytes()[index % 2]),
             _ => None,
@@ -281,8 +281,8 @@ impl Cpu for Pic16 {
     fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool {
         let index = addr as usize;
         match space {
-            "data" if index < DATA => self.poke_place(self.place(addr as u16), value),
-            "flash" if addr < self.part.chip.flash => {
+            "data" if index < DATA_ADDRESSES => self.poke_address(self.file_address(addr as u16), value),
+            "flash" if addr < self.part.chip.flash_bytes => {
                 let mut bytes = self.code.words[index / 2].to_le_bytes();
                 bytes[index % 2] = value;
                 Arc::make_mut(&mut self.code).poke(addr / 2, u16::from_le_bytes(bytes));
@@ -290,148 +290,148 @@ impl Cpu for Pic16 {
             "eeprom" if index < self.soc.eeprom().len() => self.soc.set_eeprom(index, value),
             _ => return false,
         }
-        self.hot.time.force();
+        self.core.clock.expire();
         true
     }
 
-    fn trap(&mut self, pc: u32, on: bool) {
+    fn set_breakpoint(&mut self, pc: u32, on: bool) {
         let pc = pc % SPAN as u32;
-        if self.code.has_trap(pc) != on && Arc::make_mut(&mut self.code).trap(pc, on) {
-            self.looks.passing = self.looks.passing.filter(|&p| on || p != pc);
+        if self.code.has_breakpoint(pc) != on && Arc::make_mut(&mut self.code).set_breakpoint(pc, on) {
+            self.run_state.breakpoint_to_pass = self.run_state.breakpoint_to_pass.filter(|&p| on || p != pc);
         }
     }
 
-    fn level(&self, pin: PinId) -> Level {
+    fn pin_level(&self, pin: PinId) -> PinLevel {
         self.soc.level(pin)
     }
 
-    fn stopping(&self) -> Option<u8> {
-        self.soc.stopping()
+    fn byte_in_stop_bit(&self) -> Option<u8> {
+        self.soc.byte_in_stop_bit()
     }
 
-    fn drive(&mut self, at: Time, pin: PinId, level: Level) {
+    fn drive(&mut self, at: CycleTime, pin: PinId, level: PinLevel) {
         let now = self.cycle();
         self.soc.drive(at, now, pin, level);
-        self.hot.time.force();
+        self.core.clock.expire();
     }
 
-    fn drive_volts(&mut self, at: Time, pin: PinId, millivolts: u32) -> bool {
+    fn drive_volts(&mut self, at: CycleTime, pin: PinId, millivolts: u32) -> bool {
         let now = self.cycle();
-        self.soc.put_volts(at, now, pin, millivolts);
-        self.hot.time.force();
+        self.soc.queue_volts(at, now, pin, millivolts);
+        self.core.clock.expire();
         true
     }
 
-    fn supply(&mut self, at: Time, millivolts: u32) -> bool {
+    fn set_supply(&mut self, at: CycleTime, millivolts: u32) -> bool {
         let now = self.cycle();
-        self.soc.put_supply(at, now, millivolts);
-        self.hot.time.force();
+        self.soc.queue_supply(at, now, millivolts);
+        self.core.clock.expire();
         true
     }
 
-    fn ram_at(&self, addr: u32) -> Option<u32> {
-        let place = u16::try_from(addr).ok().filter(|&addr| usize::from(addr) < DATA).map(|addr| self.part.place(addr));
+    fn canonical_ram_address(&self, addr: u32) -> Option<u32> {
+        let place = u16::try_from(addr).ok().filter(|&addr| usize::from(addr) < DATA_ADDRESSES).map(|addr| self.part.file_slot(addr));
         match place {
-            Some(chips::Place::Ram(kept)) => Some(kept.into()),
+            Some(chips::FileSlot::Ram(kept)) => Some(kept.into()),
             _ => None,
         }
     }
 
     fn save(&self) -> Vec<u8> {
-        self.to_bytes()
+        self.to_snapshot()
     }
 
-    fn restore(&mut self, bytes: &[u8]) -> Result<(), Damaged> {
-        *self = self.of_bytes(bytes)?;
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
+        *self = self.from_snapshot(bytes)?;
         Ok(())
     }
 
-    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
+    fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
         engine::run(self, until, probe)
     }
 
-    fn sleeps(&self) -> bool {
-        Engine::asleep(self)
+    fn is_asleep(&self) -> bool {
+        CpuEngine::is_core_asleep(self)
     }
 
-    fn insist(&mut self, on: bool) {
-        self.looks.insists = on;
+    fn set_run_while_halted(&mut self, on: bool) {
+        self.run_state.run_while_halted = on;
     }
 
-    fn waits_for_ever(&mut self) -> bool {
-        engine::waits_for_ever(self)
+    fn is_blocked_on_input(&mut self) -> bool {
+        engine::is_blocked_on_input(self)
     }
 
-    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> Stop {
+    fn step_until<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
         engine::step_until(self, until, probe)
     }
 }
 
-impl Engine for Pic16 {
-    type Held = (u32, u8, u32, u32);
+impl CpuEngine for Pic16 {
+    type CoreState = (u32, u8, u32, u32);
 
     fn clock(&mut self) -> &mut Countdown {
-        &mut self.hot.time
+        &mut self.core.clock
     }
-    fn stop(&mut self) -> &mut bool {
-        &mut self.hot.stop
+    fn stop_requested(&mut self) -> &mut bool {
+        &mut self.core.stop_requested
     }
-    fn escaped(&mut self) -> &mut bool {
-        &mut self.hot.escape
+    fn slow_path_requested(&mut self) -> &mut bool {
+        &mut self.core.slow_path_requested
     }
-    fn looks(&mut self) -> &mut Looks {
-        &mut self.looks
+    fn run_state(&mut self) -> &mut RunState {
+        &mut self.run_state
     }
     fn fire(&mut self, now: u64) -> u64 {
         self.soc.fire(now)
     }
-    fn log(&mut self, on: bool) {
+    fn set_event_log(&mut self, on: bool) {
         let now = self.cycle();
-        self.soc.log(on, now);
+        self.soc.set_event_log(on, now);
     }
-    fn drain(&mut self) -> Option<Event> {
-        self.soc.drain()
+    fn next_event(&mut self) -> Option<ChipEvent> {
+        self.soc.next_event()
     }
-    fn reset_requested(&mut self) -> Option<Reset> {
-        self.soc.reset_requested()
+    fn requested_reset(&mut self) -> Option<ResetCause> {
+        self.soc.requested_reset()
     }
 
-    fn obey(&mut self) -> bool {
-        let now = self.hot.time.now();
-        let Some(order) = self.soc.order(now) else { return false };
+    fn apply_request(&mut self) -> bool {
+        let now = self.core.clock.now();
+        let Some(order) = self.soc.next_request(now) else { return false };
         match order {
-            Order::Woken { by_watchdog } => {
+            CoreRequest::EndStandby { by_watchdog } => {
                 // DS30292, table 12-3: the watchdog clears TO as it wakes; SLEEP has cleared PD.
                 if by_watchdog {
-                    self.hot.to_pd = 0;
+                    self.core.timeout_bits = 0;
                 }
             }
-            Order::ReadWord { addr } => {
+            CoreRequest::ReadWord { addr } => {
                 let word = self.code.words[usize::from(addr) % SPAN];
-                self.soc.word_read(word);
+                self.soc.finish_flash_read(word);
             }
-            Order::WriteWords { addr, words, erased } => {
+            CoreRequest::WriteWords { addr, words, erased } => {
                 let code = Arc::make_mut(&mut self.code);
                 for (at, word) in (u32::from(addr)..).zip(words) {
                     let old = if erased { 0x3FFF } else { code.words[at as usize % SPAN] };
                     code.poke(at, old & word);
                 }
             }
-            Order::Stand { until } => {
-                self.hot.time.pass(until - now);
-                self.hot.time.force();
+            CoreRequest::Stall { until } => {
+                self.core.clock.advance_cycles(until - now);
+                self.core.clock.expire();
             }
-            Order::Ignore { until } => {
-                self.hot.time.pass(until - now);
-                self.hot.time.force();
-                self.hot.set_pc(self.hot.pc() + (until - now) as u32);
+            CoreRequest::Ignore { until } => {
+                self.core.clock.advance_cycles(until - now);
+                self.core.clock.expire();
+                self.core.set_pc(self.core.pc() + (until - now) as u32);
             }
         }
         true
     }
 
-    fn interrupt_pending(&self, now: u64) -> bool {
-        self.soc.pending(now).is_some()
+    fn has_pending_interrupt(&self, now: u64) -> bool {
+        self.soc.pending_interrupt(now).is_some()
     }
 
     fn enter_interrupt<P: Probe>(&mut self, now: u64, probe: &mut P) -> bool {
@@ -439,57 +439,57 @@ impl Engine for Pic16 {
         // Two cycles without an instruction; the second cycle of the instruction before counts when the interrupt was there by
         // then, so that the latency is the same after instructions of one and two cycles (DS30292, 12.10.1).
         let cycles = if since < now { 1 } else { 2 };
-        self.soc.take(1, now);
-        probe.irq(now, 1);
-        self.hot = self.turn(probe).0.interrupt(cycles);
+        self.soc.acknowledge_interrupt(1, now);
+        probe.on_interrupt(now, 1);
+        self.core = self.executor(probe).0.enter_interrupt(cycles);
         true
     }
 
-    fn asleep(&self) -> bool {
-        self.soc.asleep()
+    fn is_core_asleep(&self) -> bool {
+        self.soc.is_asleep()
     }
-    fn halted(&self) -> bool {
-        !self.soc.busy() && !self.soc.can_wake(true)
+    fn is_halted(&self) -> bool {
+        !self.soc.is_busy() && !self.soc.can_wake(true)
     }
-    fn has_trap(&self, pc: u32) -> bool {
-        self.code.has_trap(pc)
+    fn has_breakpoint(&self, pc: u32) -> bool {
+        self.code.has_breakpoint(pc)
     }
-    fn mark(&self, pc: u32) -> Mark {
-        self.code.mark(self.hot.at & BANK, pc)
+    fn instruction_mark(&self, pc: u32) -> InstructionMark {
+        self.code.instruction_mark(self.core.at & BANK, pc)
     }
-    fn head(&self, end: u32) -> Option<u32> {
-        self.code.look(self.hot.at & BANK, end).map(|found| found.head)
+    fn loop_head(&self, end: u32) -> Option<u32> {
+        self.code.loop_plan(self.core.at & BANK, end).map(|found| found.head)
     }
-    fn steady(&self, end: u32, at: u64) -> u64 {
-        let looks = self.code.look(self.hot.at & BANK, end).map_or(&[][..], |found| &found.looks);
+    fn loop_steady_until(&self, end: u32, at: u64) -> u64 {
+        let looks = self.code.loop_plan(self.core.at & BANK, end).map_or(&[][..], |found| &found.registers_read);
         looks.iter().map(|&sfr| self.soc.steady_until(sfr as u16, at)).min().unwrap_or(NEVER)
     }
-    fn renews(&self, end: u32) -> bool {
-        self.code.look(self.hot.at & BANK, end).is_some_and(|found| found.renews)
+    fn loop_clears_watchdog(&self, end: u32) -> bool {
+        self.code.loop_plan(self.core.at & BANK, end).is_some_and(|found| found.clears_watchdog)
     }
-    fn counter(&self, end: u32) -> Option<u64> {
-        self.ram.get(usize::from(self.code.look(self.hot.at & BANK, end)?.counter?)).map(|&byte| byte.into())
+    fn loop_counter(&self, end: u32) -> Option<u64> {
+        self.ram.get(usize::from(self.code.loop_plan(self.core.at & BANK, end)?.counted_address?)).map(|&byte| byte.into())
     }
-    fn set_counter(&mut self, end: u32, value: u64) {
-        let place = self.code.look(self.hot.at & BANK, end).and_then(|found| found.counter);
+    fn set_loop_counter(&mut self, end: u32, value: u64) {
+        let place = self.code.loop_plan(self.core.at & BANK, end).and_then(|found| found.counted_address);
         place.and_then(|at| self.ram.get_mut(usize::from(at))).into_iter().for_each(|byte| *byte = value as u8);
     }
-    fn held(&self) -> Self::Held {
-        (self.hot.w, self.hot.status(), self.hot.pointer, self.hot.pclath)
+    fn core_state(&self) -> Self::CoreState {
+        (self.core.w, self.core.status(), self.core.indirect_address, self.core.pclath)
     }
 
     fn burst<P: Probe>(&mut self, looks: bool, probe: &mut P) {
-        let (turn, code) = self.turn(probe);
-        self.hot = turn.burst(&code.ops[usize::from(looks)]);
+        let (turn, code) = self.executor(probe);
+        self.core = turn.burst(&code.ops[usize::from(looks)]);
     }
 
-    fn single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), Stop> {
-        self.hot.set_pc(pc);
-        let op = self.code.plain[self.op_index(pc)];
+    fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), StopReason> {
+        self.core.set_pc(pc);
+        let op = self.code.ops_unmarked[self.op_index(pc)];
         if op.kind == Kind::Illegal {
-            return Err(Stop::Illegal { pc, word: self.code.words[pc as usize % SPAN] });
+            return Err(StopReason::Illegal { pc, word: self.code.words[pc as usize % SPAN] });
         }
-        self.hot = self.turn(probe).0.single(op);
+        self.core = self.executor(probe).0.single(op);
         Ok(())
     }
 }

@@ -4,13 +4,13 @@
 //! then it is read and written there. Results go there by `put`, those of instructions with flags by `put_alu`: where the target is
 //! STATUS its flags are left to the arithmetic ("Status Register" in section 5). Flags are set after the result is put.
 
-use emu_core::machine::{Machine, WordOps};
+use emu_core::machine::{BodyMachine, WordOps};
 
-use crate::operands::{B, F, K, Place, Ram, Target};
+use crate::operands::{B, F, K, FileAddress, RamCell, JumpTarget};
 use crate::periph::map::Sfr;
 
 /// What PIC16 bodies need beyond [`Machine`].
-pub(crate) trait Pic16Machine: Machine {
+pub(crate) trait Pic16Machine: BodyMachine {
     /// W.
     fn w(&self) -> Self::Word;
     /// Writes W.
@@ -24,151 +24,151 @@ pub(crate) trait Pic16Machine: Machine {
     /// C := bit 7 of `carries`, DC := bit 3 of it.
     fn set_carries(&mut self, carries: Self::Word);
     /// The bit as a word, 0 or 1.
-    fn word(bit: Self::Bit) -> Self::Word;
+    fn word_from_bit(bit: Self::Bit) -> Self::Word;
     /// The place itself, or where FSR points when it is INDF.
-    fn resolve(&mut self, place: Place) -> Place;
+    fn resolve(&mut self, place: FileAddress) -> FileAddress;
     /// Reads a file register.
-    fn file(&mut self, place: Place) -> Self::Word;
+    fn read_file(&mut self, place: FileAddress) -> Self::Word;
     /// Writes a file register.
-    fn put(&mut self, place: Place, value: Self::Word);
+    fn write_file(&mut self, place: FileAddress, value: Self::Word);
     /// Writes a file register with the result of an instruction that has flags.
-    fn put_alu(&mut self, place: Place, value: Self::Word);
+    fn write_file_with_flags(&mut self, place: FileAddress, value: Self::Word);
     /// Reads a bit of a file register, by its mask.
     #[inline(always)]
-    fn file_bit(&mut self, place: Place, mask: u8) -> Self::Bit {
-        Self::masked(self.file(place), mask)
+    fn read_file_bit(&mut self, place: FileAddress, mask: u8) -> Self::Bit {
+        Self::is_any_bit_set(self.read_file(place), mask)
     }
     /// Reads a file register and writes it back with a bit, by its mask, set or cleared.
     #[inline(always)]
-    fn put_bit(&mut self, place: Place, mask: u8, on: bool) {
-        let value = self.file(place);
-        self.put(place, with(value, mask, on));
+    fn write_file_bit(&mut self, place: FileAddress, mask: u8, on: bool) {
+        let value = self.read_file(place);
+        self.write_file(place, with_mask(value, mask, on));
     }
     /// Reads a byte of RAM.
-    fn ram(&mut self, addr: u16) -> Self::Word;
+    fn read_ram(&mut self, addr: u16) -> Self::Word;
     /// Writes a byte of RAM.
-    fn put_ram(&mut self, addr: u16, value: Self::Word);
+    fn write_ram(&mut self, addr: u16, value: Self::Word);
     /// A bit of a word by its mask, 1 where it is set.
-    fn masked(value: Self::Word, mask: u8) -> Self::Bit;
+    fn is_any_bit_set(value: Self::Word, mask: u8) -> Self::Bit;
     /// Skips the next instruction where `condition` holds, for a cycle more.
     fn skip(&mut self, condition: Self::Bit);
     /// Goes to the address whose upper bits are in PCLATH.
-    fn go(&mut self, target: u16);
+    fn jump_within_page(&mut self, target: u16);
     /// Pushes the address of the next instruction.
     fn push(&mut self);
     /// Pops the program counter.
     fn pop(&mut self);
     /// RETFIE sets GIE.
-    fn interrupt_ended(&mut self);
+    fn end_interrupt(&mut self);
     /// CLRWDT.
     fn clear_watchdog(&mut self);
     /// SLEEP.
-    fn standby(&mut self);
+    fn enter_standby(&mut self);
 }
 
 /// A file register as an operand.
-pub(crate) trait File: Copy {
+pub(crate) trait FileOperand: Copy {
     /// It is the program counter: writing it is a jump.
     fn is_pcl(self) -> bool;
     /// Finds out where it lies, once for an access.
-    fn at<M: Pic16Machine>(self, m: &mut M) -> Self;
+    fn resolved<M: Pic16Machine>(self, m: &mut M) -> Self;
     /// Reads it.
-    fn get<M: Pic16Machine>(self, m: &mut M) -> M::Word;
+    fn read<M: Pic16Machine>(self, m: &mut M) -> M::Word;
     /// Writes it.
-    fn put<M: Pic16Machine>(self, m: &mut M, value: M::Word);
+    fn write<M: Pic16Machine>(self, m: &mut M, value: M::Word);
     /// Writes it with the result of an instruction that has flags.
-    fn put_alu<M: Pic16Machine>(self, m: &mut M, value: M::Word);
+    fn write_with_flags<M: Pic16Machine>(self, m: &mut M, value: M::Word);
     /// Reads a bit of it, by its mask.
     #[inline(always)]
-    fn bit<M: Pic16Machine>(self, m: &mut M, mask: u8) -> M::Bit {
-        M::masked(self.get(m), mask)
+    fn read_bit<M: Pic16Machine>(self, m: &mut M, mask: u8) -> M::Bit {
+        M::is_any_bit_set(self.read(m), mask)
     }
     /// Reads it and writes it back with a bit, by its mask, set or cleared.
     #[inline(always)]
-    fn put_bit<M: Pic16Machine>(self, m: &mut M, mask: u8, on: bool) {
-        let value = self.get(m);
-        self.put(m, with(value, mask, on));
+    fn write_bit<M: Pic16Machine>(self, m: &mut M, mask: u8, on: bool) {
+        let value = self.read(m);
+        self.write(m, with_mask(value, mask, on));
     }
 }
 
-impl File for F {
+impl FileOperand for F {
     #[inline(always)]
-    fn bit<M: Pic16Machine>(self, m: &mut M, mask: u8) -> M::Bit {
-        m.file_bit(self.0, mask)
+    fn read_bit<M: Pic16Machine>(self, m: &mut M, mask: u8) -> M::Bit {
+        m.read_file_bit(self.0, mask)
     }
     #[inline(always)]
-    fn put_bit<M: Pic16Machine>(self, m: &mut M, mask: u8, on: bool) {
-        m.put_bit(self.0, mask, on);
+    fn write_bit<M: Pic16Machine>(self, m: &mut M, mask: u8, on: bool) {
+        m.write_file_bit(self.0, mask, on);
     }
     #[inline(always)]
     fn is_pcl(self) -> bool {
-        self.0 == Place::sfr(Sfr::PCL)
+        self.0 == FileAddress::sfr(Sfr::PCL)
     }
     #[inline(always)]
-    fn at<M: Pic16Machine>(self, m: &mut M) -> F {
+    fn resolved<M: Pic16Machine>(self, m: &mut M) -> F {
         F(m.resolve(self.0))
     }
     #[inline(always)]
-    fn get<M: Pic16Machine>(self, m: &mut M) -> M::Word {
-        m.file(self.0)
+    fn read<M: Pic16Machine>(self, m: &mut M) -> M::Word {
+        m.read_file(self.0)
     }
     #[inline(always)]
-    fn put<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
-        m.put(self.0, value);
+    fn write<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
+        m.write_file(self.0, value);
     }
     #[inline(always)]
-    fn put_alu<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
-        m.put_alu(self.0, value);
+    fn write_with_flags<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
+        m.write_file_with_flags(self.0, value);
     }
 }
 
-impl File for Ram {
+impl FileOperand for RamCell {
     #[inline(always)]
     fn is_pcl(self) -> bool {
         false
     }
     #[inline(always)]
-    fn at<M: Pic16Machine>(self, _: &mut M) -> Ram {
+    fn resolved<M: Pic16Machine>(self, _: &mut M) -> RamCell {
         self
     }
     #[inline(always)]
-    fn get<M: Pic16Machine>(self, m: &mut M) -> M::Word {
-        m.ram(self.0)
+    fn read<M: Pic16Machine>(self, m: &mut M) -> M::Word {
+        m.read_ram(self.0)
     }
     #[inline(always)]
-    fn put<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
-        m.put_ram(self.0, value);
+    fn write<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
+        m.write_ram(self.0, value);
     }
     #[inline(always)]
-    fn put_alu<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
-        m.put_ram(self.0, value);
+    fn write_with_flags<M: Pic16Machine>(self, m: &mut M, value: M::Word) {
+        m.write_ram(self.0, value);
     }
 }
 
 /// The result of an instruction with flags, to W or to the file register; sets Z.
 #[inline(always)]
-fn result<M: Pic16Machine, P: File>(m: &mut M, f: P, to_w: bool, value: M::Word) {
+fn store_result<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, value: M::Word) {
     if to_w {
         m.set_w(value);
     } else {
-        f.put_alu(m, value);
+        f.write_with_flags(m, value);
     }
 }
 
 /// The same for an instruction without flags.
 #[inline(always)]
-fn move_to<M: Pic16Machine, P: File>(m: &mut M, f: P, to_w: bool, value: M::Word) {
+fn store_without_flags<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, value: M::Word) {
     if to_w {
         m.set_w(value);
     } else {
-        f.put(m, value);
+        f.write(m, value);
     }
 }
 
 /// The result of DECFSZ and INCFSZ, and their skip. A jump has voided the next instruction already.
 #[inline(always)]
-fn count_and_skip<M: Pic16Machine, P: File>(m: &mut M, f: P, to_w: bool, value: M::Word) {
-    move_to(m, f, to_w, value);
+fn count_and_skip<M: Pic16Machine, P: FileOperand>(m: &mut M, f: P, to_w: bool, value: M::Word) {
+    store_without_flags(m, f, to_w, value);
     if to_w || !f.is_pcl() {
         m.skip(value.is_zero());
     }
@@ -176,7 +176,7 @@ fn count_and_skip<M: Pic16Machine, P: File>(m: &mut M, f: P, to_w: bool, value: 
 
 /// The word with the bits of `mask` set or cleared.
 #[inline(always)]
-fn with<W: WordOps>(value: W, mask: u8, on: bool) -> W {
+fn with_mask<W: WordOps>(value: W, mask: u8, on: bool) -> W {
     if on { value | W::from(mask) } else { value & W::from(!mask) }
 }
 
@@ -195,28 +195,28 @@ fn no_borrows<W: WordOps>(a: W, b: W, d: W) -> W {
 macro_rules! bodies {
     ($( fn $name:ident $(<$place:ident>)? ($m:ident $(, $arg:ident : $type:ty)*) $body:block )*) => { $(
         #[inline(always)]
-        pub(crate) fn $name<M: Pic16Machine $(, $place: File)?>($m: &mut M $(, $arg: $type)*) $body
+        pub(crate) fn $name<M: Pic16Machine $(, $place: FileOperand)?>($m: &mut M $(, $arg: $type)*) $body
     )* };
 }
 
 bodies! {
     fn addwf<P>(m, f: P, to_w: bool) {
-        let f = f.at(m);
-        let (a, b) = (f.get(m), m.w());
+        let f = f.resolved(m);
+        let (a, b) = (f.read(m), m.w());
         let s = a + b;
-        result(m, f, to_w, s);
+        store_result(m, f, to_w, s);
         m.set_carries(carries(a, b, s));
         m.set_z(s);
     }
     fn andwf<P>(m, f: P, to_w: bool) {
-        let f = f.at(m);
-        let v = f.get(m) & m.w();
-        result(m, f, to_w, v);
+        let f = f.resolved(m);
+        let v = f.read(m) & m.w();
+        store_result(m, f, to_w, v);
         m.set_z(v);
     }
     fn clrf<P>(m, f: P) {
-        let (f, zero) = (f.at(m), M::Word::from(0));
-        f.put_alu(m, zero);
+        let (f, zero) = (f.resolved(m), M::Word::from(0));
+        f.write_with_flags(m, zero);
         m.set_z(zero);
     }
     fn clrw(m) {
@@ -224,91 +224,91 @@ bodies! {
         m.set_z(M::Word::from(0));
     }
     fn comf<P>(m, f: P, to_w: bool) {
-        let f = f.at(m);
-        let v = !f.get(m);
-        result(m, f, to_w, v);
+        let f = f.resolved(m);
+        let v = !f.read(m);
+        store_result(m, f, to_w, v);
         m.set_z(v);
     }
     fn decf<P>(m, f: P, to_w: bool) {
-        let f = f.at(m);
-        let v = f.get(m) - M::Word::from(1);
-        result(m, f, to_w, v);
+        let f = f.resolved(m);
+        let v = f.read(m) - M::Word::from(1);
+        store_result(m, f, to_w, v);
         m.set_z(v);
     }
     fn decfsz<P>(m, f: P, to_w: bool) {
-        let f = f.at(m);
-        let v = f.get(m) - M::Word::from(1);
+        let f = f.resolved(m);
+        let v = f.read(m) - M::Word::from(1);
         count_and_skip(m, f, to_w, v);
     }
     fn incf<P>(m, f: P, to_w: bool) {
-        let f = f.at(m);
-        let v = f.get(m) + M::Word::from(1);
-        result(m, f, to_w, v);
+        let f = f.resolved(m);
+        let v = f.read(m) + M::Word::from(1);
+        store_result(m, f, to_w, v);
         m.set_z(v);
     }
     fn incfsz<P>(m, f: P, to_w: bool) {
-        let f = f.at(m);
-        let v = f.get(m) + M::Word::from(1);
+        let f = f.resolved(m);
+        let v = f.read(m) + M::Word::from(1);
         count_and_skip(m, f, to_w, v);
     }
     fn iorwf<P>(m, f: P, to_w: bool) {
-        let f = f.at(m);
-        let v = f.get(m) | m.w();
-        result(m, f, to_w, v);
+        let f = f.resolved(m);
+        let v = f.read(m) | m.w();
+        store_result(m, f, to_w, v);
         m.set_z(v);
     }
     fn movf<P>(m, f: P, to_w: bool) {
-        let f = f.at(m);
-        let v = f.get(m);
-        result(m, f, to_w, v);
+        let f = f.resolved(m);
+        let v = f.read(m);
+        store_result(m, f, to_w, v);
         m.set_z(v);
     }
     fn movwf<P>(m, f: P) {
-        let f = f.at(m);
+        let f = f.resolved(m);
         let v = m.w();
-        f.put(m, v);
+        f.write(m, v);
     }
     fn nop(_m) {}
     fn rlf<P>(m, f: P, to_w: bool) {
-        let f = f.at(m);
-        let a = f.get(m);
-        let v = a << 1 | M::word(m.carry());
-        result(m, f, to_w, v);
+        let f = f.resolved(m);
+        let a = f.read(m);
+        let v = a << 1 | M::word_from_bit(m.carry());
+        store_result(m, f, to_w, v);
         m.set_carry(a.bit(7));
     }
     fn rrf<P>(m, f: P, to_w: bool) {
-        let f = f.at(m);
-        let a = f.get(m);
-        let v = a >> 1 | M::word(m.carry()) << 7;
-        result(m, f, to_w, v);
+        let f = f.resolved(m);
+        let a = f.read(m);
+        let v = a >> 1 | M::word_from_bit(m.carry()) << 7;
+        store_result(m, f, to_w, v);
         m.set_carry(a.bit(0));
     }
     fn subwf<P>(m, f: P, to_w: bool) {
-        let f = f.at(m);
-        let (a, b) = (f.get(m), m.w());
+        let f = f.resolved(m);
+        let (a, b) = (f.read(m), m.w());
         let d = a - b;
-        result(m, f, to_w, d);
+        store_result(m, f, to_w, d);
         m.set_carries(no_borrows(a, b, d));
         m.set_z(d);
     }
     fn swapf<P>(m, f: P, to_w: bool) {
-        let f = f.at(m);
-        let a = f.get(m);
-        move_to(m, f, to_w, a << 4 | a >> 4);
+        let f = f.resolved(m);
+        let a = f.read(m);
+        store_without_flags(m, f, to_w, a << 4 | a >> 4);
     }
     fn xorwf<P>(m, f: P, to_w: bool) {
-        let f = f.at(m);
-        let v = f.get(m) ^ m.w();
-        result(m, f, to_w, v);
+        let f = f.resolved(m);
+        let v = f.read(m) ^ m.w();
+        store_result(m, f, to_w, v);
         m.set_z(v);
     }
     fn set_bit<P>(m, f: P, b: B, on: bool) {
-        let f = f.at(m);
-        f.put_bit(m, b.0, on);
+        let f = f.resolved(m);
+        f.write_bit(m, b.0, on);
     }
     fn skip_bit<P>(m, f: P, b: B, on: bool) {
-        let f = f.at(m);
-        let bit = f.bit(m, b.0);
+        let f = f.resolved(m);
+        let bit = f.read_bit(m, b.0);
         m.skip(if on { bit } else { !bit });
     }
     fn addlw(m, k: K) {
@@ -323,15 +323,15 @@ bodies! {
         m.set_w(v);
         m.set_z(v);
     }
-    fn call(m, t: Target) {
+    fn call(m, t: JumpTarget) {
         m.push();
-        m.go(t.0);
+        m.jump_within_page(t.0);
     }
     fn clrwdt(m) {
         m.clear_watchdog();
     }
-    fn goto(m, t: Target) {
-        m.go(t.0);
+    fn goto(m, t: JumpTarget) {
+        m.jump_within_page(t.0);
     }
     fn iorlw(m, k: K) {
         let v = m.w() | M::Word::from(k.0);
@@ -342,7 +342,7 @@ bodies! {
         m.set_w(M::Word::from(k.0));
     }
     fn retfie(m) {
-        m.interrupt_ended();
+        m.end_interrupt();
         m.pop();
     }
     fn retlw(m, k: K) {
@@ -353,7 +353,7 @@ bodies! {
         m.pop();
     }
     fn sleep(m) {
-        m.standby();
+        m.enter_standby();
     }
     fn sublw(m, k: K) {
         let (a, b) = (M::Word::from(k.0), m.w());
@@ -369,10 +369,10 @@ bodies! {
     }
     fn option(m) {
         let v = m.w();
-        m.put(Place::sfr(Sfr::OPTION), v);
+        m.write_file(FileAddress::sfr(Sfr::OPTION), v);
     }
     fn tris(m, sfr: Sfr) {
         let v = m.w();
-        m.put(Place::sfr(sfr), v);
+        m.write_file(FileAddress::sfr(sfr), v);
     }
 }

@@ -5,10 +5,10 @@
 //! register name a second kind, for file registers that are RAM. The column of cycles is for every file register but PCL:
 //! an instruction that writes PCL takes one cycle more.
 
-use emu_core::chip::Isa;
-use emu_core::table::{Alias, EncodeError, Flow, Line, Op, Row, Site, disassemble as disassemble_line};
+use emu_core::chip::InstructionSet;
+use emu_core::table::{SyntaxAlias, EncodeError, FlowKind, DisassembledInstruction, PredecodedOp, InstructionRow, InstructionLocation, disassemble as disassemble_line};
 
-use crate::operands::{B, F, K, Target};
+use crate::operands::{B, F, K, JumpTarget};
 
 /// Hands every row to `callback!`, after the tokens of `{ .. }`. Columns: name, mnemonic, syntax, pattern, operands,
 /// instruction cycles, flags written (C, D for DC, Z), body, kind for operands in RAM.
@@ -18,9 +18,9 @@ macro_rules! pic16_table {
         /// No row matches: stops the run.
         Illegal,
         /// A breakpoint stands here.
-        Trap,
+        Breakpoint,
         /// Closes a loop that may repeat without changing anything.
-        Poll,
+        PollingLoop,
         /// `btfsc` with the GOTO behind it: a conditional jump. What is tested lies in RAM.
         BtfscGoto,
         /// `btfss` with the GOTO behind it.
@@ -114,11 +114,11 @@ macro_rules! pic16_table {
     /// And constant with W.
     Andlw    "andlw"   "k"     "11 1001 kkkk kkkk" (k: K)        "1"   "Z"   => andlw(k);
     /// Call subroutine.
-    Call     "call"    "t"     "10 0ttt tttt tttt" (t: Target)   "2"   ""    => call(t);
+    Call     "call"    "t"     "10 0ttt tttt tttt" (t: JumpTarget)   "2"   ""    => call(t);
     /// Clear the watchdog timer.
     Clrwdt   "clrwdt"  ""      "00 0000 0110 0100" ()            "1"   ""    => clrwdt();
     /// Go to address.
-    Goto     "goto"    "t"     "10 1ttt tttt tttt" (t: Target)   "2"   ""    => goto(t);
+    Goto     "goto"    "t"     "10 1ttt tttt tttt" (t: JumpTarget)   "2"   ""    => goto(t);
     /// Inclusive-or constant with W.
     Iorlw    "iorlw"   "k"     "11 1000 kkkk kkkk" (k: K)        "1"   "Z"   => iorlw(k);
     /// Move constant to W.
@@ -150,29 +150,29 @@ pub(crate) use pic16_table;
 pic16_table!(emu_core::define_isa {});
 
 /// The table as tools see it. Erased program memory is all ones, `addlw 0xFF` with an open bit set.
-pub const ISA: Isa = Isa {
+pub const ISA: InstructionSet = InstructionSet {
     disassemble,
-    erased: 0x3FFF,
+    erased_word: 0x3FFF,
     rows: ROWS,
     word_bits: WORD_BITS,
     aliases: ALIASES,
-    site: |pc, _| site(pc),
-    lacks: |_| false,
+    locate: |pc, _| locate(pc),
+    is_missing: |_| false,
     flow,
 };
 
 /// What the instruction of a row may do to the order in which a program runs. Only what has a condition takes more cycles or fewer.
-fn flow(row: usize) -> Flow {
+fn flow(row: usize) -> FlowKind {
     match (KINDS.get(row), ROWS.get(row)) {
-        (Some(Kind::Retfie), _) => Flow::EndsInterrupt,
-        (_, Some(row)) if row.varies() => Flow::Either,
-        _ => Flow::Straight,
+        (Some(Kind::Retfie), _) => FlowKind::EndsInterrupt,
+        (_, Some(row)) if row.has_variable_cycles() => FlowKind::Conditional,
+        _ => FlowKind::Straight,
     }
 }
 
 /// Other spellings that the assembler takes: mnemonic, syntax, what it stands for.
 #[rustfmt::skip]
-pub const ALIASES: &[Alias] = &[
+pub const ALIASES: &[SyntaxAlias] = &[
     // Without a destination it is the file register.
     ("addwf", "f", "addwf", "f,F"), ("andwf", "f", "andwf", "f,F"), ("comf", "f", "comf", "f,F"), ("decf", "f", "decf", "f,F"),
     ("decfsz", "f", "decfsz", "f,F"), ("incf", "f", "incf", "f,F"), ("incfsz", "f", "incfsz", "f,F"),
@@ -190,13 +190,13 @@ pub const SPAN: usize = 0x2000;
 
 /// The row of the instruction `word`, and its kind; `None` for a word without one.
 #[must_use]
-pub fn row_of(word: u16) -> Option<(&'static Row, Kind)> {
-    let (i, _) = emu_core::table::find(ROWS, WORD_BITS, &[word])?;
+pub fn find_row(word: u16) -> Option<(&'static InstructionRow, Kind)> {
+    let (i, _) = emu_core::table::find_row(ROWS, WORD_BITS, &[word])?;
     Some((&ROWS[i], KINDS[i]))
 }
 
-fn site(pc: u32) -> Site {
-    Site { pc, len: 1, next_len: 1, pc_mask: SPAN as u32 - 1 }
+fn locate(pc: u32) -> InstructionLocation {
+    InstructionLocation { pc, len: 1, next_len: 1, pc_mask: SPAN as u32 - 1 }
 }
 
 /// The word of an instruction. Operands come in row order: file registers by their lower seven address bits, bits by number,
@@ -206,17 +206,17 @@ fn site(pc: u32) -> Site {
 /// An operand that does not fit, with what is allowed.
 pub fn encode(kind: Kind, operands: &[i32]) -> Result<u16, EncodeError> {
     let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: "not an instruction".into() })?;
-    row.encode(operands, &site(0)).map(|bits| bits as u16)
+    row.encode(operands, &locate(0)).map(|bits| bits as u16)
 }
 
 /// Disassembles the instruction at the front of `words`, which stands at `pc`.
 #[must_use]
-pub fn disassemble(words: &[u16], pc: u32) -> Line {
-    disassemble_line(ROWS, WORD_BITS, words, &site(pc))
+pub fn disassemble(words: &[u16], pc: u32) -> DisassembledInstruction {
+    disassemble_line(ROWS, WORD_BITS, words, &locate(pc))
 }
 
 /// A predecoded instruction.
-pub type Pic16Op = Op<Kind>;
+pub type Pic16Op = PredecodedOp<Kind>;
 
 #[cfg(test)]
 mod tests {

@@ -14,12 +14,12 @@ pub mod soc;
 
 mod cpu;
 mod exec;
-mod hot;
+mod core_state;
 mod lint;
 mod options;
 mod predecode;
-mod record;
+mod recorder;
 mod state;
-mod turn;
+mod executor;
 
-pub use cpu::{Corner, Options, Pic16, Readings};
+pub use cpu::{TimingCorner, Options, Pic16, Pic16Readings};

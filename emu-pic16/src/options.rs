@@ -3,11 +3,11 @@
 use emu_core::cpu::RamInit;
 use emu_core::rng::Rng;
 
-use crate::turn::DATA;
+use crate::executor::DATA_ADDRESSES;
 
 /// Which of the times that a data sheet gives in bounds a run takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Corner {
+pub enum TimingCorner {
     /// The shortest.
     Min,
     /// The typical.
@@ -19,7 +19,7 @@ pub enum Corner {
 
 /// Where the text of the data sheet and its figures can be read in two ways. Defaults are the figures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Readings {
+pub struct Pic16Readings {
     /// TRMT is "set when the TSR register is empty" (DS39582, register 10-1): true takes that for the begin of the stop bit, which TSR
     /// does not hold; false for the middle of the stop bit, where figure 10-2 of DS30292 draws it.
     pub trmt_as_stop_begins: bool,
@@ -34,7 +34,7 @@ pub struct Options {
     /// Oscillator, in Hz.
     pub hz: u64,
     /// Watchdog, power-up timer, EEPROM and RC times.
-    pub corner: Corner,
+    pub corner: TimingCorner,
     /// The first configuration word, in place of that of the image.
     pub config: Option<u16>,
     /// The start-up timers run after power-on; else the program begins at cycle 0.
@@ -45,7 +45,7 @@ pub struct Options {
     /// equation (DS30292, 11.1).
     pub ideal_acquisition: bool,
     /// Readings of the data sheet.
-    pub readings: Readings,
+    pub readings: Pic16Readings,
 }
 
 impl Default for Options {
@@ -53,19 +53,19 @@ impl Default for Options {
     fn default() -> Options {
         Options {
             hz: 4_000_000,
-            corner: Corner::Typ,
+            corner: TimingCorner::Typ,
             config: None,
             start_up: true,
             timer1_hz: Some(32_768),
             ideal_acquisition: false,
-            readings: Readings::default(),
+            readings: Pic16Readings::default(),
         }
     }
 }
 
 /// What RAM holds when the supply has come up at the machine cycle `now`.
-pub(crate) fn power_up(init: RamInit, now: u64) -> [u8; DATA] {
-    let mut ram = [0; DATA];
+pub(crate) fn power_up_ram(init: RamInit, now: u64) -> [u8; DATA_ADDRESSES] {
+    let mut ram = [0; DATA_ADDRESSES];
     if let RamInit::Random(seed) = init {
         Rng::new(seed ^ now).fill(&mut ram);
     }

@@ -2,77 +2,77 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use emu_core::engine::Mark;
-use emu_core::state::Changes;
-use emu_core::table::{Op, Site};
+use emu_core::engine::InstructionMark;
+use emu_core::state::MemoryChanges;
+use emu_core::table::{PredecodedOp, InstructionLocation};
 
-use crate::isa::{Kind, Pic16Op, SHAPES, SPAN, row_of};
-use crate::operands::{B, F, Place};
+use crate::isa::{Kind, Pic16Op, SHAPES, SPAN, find_row};
+use crate::operands::{B, F, FileAddress};
 use crate::periph::map::Sfr;
-use crate::record::record;
-use crate::turn::{DATA, OPS};
+use crate::recorder::record_instruction;
+use crate::executor::{DATA_ADDRESSES, OPS};
 
 /// Words between the ends of a loop that is looked at.
-const REACH: u32 = 16;
+const MAX_LOOP_WORDS: u32 = 16;
 
 /// A loop that only looks.
 #[derive(Debug, Clone)]
-pub(crate) struct Loop {
+pub(crate) struct LoopPlan {
     /// Its first instruction.
     pub head: u32,
     /// The registers of the chip that it reads.
-    pub looks: Vec<Sfr>,
+    pub registers_read: Vec<Sfr>,
     /// It clears the watchdog.
-    pub renews: bool,
+    pub clears_watchdog: bool,
     /// It does nothing but count down this byte of RAM.
-    pub counter: Option<u16>,
+    pub counted_address: Option<u16>,
 }
 
 /// Program memory in both forms. Behind its end it begins anew (DS33023, section 6.2).
 #[derive(Debug, Clone)]
-pub(crate) struct Code {
+pub(crate) struct CodeMemory {
     /// Words of 14 bits, erased ones 3FFFh.
     pub words: Box<[u16; SPAN]>,
-    /// One op per bank and word, traps in place: `ops[0]` marks jumps to themselves as [`Kind::Poll`], since that is how
+    /// One op per bank and word, traps in place: `ops[0]` marks jumps to themselves as [`Kind::PollingLoop`], since that is how
     /// programs end; `ops[1]` marks all loops that only look. In both a test and the GOTO behind it are one op.
     pub ops: [Box<[Pic16Op; OPS]>; 2],
     /// The same without any marks or traps.
-    pub plain: Box<[Pic16Op; OPS]>,
+    pub ops_unmarked: Box<[Pic16Op; OPS]>,
     /// Where every address of data memory lies.
-    pub places: Box<[Place; DATA]>,
+    pub file_addresses: Box<[FileAddress; DATA_ADDRESSES]>,
     /// The lowest address of what lies at each.
-    pub lowest: Box<[u16; DATA]>,
+    pub lowest_addresses: Box<[u16; DATA_ADDRESSES]>,
     /// By bank and address of the jump that closes them.
-    loops: BTreeMap<u32, Loop>,
-    traps: BTreeSet<u32>,
+    loops: BTreeMap<u32, LoopPlan>,
+    breakpoints: BTreeSet<u32>,
     size: u32,
     /// What differs from the words that it was built with.
-    pub changes: Changes<u16>,
+    pub changes: MemoryChanges<u16>,
 }
 
-impl Code {
+impl CodeMemory {
     /// Program memory of `size` words (a power of two, at most [`SPAN`]) filled from address 0 with `image`, erased behind it.
-    pub(crate) fn new(image: &[u16], size: u32, places: Box<[Place; DATA]>) -> Code {
+    pub(crate) fn new(image: &[u16], size: u32, places: Box<[FileAddress; DATA_ADDRESSES]>) -> CodeMemory {
         let size = size.clamp(1, SPAN as u32);
         let mut words = Box::new([0x3FFF; SPAN]);
         for (at, word) in words.iter_mut().enumerate() {
             *word = image.get(at % size as usize).map_or(0x3FFF, |word| word & 0x3FFF);
         }
-        let mut lowest = Box::new([0; DATA]);
+        let mut lowest = Box::new([0; DATA_ADDRESSES]);
         for (addr, low) in lowest.iter_mut().enumerate() {
-            let same = |other: &usize| places[addr] != Place::NONE && places[*other] == places[addr];
+            let same = |other: &usize| places[addr] != FileAddress::NONE && places[*other] == places[addr];
             *low = (0..addr).find(same).unwrap_or(addr) as u16;
         }
         let erased = decode(0x3FFF, 0, &places);
         // Behind the end of memory the slow path goes on at its beginning.
-        let mut behind = Box::new([Op { kind: Kind::Poll, ..erased }; OPS]);
+        let mut behind = Box::new([PredecodedOp { kind: Kind::PollingLoop, ..erased }; OPS]);
         for bank in behind.chunks_exact_mut(OPS / 4) {
             bank[..SPAN].fill(erased);
         }
         let ops = || behind.clone();
         let (marked, plain) = ([ops(), ops()], ops());
-        let (loops, traps, changes) = (BTreeMap::new(), BTreeSet::new(), Changes::NONE);
-        let mut code = Code { words, ops: marked, plain, places, lowest, loops, traps, size, changes };
+        let (loops, traps, changes) = (BTreeMap::new(), BTreeSet::new(), MemoryChanges::NONE);
+        let mut code = CodeMemory { words, ops: marked, ops_unmarked: plain, file_addresses: places, lowest_addresses: lowest, loops, breakpoints: traps, size, changes };
         for pc in 0..SPAN as u32 {
             if code.words[pc as usize] != 0x3FFF {
                 code.predecode(pc);
@@ -84,21 +84,21 @@ impl Code {
     /// Writes a word, at all addresses where it stands.
     pub(crate) fn poke(&mut self, addr: u32, word: u16) {
         let at = addr % self.size;
-        self.changes.note(at as usize, self.words[at as usize], word & 0x3FFF);
+        self.changes.record(at as usize, self.words[at as usize], word & 0x3FFF);
         for first in (0..SPAN as u32).step_by(self.size as usize) {
             self.words[(first + at) as usize] = word & 0x3FFF;
         }
         for first in (0..SPAN as u32).step_by(self.size as usize) {
             // The jump that closes a loop around the word may stand some words ahead.
-            for pc in first + at..=first + at + REACH {
+            for pc in first + at..=first + at + MAX_LOOP_WORDS {
                 self.predecode(pc % SPAN as u32);
             }
         }
     }
 
     /// Sets or clears a trap; false when it was so already.
-    pub(crate) fn trap(&mut self, pc: u32, on: bool) -> bool {
-        let changed = if on { self.traps.insert(pc) } else { self.traps.remove(&pc) };
+    pub(crate) fn set_breakpoint(&mut self, pc: u32, on: bool) -> bool {
+        let changed = if on { self.breakpoints.insert(pc) } else { self.breakpoints.remove(&pc) };
         if changed {
             self.predecode(pc);
         }
@@ -106,21 +106,21 @@ impl Code {
     }
 
     /// True when a trap stands at `pc`.
-    pub(crate) fn has_trap(&self, pc: u32) -> bool {
-        self.traps.contains(&pc)
+    pub(crate) fn has_breakpoint(&self, pc: u32) -> bool {
+        self.breakpoints.contains(&pc)
     }
 
     /// What the instruction at `pc` is in the bank that begins at the op `bank`.
-    pub(crate) fn mark(&self, bank: u32, pc: u32) -> Mark {
-        match self.plain[(bank | pc) as usize % OPS].kind {
-            Kind::Goto if spins(self.words[pc as usize % SPAN], pc) => Mark::Spins,
-            _ if self.loops.contains_key(&(bank | pc)) => Mark::ClosesLoop,
-            _ => Mark::Plain,
+    pub(crate) fn instruction_mark(&self, bank: u32, pc: u32) -> InstructionMark {
+        match self.ops_unmarked[(bank | pc) as usize % OPS].kind {
+            Kind::Goto if jumps_to_itself(self.words[pc as usize % SPAN], pc) => InstructionMark::JumpsToItself,
+            _ if self.loops.contains_key(&(bank | pc)) => InstructionMark::ClosesLoop,
+            _ => InstructionMark::Plain,
         }
     }
 
     /// The loop that only looks and is closed by the jump at `end`.
-    pub(crate) fn look(&self, bank: u32, end: u32) -> Option<&Loop> {
+    pub(crate) fn loop_plan(&self, bank: u32, end: u32) -> Option<&LoopPlan> {
         self.loops.get(&(bank | end))
     }
 
@@ -128,26 +128,26 @@ impl Code {
         let word = self.words[pc as usize];
         for bank in 0..4 {
             let at = bank << 14 | pc;
-            let op = decode(word, bank as u16, &self.places);
-            self.plain[at as usize] = op;
-            let spins = op.kind == Kind::Goto && spins(word, pc);
+            let op = decode(word, bank as u16, &self.file_addresses);
+            self.ops_unmarked[at as usize] = op;
+            let spins = op.kind == Kind::Goto && jumps_to_itself(word, pc);
             let looks = if spins { None } else { self.loop_closed_by(op, bank as u16, pc) };
-            let looks = looks.or_else(|| self.counts_down(op, bank as u16, pc));
-            let kinds = match (self.traps.contains(&pc), spins, &looks) {
-                (true, ..) => [Kind::Trap; 2],
-                (_, true, _) => [Kind::Poll; 2],
-                (.., Some(_)) => [op.kind, Kind::Poll],
+            let looks = looks.or_else(|| self.countdown_loop(op, bank as u16, pc));
+            let kinds = match (self.breakpoints.contains(&pc), spins, &looks) {
+                (true, ..) => [Kind::Breakpoint; 2],
+                (_, true, _) => [Kind::PollingLoop; 2],
+                (.., Some(_)) => [op.kind, Kind::PollingLoop],
                 _ => [op.kind; 2],
             };
             for (ops, kind) in self.ops.iter_mut().zip(kinds) {
-                ops[at as usize] = Op { kind, arg: op.arg };
+                ops[at as usize] = PredecodedOp { kind, args: op.args };
                 // The slow path takes the program from behind the end to the beginning, where a trap may stand.
                 if let Some(behind) = ops.get_mut(at as usize + SPAN).filter(|_| pc < 2) {
-                    behind.kind = if kind == Kind::Trap { Kind::Trap } else { Kind::Poll };
+                    behind.kind = if kind == Kind::Breakpoint { Kind::Breakpoint } else { Kind::PollingLoop };
                 }
-                join(ops, at as usize);
+                join_ops(ops, at as usize);
                 if pc > 0 {
-                    join(ops, at as usize - 1);
+                    join_ops(ops, at as usize - 1);
                 }
             }
             match looks {
@@ -160,47 +160,47 @@ impl Code {
     /// The loop that the GOTO `op` at `end` closes, when a turn of it changes nothing but W, flags, the bank, PCLATH and the
     /// watchdog: then a turn that leaves the core as it was is followed by one just like it, until a register of the chip that
     /// it reads changes. It comes to its head in the bank of its end.
-    fn loop_closed_by(&self, op: Pic16Op, bank: u16, end: u32) -> Option<Loop> {
-        let target = Some(op).filter(|op| op.kind == Kind::Goto).and_then(|op| record(op).target)?;
+    fn loop_closed_by(&self, op: Pic16Op, bank: u16, end: u32) -> Option<LoopPlan> {
+        let target = Some(op).filter(|op| op.kind == Kind::Goto).and_then(|op| record_instruction(op).target)?;
         // PCLATH as it is in all code that stays in its page; the loop is not jumped over when it turns out otherwise.
         let head = end & 0x1800 | u32::from(target);
-        if head > end || end - head > REACH {
+        if head > end || end - head > MAX_LOOP_WORDS {
             return None;
         }
         let (mut looks, mut renews, mut now, mut skipped) = (Vec::new(), false, bank, false);
         for pc in head..=end {
             let word = self.words[pc as usize];
-            let record = record(decode(word, now, &self.places));
-            match chosen(word, now) {
+            let record = record_instruction(decode(word, now, &self.file_addresses));
+            match selected_bank(word, now) {
                 Some(bank) if !skipped => now = bank,
-                None if !record.reaches_out => {}
+                None if !record.has_other_effects => {}
                 _ => return None,
             }
             skipped = record.skips;
-            renews |= record.renews;
-            looks.extend(record.looks.iter().filter_map(|place| register(*place)));
+            renews |= record.clears_watchdog;
+            looks.extend(record.addresses_read.iter().filter_map(|place| as_chip_register(*place)));
         }
-        (now == bank).then_some(Loop { head, looks, renews, counter: None })
+        (now == bank).then_some(LoopPlan { head, registers_read: looks, clears_watchdog: renews, counted_address: None })
     }
 
     /// The loop that the GOTO `op` at `end` closes, when it counts a byte down by DECFSZ and does nothing besides but clear the
     /// watchdog.
-    fn counts_down(&self, op: Pic16Op, bank: u16, end: u32) -> Option<Loop> {
-        let target = Some(op).filter(|op| op.kind == Kind::Goto).and_then(|op| record(op).target)?;
+    fn countdown_loop(&self, op: Pic16Op, bank: u16, end: u32) -> Option<LoopPlan> {
+        let target = Some(op).filter(|op| op.kind == Kind::Goto).and_then(|op| record_instruction(op).target)?;
         let head = end & 0x1800 | u32::from(target);
-        if head >= end || end - head > REACH {
+        if head >= end || end - head > MAX_LOOP_WORDS {
             return None;
         }
-        let at = |pc: u32| decode(self.words[pc as usize], bank, &self.places);
+        let at = |pc: u32| decode(self.words[pc as usize], bank, &self.file_addresses);
         let idle = (head..end - 1).all(|pc| matches!(at(pc).kind, Kind::Nop | Kind::Clrwdt));
         let test = at(end - 1);
-        let counter = Some(u16::from_le_bytes([test.arg[0], test.arg[1]]));
-        (idle && test.kind == Kind::DecfszFRam).then_some(Loop { head, looks: Vec::new(), renews: false, counter })
+        let counter = Some(u16::from_le_bytes([test.args[0], test.args[1]]));
+        (idle && test.kind == Kind::DecfszFRam).then_some(LoopPlan { head, registers_read: Vec::new(), clears_watchdog: false, counted_address: counter })
     }
 }
 
 /// The bank behind an instruction that sets or clears a bit of the bank or of PCLATH, from where it is `bank`; none for others.
-fn chosen(word: u16, bank: u16) -> Option<u16> {
+fn selected_bank(word: u16, bank: u16) -> Option<u16> {
     let (bit, set) = (word >> 7 & 7, word & 0x0400 != 0);
     let with = |mask: u16| if set { bank | mask } else { bank & !mask };
     match (word & 0x3800, word & 0x7F, bit) {
@@ -211,10 +211,10 @@ fn chosen(word: u16, bank: u16) -> Option<u16> {
 }
 
 /// Makes a test and the GOTO behind it one op, where neither of them bears a mark, or makes it a test again.
-fn join(ops: &mut [Pic16Op; OPS], at: usize) {
+fn join_ops(ops: &mut [Pic16Op; OPS], at: usize) {
     let goes = ops.get(at + 1).is_some_and(|next| next.kind == Kind::Goto);
     if let Some(op) = ops.get_mut(at) {
-        for (test, joined) in JOINED {
+        for (test, joined) in JOINED_OPS {
             if op.kind == test || op.kind == joined {
                 op.kind = if goes { joined } else { test };
             }
@@ -223,7 +223,7 @@ fn join(ops: &mut [Pic16Op; OPS], at: usize) {
 }
 
 /// What is one op with a GOTO behind it.
-const JOINED: [(Kind, Kind); 6] = [
+const JOINED_OPS: [(Kind, Kind); 6] = [
     (Kind::BtfscRam, Kind::BtfscGoto),
     (Kind::BtfssRam, Kind::BtfssGoto),
     (Kind::DecfszFRam, Kind::DecfszGoto),
@@ -233,37 +233,37 @@ const JOINED: [(Kind, Kind); 6] = [
 ];
 
 /// The register of the chip at a place; none for RAM and for what the core keeps.
-fn register(place: Place) -> Option<Sfr> {
-    let sfr = *Sfr::ALL.get(usize::from(place.0.checked_sub(Place::sfr(Sfr::INDF).0)?))?;
+fn as_chip_register(place: FileAddress) -> Option<Sfr> {
+    let sfr = *Sfr::ALL.get(usize::from(place.0.checked_sub(FileAddress::sfr(Sfr::INDF).0)?))?;
     (!matches!(sfr, Sfr::INDF | Sfr::PCL | Sfr::STATUS | Sfr::FSR | Sfr::PCLATH)).then_some(sfr)
 }
 
 /// The GOTO `word` at `pc` goes to itself, as long as PCLATH is of its page.
-fn spins(word: u16, pc: u32) -> bool {
+fn jumps_to_itself(word: u16, pc: u32) -> bool {
     u32::from(word & 0x7FF) == pc & 0x7FF
 }
 
 /// Decodes an instruction that is executed with `bank` in RP1:RP0, without poll marks or traps.
-fn decode(word: u16, bank: u16, places: &[Place; DATA]) -> Pic16Op {
-    let Some((row, kind)) = row_of(word) else {
-        return Op { kind: Kind::Illegal, arg: [0; 3] };
+fn decode(word: u16, bank: u16, places: &[FileAddress; DATA_ADDRESSES]) -> Pic16Op {
+    let Some((row, kind)) = find_row(word) else {
+        return PredecodedOp { kind: Kind::Illegal, args: [0; 3] };
     };
-    let mut op = row.op(kind, word.into(), &Site { len: 1, ..Site::default() });
+    let mut op = row.predecode(kind, word.into(), &InstructionLocation { len: 1, ..InstructionLocation::default() });
     let (mut at, mut in_ram) = (0, false);
     for slot in row.operands {
         match slot.kind.name {
             F::NAME => {
-                let place = places[usize::from(bank << 7 | word & 0x7F) % DATA];
-                op.arg[at..at + 2].copy_from_slice(&place.0.to_le_bytes());
-                in_ram = place.0 < DATA as u16;
+                let place = places[usize::from(bank << 7 | word & 0x7F) % DATA_ADDRESSES];
+                op.args[at..at + 2].copy_from_slice(&place.0.to_le_bytes());
+                in_ram = place.0 < DATA_ADDRESSES as u16;
             }
-            B::NAME => op.arg[at] = 1 << (op.arg[at] & 7),
+            B::NAME => op.args[at] = 1 << (op.args[at] & 7),
             _ => {}
         }
         at += if slot.kind.wide { 2 } else { 1 };
     }
     match SHAPES[kind as usize] {
-        Some(shape) if in_ram => Op { kind: shape, ..op },
+        Some(shape) if in_ram => PredecodedOp { kind: shape, ..op },
         _ => op,
     }
 }

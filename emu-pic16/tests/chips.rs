@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use emu_core::chip::Family;
+use emu_core::chip::ChipFamily;
 use emu_core::pins::PinId;
-use emu_pic16::chips::{Comparators, Memory, NO_PIN, PARTS, Part, Place, Ssp, chip, chips, part};
-use emu_pic16::periph::map::{Flag, Sfr};
+use emu_pic16::chips::{ComparatorKind, NonvolatileKind, NO_PIN, PIC16_PARTS, Pic16Part, FileSlot, SspKind, chip, chips, part};
+use emu_pic16::periph::map::{InterruptFlag, Sfr};
 
 /// Chip, document, K words of program, bytes of RAM, of EEPROM, pins, highest clock in MHz, device ID, what else it has.
 const CHIPS: &str = "
@@ -143,20 +143,20 @@ fn lines(text: &str) -> impl Iterator<Item = &str> {
 }
 
 /// `84a` is pic16f84a, `c84` is pic16c84.
-fn short(name: &str) -> &'static Part {
+fn short(name: &str) -> &'static Pic16Part {
     let whole = if name.starts_with('c') { format!("pic16{name}") } else { format!("pic16f{name}") };
     part(&whole).unwrap_or_else(|| panic!("{name}"))
 }
 
 /// Every chip with its line of a table, the first cell of which names chips; no chip is left out or named twice.
-fn table(text: &'static str) -> Vec<(&'static Part, Vec<&'static str>)> {
+fn table(text: &'static str) -> Vec<(&'static Pic16Part, Vec<&'static str>)> {
     let mut all = Vec::new();
     for line in lines(text) {
         let cells = cells(line);
         all.extend(cells[0].split_whitespace().map(|n| (short(n), cells[1..].to_vec())));
     }
     let names: BTreeSet<_> = all.iter().map(|(p, _)| p.chip.name).collect();
-    assert_eq!((names.len(), all.len()), (PARTS.len(), PARTS.len()));
+    assert_eq!((names.len(), all.len()), (PIC16_PARTS.len(), PIC16_PARTS.len()));
     all
 }
 
@@ -164,17 +164,17 @@ fn hex(text: &str) -> u16 {
     u16::from_str_radix(text, 16).unwrap_or_else(|e| panic!("{text}: {e}"))
 }
 
-fn pin(part: &Part, id: PinId) -> &'static str {
+fn pin(part: &Pic16Part, id: PinId) -> &'static str {
     part.chip.pins.get(usize::from(id)).map_or("-", |p| p.name)
 }
 
 #[test]
 fn chips_have_what_their_sheets_promise() {
-    assert_eq!(lines(CHIPS).count(), PARTS.len());
-    for (line, part) in lines(CHIPS).zip(PARTS) {
+    assert_eq!(lines(CHIPS).count(), PIC16_PARTS.len());
+    for (line, part) in lines(CHIPS).zip(PIC16_PARTS) {
         let (c, want) = (&part.chip, cells(line));
-        assert_eq!((c.name, c.source, c.family), (want[0], want[1], Family::Pic16), "{line}");
-        let sizes = [c.flash / 0x800, c.on_chip / 0x800, c.ram_len.into(), c.eeprom.into()];
+        assert_eq!((c.name, c.data_sheet, c.family), (want[0], want[1], ChipFamily::Pic16), "{line}");
+        let sizes = [c.flash_bytes / 0x800, c.on_chip_flash_bytes / 0x800, c.ram_len.into(), c.eeprom_bytes.into()];
         assert_eq!(sizes.map(|n| n.to_string()), [want[2], want[2], want[3], want[4]], "{line}");
         assert_eq!(c.max_hz / 1_000_000, want[6].parse::<u64>().unwrap(), "{line}");
         assert_eq!(part.device_id, (want[7] != "-").then(|| hex(want[7])), "{line}");
@@ -183,14 +183,14 @@ fn chips_have_what_their_sheets_promise() {
         }
         let has = [
             ("bor", part.config.boren != 0),
-            ("flash", matches!(part.memory, Memory::Word | Memory::Block4 | Memory::Row32)),
+            ("flash", matches!(part.memory, NonvolatileKind::Word | NonvolatileKind::Block4 | NonvolatileKind::Row32)),
             ("ccp1", part.ccps >= 1 && part.timers),
             ("ccp2", part.ccps == 2),
-            ("ssp", part.ssp == Ssp::Basic),
-            ("mssp", matches!(part.ssp, Ssp::Master | Ssp::MasterStretch)),
+            ("ssp", part.ssp == SspKind::Basic),
+            ("mssp", matches!(part.ssp, SspKind::Master | SspKind::MasterStretch)),
             ("usart", part.usart),
-            ("adc", part.adc != emu_pic16::chips::Adc::None),
-            ("comparators", part.comparators != Comparators::None),
+            ("adc", part.adc != emu_pic16::chips::Pic16AdcKind::None),
+            ("comparators", part.comparators != ComparatorKind::None),
             ("psp", part.psp),
         ];
         for (name, has) in has {
@@ -202,9 +202,9 @@ fn chips_have_what_their_sheets_promise() {
 #[test]
 fn names_are_found() {
     assert_eq!(part("PIC16F873").map(|p| p.chip.name), Some("pic16f873"));
-    assert_eq!(chip("pic16F877a").map(|c| c.eeprom), Some(256));
+    assert_eq!(chip("pic16F877a").map(|c| c.eeprom_bytes), Some(256));
     assert!(part("16f873").is_none() && chip("pic16f875").is_none());
-    assert_eq!(chips().map(|c| c.name).collect::<BTreeSet<_>>().len(), PARTS.len());
+    assert_eq!(chips().map(|c| c.name).collect::<BTreeSet<_>>().len(), PIC16_PARTS.len());
 }
 
 #[test]
@@ -219,8 +219,8 @@ fn ram_is_where_the_figures_show_it() {
             }
         }
         for addr in 0..0x200_u16 {
-            let ram = match part.place(addr) {
-                Place::Ram(kept) => Some(kept),
+            let ram = match part.file_slot(addr) {
+                FileSlot::Ram(kept) => Some(kept),
                 _ => None,
             };
             assert_eq!(ram, map[usize::from(addr)], "{} {addr:X}", part.chip.name);
@@ -233,11 +233,11 @@ fn ram_is_where_the_figures_show_it() {
 
 #[test]
 fn registers_stand_in_the_banks_of_the_figures() {
-    for part in PARTS {
+    for part in PIC16_PARTS {
         let text = if part.timers { MIRRORS } else { MIRRORS_84 };
         let rows: Vec<Vec<&str>> = text.split(['|', '\n']).map(|r| r.split_whitespace().collect()).collect();
         for reg in part.chip.regs {
-            let here = |addr: &u16| part.place(*addr) == part.place(reg.addr);
+            let here = |addr: &u16| part.file_slot(*addr) == part.file_slot(reg.addr);
             let at: Vec<_> = (0..0x200).filter(here).collect();
             let want = rows.iter().find(|r| r.first() == Some(&reg.name));
             let want = want.map_or(vec![reg.addr], |r| r[1..].iter().map(|a| hex(a)).collect());
@@ -274,7 +274,7 @@ fn lines_reach_their_pins() {
         assert_eq!(ours.join(" "), want[0], "{}", part.chip.name);
         let analog: Vec<_> = part.analog.iter().map(|&id| pin(part, id)).collect();
         assert_eq!(analog.join(" "), want[1], "{}", part.chip.name);
-        let bits = |mask: fn(&emu_pic16::chips::Port) -> u8| {
+        let bits = |mask: fn(&emu_pic16::chips::PortPins) -> u8| {
             let pins =
                 part.ports.iter().flat_map(|p| (0..8).filter(move |&b| mask(p) >> b & 1 == 1).map(|b| p.pins[b]));
             pins.map(|id| pin(part, id)).collect::<Vec<_>>().join(" ")
@@ -292,13 +292,13 @@ fn configuration_words_say_what_the_registers_say() {
         let want = cells(line);
         let (part, word) = (short(want[0]), hex(want[1]));
         let c = &part.config;
-        assert_eq!(format!("{:?}", c.oscillator(word)), want[2], "{line}");
+        assert_eq!(format!("{:?}", c.oscillator_mode(word)), want[2], "{line}");
         assert_eq!(format!("{:02X}", c.ports_of_oscillator(word)), want[3], "{line}");
-        assert_eq!(c.waits_at_power_on(word), want[4] == "on", "{line}");
+        assert_eq!(c.has_power_up_timer(word), want[4] == "on", "{line}");
         assert_eq!(c.ccp1(word).map_or("-", |id| pin(part, id)), want[5], "{line}");
         let (first, last) =
             want[6].split_once('-').filter(|w| !w.0.is_empty()).map_or((1, 0), |(a, b)| (hex(a), hex(b)));
-        for addr in 0..u16::try_from(part.chip.flash / 2).unwrap() {
+        for addr in 0..u16::try_from(part.chip.flash_bytes / 2).unwrap() {
             assert_eq!(c.may_write(word, addr), (first..=last).contains(&addr), "{line}: {addr:X}");
         }
     }
@@ -320,12 +320,12 @@ fn times_are_those_of_the_tables() {
 /// The flags' bits bear the flags' names, and the enables' bits the names with E for F at the end (and INTE for INTIE).
 #[test]
 fn flags_are_at_the_bits_of_their_names() {
-    for part in PARTS {
+    for part in PIC16_PARTS {
         let called = |(sfr, n): (Sfr, u8), name: &str| part.bits.contains(&(sfr, name, n));
         for f in part.flags {
             let name = format!("{:?}", f.flag);
             let names: &[&str] = match f.flag {
-                Flag::T0IF => &["T0IF", "TMR0IF"],
+                InterruptFlag::T0IF => &["T0IF", "TMR0IF"],
                 _ => &[&name],
             };
             let enable = |n: &&str| if *n == "INTF" { "INTE".to_string() } else { n.replace("IF", "IE") };
@@ -354,18 +354,18 @@ fn flags_are_at_the_bits_of_their_names() {
 
 #[test]
 fn rows_are_consistent() {
-    for part in PARTS {
+    for part in PIC16_PARTS {
         let c = &part.chip;
         let at: BTreeSet<_> = part.sfr.iter().map(|s| s.0).collect();
         assert_eq!(at.len(), part.sfr.len(), "{}: two registers at one address", c.name);
-        let places = part.places();
+        let places = part.file_slots();
         for addr in 0..0x200_u16 {
-            let holds = part.chip.ram_map.iter().filter(|r| r.first <= addr && addr <= r.last).count();
+            let holds = part.chip.ram_ranges.iter().filter(|r| r.first <= addr && addr <= r.last).count();
             assert!(holds + usize::from(at.contains(&addr)) <= 1, "{} {addr:X}", c.name);
-            assert_eq!(places[usize::from(addr)], part.place(addr), "{} {addr:X}", c.name);
-            assert_eq!(part.place(addr + 0x200), part.place(addr), "{} {addr:X}", c.name);
-            if let Place::Ram(kept) = part.place(addr) {
-                assert_eq!(part.place(kept), Place::Ram(kept), "{} {addr:X}", c.name);
+            assert_eq!(places[usize::from(addr)], part.file_slot(addr), "{} {addr:X}", c.name);
+            assert_eq!(part.file_slot(addr + 0x200), part.file_slot(addr), "{} {addr:X}", c.name);
+            if let FileSlot::Ram(kept) = part.file_slot(addr) {
+                assert_eq!(part.file_slot(kept), FileSlot::Ram(kept), "{} {addr:X}", c.name);
             }
         }
         let registers: BTreeSet<_> = part.sfr.iter().map(|s| s.1 as u8).collect();
@@ -373,7 +373,7 @@ fn rows_are_consistent() {
         assert_eq!((c.regs.len(), names.len()), (registers.len(), registers.len()), "{}", c.name);
         assert!(c.regs.is_sorted_by_key(|r| r.addr), "{}", c.name);
         for r in c.regs {
-            let Place::Sfr(sfr) = part.place(r.addr) else { panic!("{} {}", c.name, r.name) };
+            let FileSlot::Sfr(sfr) = part.file_slot(r.addr) else { panic!("{} {}", c.name, r.name) };
             assert!(part.has(sfr) && part.addr(sfr) == Some(r.addr), "{} {}", c.name, r.name);
         }
         let bits: BTreeSet<_> = part.bits.iter().map(|b| (b.0 as u8, b.1)).collect();
@@ -407,7 +407,7 @@ fn rows_are_consistent() {
 
 #[test]
 fn configuration_masks_do_not_overlap() {
-    for part in PARTS {
+    for part in PIC16_PARTS {
         let c = &part.config;
         let masks = [c.fosc.0, c.wdte, c.pwrte.0, c.boren, c.mclre, c.lvp, c.ccpmx.0, c.cpd, c.cp, c.wrt.0];
         assert_eq!(masks.iter().sum::<u16>(), masks.iter().fold(0, |a, m| a | m), "{}", part.chip.name);

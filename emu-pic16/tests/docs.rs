@@ -12,7 +12,7 @@ fn the_page_of_instructions_is_the_table() {
          registers may be written with\ntheir bank (`0x86`); the instruction has the lower seven bits. Source: Microchip PICmicro \
          Mid-Range MCU Family Reference\nManual, DS33023, section 29.\n\n",
     );
-    page.push_str(&emu_core::table::markdown(emu_pic16::isa::ROWS));
+    page.push_str(&emu_core::table::instruction_list_markdown(emu_pic16::isa::ROWS));
     if std::env::var_os("EMU_BLESS").is_some() {
         fs::write(path, &page).expect("the page can be written");
     }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 use emu_core::pins::PinId;
-use emu_pic16::chips::{ALIASES, Oscillator, PARTS, Part, Place};
+use emu_pic16::chips::{ALIASES, OscillatorMode, PIC16_PARTS, Pic16Part, FileSlot};
 use emu_pic16::periph::map::Sfr;
 
 /// Where Debian's package `gputils` has its files.
@@ -106,7 +106,7 @@ fn ranges(what: &str, addrs: impl IntoIterator<Item = u16>) -> Vec<String> {
     runs.iter().map(|(a, b)| format!("{what} {a:X}-{b:X}")).collect()
 }
 
-fn check_registers(part: &Part, h: &Header, diff: &mut Vec<String>) -> usize {
+fn check_registers(part: &Pic16Part, h: &Header, diff: &mut Vec<String>) -> usize {
     let mut ours: BTreeMap<String, u16> = part.chip.regs.iter().map(|r| (r.name.to_string(), r.addr)).collect();
     ours.extend(ALIASES.iter().filter_map(|&(name, sfr)| Some((name.to_string(), part.addr(sfr)?))));
     diff.extend(ours.iter().filter(|o| h.regs.get(o.0) != Some(o.1)).map(|o| format!("register {} {:X}", o.0, o.1)));
@@ -126,7 +126,7 @@ fn minus(a: &Bits, b: &Bits, what: &str) -> Vec<String> {
     out
 }
 
-fn check_bits(part: &Part, h: &Header, diff: &mut Vec<String>) -> usize {
+fn check_bits(part: &Pic16Part, h: &Header, diff: &mut Vec<String>) -> usize {
     let name = |sfr: Sfr| part.chip.regs.iter().find(|r| Some(r.addr) == part.addr(sfr)).unwrap().name;
     let mut ours = Bits::new();
     for &(sfr, bit, n) in part.bits {
@@ -137,12 +137,12 @@ fn check_bits(part: &Part, h: &Header, diff: &mut Vec<String>) -> usize {
     h.bits.values().map(BTreeMap::len).sum()
 }
 
-fn check_bad(part: &Part, h: &Header, diff: &mut Vec<String>) -> usize {
-    let nothing: BTreeSet<u16> = (0..=h.max_ram).filter(|&a| part.place(a) == Place::None).collect();
+fn check_bad(part: &Pic16Part, h: &Header, diff: &mut Vec<String>) -> usize {
+    let nothing: BTreeSet<u16> = (0..=h.max_ram).filter(|&a| part.file_slot(a) == FileSlot::None).collect();
     diff.extend(ranges("good", nothing.difference(&h.bad).copied()));
     diff.extend(ranges("bad", h.bad.difference(&nothing).copied()));
     let banks = if h.max_ram < 0x100 { 0x100 } else { 0x200 };
-    diff.extend(ranges("above MAXRAM", (h.max_ram + 1..banks).filter(|&a| part.place(a) != Place::None)));
+    diff.extend(ranges("above MAXRAM", (h.max_ram + 1..banks).filter(|&a| part.file_slot(a) != FileSlot::None)));
     usize::from(h.max_ram) + 1
 }
 
@@ -158,14 +158,14 @@ fn protected_words(rest: &str, words: u16) -> u16 {
 }
 
 /// Whether the row makes of a value of the header what its name says; `None` where the name is unknown.
-fn means(part: &Part, name: &str, v: u16) -> Option<bool> {
-    use Oscillator as O;
+fn means(part: &Pic16Part, name: &str, v: u16) -> Option<bool> {
+    use OscillatorMode as O;
     let c = &part.config;
-    let words = u16::try_from(part.chip.flash / 2).unwrap();
+    let words = u16::try_from(part.chip.flash_bytes / 2).unwrap();
     let clear = |mask: u16| mask != 0 && v == 0x3FFF & !mask;
     let within = |mask: u16| mask != 0 && v | mask == 0x3FFF;
     let is = |osc: O, ports: u8| {
-        within(c.fosc.0) && c.oscillator(v) == osc && (c.osc_ports.is_empty() || c.ports_of_oscillator(v) == ports)
+        within(c.fosc.0) && c.oscillator_mode(v) == osc && (c.osc_ports.is_empty() || c.ports_of_oscillator(v) == ports)
     };
     let pin = |id: PinId, name: &str| part.chip.pins.get(usize::from(id)).is_some_and(|p| p.name == name);
     let ccp = |name: &str| within(c.ccpmx.0) && c.ccp1(v).is_some_and(|id| pin(id, name));
@@ -184,8 +184,8 @@ fn means(part: &Part, name: &str, v: u16) -> Option<bool> {
         "_FOSC_ERCLK" | "_ER_OSC_CLKOUT" | "_FOSC_EXTRCCLK" | "_RC_OSC_CLKOUT" | "_EXTRC_CLKOUT" => is(O::Rc, 0),
         "_FOSC_EXTRC" | "_RC_OSC" | "_FOSC_RC" => is(O::Rc, 0),
         "_WDTE_OFF" | "_WDT_OFF" => clear(c.wdte),
-        "_PWRTE_ON" => within(c.pwrte.0) && c.waits_at_power_on(v & !c.boren),
-        "_PWRTE_OFF" => within(c.pwrte.0) && !c.waits_at_power_on(v & !c.boren),
+        "_PWRTE_ON" => within(c.pwrte.0) && c.has_power_up_timer(v & !c.boren),
+        "_PWRTE_OFF" => within(c.pwrte.0) && !c.has_power_up_timer(v & !c.boren),
         "_BOREN_OFF" | "_BODEN_OFF" => clear(c.boren),
         "_LVP_OFF" => clear(c.lvp),
         "_MCLRE_OFF" | "_MCLR_OFF" => clear(c.mclre),
@@ -218,7 +218,7 @@ fn means(part: &Part, name: &str, v: u16) -> Option<bool> {
     })
 }
 
-fn check_config(part: &Part, h: &Header, diff: &mut Vec<String>) -> usize {
+fn check_config(part: &Pic16Part, h: &Header, diff: &mut Vec<String>) -> usize {
     for (name, &v) in &h.config {
         if means(part, name, v) != Some(true) {
             diff.push(format!("config {name} {v:04X}"));
@@ -229,7 +229,7 @@ fn check_config(part: &Part, h: &Header, diff: &mut Vec<String>) -> usize {
 
 /// Every number that the header names is ours; and of ours every name is in some header of the family, and means what it says on
 /// this chip.
-fn check_names(part: &Part, h: &Header, known: &BTreeSet<String>, diff: &mut Vec<String>) -> usize {
+fn check_names(part: &Pic16Part, h: &Header, known: &BTreeSet<String>, diff: &mut Vec<String>) -> usize {
     let all = (part.chip.constants)();
     let ours: BTreeMap<&str, i32> = all.iter().copied().collect();
     diff.extend(all.iter().filter(|o| ours.get(o.0) != Some(&o.1)).map(|o| format!("two meanings of {}", o.0)));
@@ -252,7 +252,7 @@ fn check_names(part: &Part, h: &Header, known: &BTreeSet<String>, diff: &mut Vec
     h.config.len() + h.bits.values().map(BTreeMap::len).sum::<usize>()
 }
 
-fn check_linker(part: &Part, diff: &mut Vec<String>) -> usize {
+fn check_linker(part: &Pic16Part, diff: &mut Vec<String>) -> usize {
     let path = format!("{SHARE}/lkr/{}_g.lkr", part.chip.name.strip_prefix("pic").unwrap());
     let text = fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
     let (mut rom, mut eeprom, mut ram, mut lines) = (0, 0, BTreeSet::new(), 0);
@@ -274,21 +274,21 @@ fn check_linker(part: &Part, diff: &mut Vec<String>) -> usize {
                 ram.extend(first..=last);
                 if kind == "SHAREBANK" {
                     let seen = *shared.entry(name).or_insert(first);
-                    let apart = (first..=last).filter(|&a| part.place(a) != part.place(seen + (a - first)));
+                    let apart = (first..=last).filter(|&a| part.file_slot(a) != part.file_slot(seen + (a - first)));
                     diff.extend(ranges("not shared", apart));
                 }
             }
             _ => {}
         }
     }
-    if rom != part.chip.on_chip / 2 {
+    if rom != part.chip.on_chip_flash_bytes / 2 {
         diff.push(format!("program words {rom}"));
     }
-    if eeprom != part.chip.eeprom {
+    if eeprom != part.chip.eeprom_bytes {
         diff.push(format!("bytes of EEPROM {eeprom}"));
     }
     let banks = if part.has(Sfr::PIR1) { 0x200 } else { 0x100 };
-    let ours: BTreeSet<u16> = (0..banks).filter(|&a| matches!(part.place(a), Place::Ram(_))).collect();
+    let ours: BTreeSet<u16> = (0..banks).filter(|&a| matches!(part.file_slot(a), FileSlot::Ram(_))).collect();
     diff.extend(ranges("ram lacks", ours.difference(&ram).copied()));
     diff.extend(ranges("ram", ram.difference(&ours).copied()));
     lines
@@ -304,8 +304,8 @@ fn rows_are_what_the_headers_say() {
         assert!(expected.insert((cells[0].into(), cells[1].into())), "twice: {line}");
     }
     let (mut found, mut counts) = (BTreeSet::new(), [0; 6]);
-    let known: BTreeSet<String> = PARTS.iter().flat_map(|part| header(part.chip.name).config.into_keys()).collect();
-    for part in PARTS {
+    let known: BTreeSet<String> = PIC16_PARTS.iter().flat_map(|part| header(part.chip.name).config.into_keys()).collect();
+    for part in PIC16_PARTS {
         let (h, mut diff) = (header(part.chip.name), Vec::new());
         counts[0] += check_registers(part, &h, &mut diff);
         counts[1] += check_bits(part, &h, &mut diff);
@@ -319,7 +319,7 @@ fn rows_are_what_the_headers_say() {
     println!(
         "{} chips: {regs} registers, {bits} bits, {addrs} addresses, {config} configuration values, {lines} lines of linker \
          scripts, {names} names; {} differences that are the files' faults",
-        PARTS.len(),
+        PIC16_PARTS.len(),
         found.len()
     );
     let new: Vec<_> = found.difference(&expected).collect();

@@ -1,9 +1,9 @@
 //! The diagnostics of the core, case by case in `lint.txt`: a program, and every lint that it gives with its cycle.
 
-use emu_core::cpu::{Cpu, Probe, RamInit, Stop};
+use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
 use emu_core::image::Image;
-use emu_core::lint::{CODES, Lint};
-use emu_core::pins::{Level, Time};
+use emu_core::lint::{LINT_CODES, Lint};
+use emu_core::pins::{PinLevel, CycleTime};
 use emu_pic16::chips::PIC16F873;
 use emu_pic16::{Options, Pic16};
 
@@ -16,7 +16,7 @@ struct Seen(Vec<String>);
 impl Probe for Seen {
     const LINT: bool = true;
 
-    fn lint(&mut self, at: u64, pc: u32, lint: Lint) {
+    fn on_lint(&mut self, at: u64, pc: u32, lint: Lint) {
         let more = match lint {
             Lint::EarlyConversion { channel } => format!(" {channel}"),
             Lint::AnalogRead { port, bits } | Lint::ForeignLatch { port, bits } => format!(" {port:02X} {bits:02X}"),
@@ -31,7 +31,7 @@ impl Probe for Seen {
 
 fn image(program: &str) -> Image {
     let lines = program.replace(';', "\n");
-    emu_asm::image(&PIC16F873.chip, &lines).unwrap_or_else(|e| panic!("{program}: {e}"))
+    emu_asm::assemble_text(&PIC16F873.chip, &lines).unwrap_or_else(|e| panic!("{program}: {e}"))
 }
 
 /// The machine of a case, and how long it runs.
@@ -42,12 +42,12 @@ fn machine(program: &str, wiring: &str) -> (Pic16, u64) {
     for word in wiring.split_whitespace() {
         match word.split_once('=').expect("a level or a number") {
             ("for", number) => cycles = number.parse().expect("cycles"),
-            (pin, level) => pins.push((pin, if level == "1" { Level::High } else { Level::Low })),
+            (pin, level) => pins.push((pin, if level == "1" { PinLevel::High } else { PinLevel::Low })),
         }
     }
     for (pin, level) in pins {
         let pin = pic.chip().pin(pin).expect("a pin");
-        pic.drive(Time::default(), pin, level);
+        pic.drive(CycleTime::default(), pin, level);
     }
     (pic, cycles)
 }
@@ -75,7 +75,7 @@ fn lints() {
 
         // Cut into cycles it is the same, and no diagnostic changes what the machine does.
         let (mut steps, mut seen) = (start.clone(), Seen::default());
-        _ = (1..=cycles).any(|until| steps.run(until, &mut seen) == Stop::Halted);
+        _ = (1..=cycles).any(|until| steps.run(until, &mut seen) == StopReason::Halted);
         let mut plain = start;
         plain.run(cycles, &mut ());
         if seen.0.join("; ") != found || state(&steps) != state(&pic) || state(&plain) != state(&pic) {
@@ -85,7 +85,7 @@ fn lints() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     // What the core itself never tells of is told by tools; from LINT009 to LINT019 it is for other families.
     let silent = |code: &str| fired.iter().all(|seen| !seen.contains(code));
-    let codes = CODES.iter().map(|row| row.code).filter(|&code| code < "LINT009" || code == "LINT022");
+    let codes = LINT_CODES.iter().map(|row| row.code).filter(|&code| code < "LINT009" || code == "LINT022");
     let silent: Vec<&str> = codes.filter(|code| silent(code)).collect();
     assert_eq!(silent, [Lint::UnknownRead { space: "data", addr: 0 }.code()]);
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use emu_pic16::chips::{PARTS, part};
+use emu_pic16::chips::{PIC16_PARTS, part};
 
 /// Some of each kind: chip, name, value in hex or `-`; by the registers of the data sheets in `src/chips`.
 const SOME: &str = "
@@ -60,7 +60,7 @@ fn some_names_and_their_values() {
 /// No name means two things, and none is that of a register.
 #[test]
 fn names_are_clear() {
-    for part in PARTS {
+    for part in PIC16_PARTS {
         let all = (part.chip.constants)();
         let once: BTreeMap<_, _> = all.iter().copied().collect();
         assert!(all.len() > 50, "{}: {} names", part.chip.name, all.len());

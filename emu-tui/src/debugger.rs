@@ -14,12 +14,12 @@ use std::time::Duration;
 use ratatui_core::buffer::Buffer;
 use ratatui_core::layout::Rect;
 
-use crate::flow::Sign;
-use crate::{App, Key, Look, Wish};
+use crate::rung_picture::PictureGlyph;
+use crate::{ScreenView, ScreenKey, ScreenStyle, ViewRequest};
 
 /// What the screen wants to see, so that no more is collected than it shows.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Wants {
+pub struct ScreenQuery {
     /// Program word around which code is shown; nothing stands for the instruction that is next.
     pub around: Option<u32>,
     /// Instructions on each side of it.
@@ -40,7 +40,7 @@ pub struct Wants {
 
 /// An instruction.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Code {
+pub struct CodeLine {
     /// Program word.
     pub word: u32,
     /// Its address as commands take it: `0x0086`.
@@ -52,18 +52,18 @@ pub struct Code {
     /// Mnemonic and operands.
     pub text: String,
     /// What the operands mean; empty where nothing is known.
-    pub meant: String,
+    pub operand_meaning: String,
     /// The breakpoint here, by its number.
-    pub point: Option<u32>,
+    pub breakpoint: Option<u32>,
 }
 
 /// A part of a source file.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Source {
+pub struct SourceExcerpt {
     /// The file.
     pub file: String,
     /// The line where the machine is, if it is in this file.
-    pub here: Option<u32>,
+    pub current_line: Option<u32>,
     /// The line around which it is shown.
     pub around: u32,
     /// Lines with their numbers, and the breakpoint on each by its number.
@@ -72,7 +72,7 @@ pub struct Source {
 
 /// A value with a name.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Value {
+pub struct NamedValue {
     /// Its name.
     pub name: String,
     /// Its value.
@@ -83,7 +83,7 @@ pub struct Value {
 
 /// A pin over time.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Trace {
+pub struct PinTrace {
     /// Its name.
     pub name: String,
     /// High now.
@@ -94,18 +94,18 @@ pub struct Trace {
 
 /// A stretch of memory.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Memory {
+pub struct MemoryExcerpt {
     /// The memory.
     pub name: String,
     /// Address of the first byte.
-    pub at: u32,
+    pub address: u32,
     /// Bytes, and whether they have changed since the last stop; nothing where there is none.
     pub bytes: Vec<(Option<u8>, bool)>,
 }
 
 /// Everything that the screen shows of a machine, as plain data.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Sight {
+pub struct DebuggerSnapshot {
     /// What is debugged.
     pub title: String,
     /// Where it is in time: cycle, seconds, scan, rung.
@@ -115,28 +115,28 @@ pub struct Sight {
     /// Machine cycles since power-up.
     pub cycle: u64,
     /// Instructions around the place that is wanted.
-    pub code: Vec<Code>,
+    pub code: Vec<CodeLine>,
     /// The source around the line that is wanted; nothing where there is none, or none is wanted.
-    pub source: Option<Source>,
+    pub source: Option<SourceExcerpt>,
     /// What the serial port has sent, in lines.
     pub serial: Vec<String>,
     /// Registers of the core.
-    pub registers: Vec<Value>,
+    pub registers: Vec<NamedValue>,
     /// Pins: 0, 1 or z.
-    pub pins: Vec<Value>,
+    pub pins: Vec<NamedValue>,
     /// Symbols of a ladder program; empty where there is none.
-    pub symbols: Vec<Value>,
+    pub symbols: Vec<NamedValue>,
     /// The rung in which the machine is; nothing where there is no ladder program, or none is wanted.
-    pub rung: Option<Vec<Vec<Sign>>>,
+    pub rung: Option<Vec<Vec<PictureGlyph>>>,
     /// Memory, where it is wanted.
-    pub memory: Option<Memory>,
+    pub memory: Option<MemoryExcerpt>,
     /// Pins that have moved, over time.
-    pub traces: Vec<Trace>,
+    pub traces: Vec<PinTrace>,
 }
 
 /// What came of a command.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Answer {
+pub struct CommandAnswer {
     /// What it said, in lines.
     pub text: String,
     /// It failed.
@@ -146,21 +146,21 @@ pub struct Answer {
 }
 
 /// A machine under the debugger, and the commands that it obeys.
-pub trait Machine {
+pub trait DebuggedMachine {
     /// What is to be seen of it now.
-    fn sight(&self, wants: &Wants) -> Sight;
+    fn debugger_snapshot(&self, wants: &ScreenQuery) -> DebuggerSnapshot;
     /// Carries out a command, to its end or until the user stops it.
-    fn obey(&mut self, line: &str) -> Answer;
+    fn run_command(&mut self, line: &str) -> CommandAnswer;
     /// Runs for so many machine cycles, for so long on the host's clock, whichever ends first. Says why where something else
     /// has stopped it.
-    fn advance(&mut self, cycles: Option<u64>, host: Option<Duration>) -> Option<Answer>;
+    fn advance(&mut self, cycles: Option<u64>, host: Option<Duration>) -> Option<CommandAnswer>;
     /// Machine cycles in a second.
     fn hertz(&self) -> f64;
 }
 
 /// What stands below the code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Lower {
+enum LowerPane {
     Rung,
     Memory,
     Symbols,
@@ -169,7 +169,7 @@ enum Lower {
 
 /// How it runs on by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Run {
+enum AutoRun {
     /// As fast as it goes.
     Free,
     /// A second of the chip in a second of the wall clock, times the speed.
@@ -177,7 +177,7 @@ enum Run {
 }
 
 /// The screen.
-pub struct Debugger<M> {
+pub struct DebuggerScreen<M> {
     machine: M,
     /// Program word of the line that keys act on; nothing stands for the instruction that is next.
     cursor: Option<u32>,
@@ -186,31 +186,31 @@ pub struct Debugger<M> {
     /// The source line that keys act on; nothing stands for where the machine is.
     line: Option<u32>,
     /// What is below; nothing chosen yet is what is of most use.
-    lower: Option<Lower>,
+    lower: Option<LowerPane>,
     ladder: bool,
     memory: (usize, u32),
     /// Which of the scales of the waveform.
     zoom: usize,
-    run: Option<Run>,
+    run: Option<AutoRun>,
     speed: f64,
     /// Machine cycles that are due and were not yet run.
-    owed: f64,
+    cycles_due: f64,
     /// Time passes as a text of keys says, not on a clock: the same text is to do the same anywhere.
     exact: bool,
     help: bool,
     prompt: Option<String>,
     /// What the last command said, and whether it failed.
-    told: (String, bool),
+    last_message: (String, bool),
 }
 
 /// How long a go lasts on the host, so that keys are answered.
-const GO: Duration = Duration::from_millis(25);
+const WORK_SLICE: Duration = Duration::from_millis(25);
 
-impl<M: Machine> Debugger<M> {
+impl<M: DebuggedMachine> DebuggerScreen<M> {
     /// The screen of a machine. `exact`: keys come from a text, and time with them.
-    pub fn new(machine: M, exact: bool) -> Debugger<M> {
-        let ladder = !machine.sight(&Wants { since: u64::MAX, ..Wants::default() }).symbols.is_empty();
-        Debugger {
+    pub fn new(machine: M, exact: bool) -> DebuggerScreen<M> {
+        let ladder = !machine.debugger_snapshot(&ScreenQuery { since: u64::MAX, ..ScreenQuery::default() }).symbols.is_empty();
+        DebuggerScreen {
             machine,
             cursor: None,
             source: true,
@@ -221,50 +221,50 @@ impl<M: Machine> Debugger<M> {
             zoom: 3,
             run: None,
             speed: 1.0,
-            owed: 0.0,
+            cycles_due: 0.0,
             exact,
             help: false,
             prompt: None,
-            told: (String::new(), false),
+            last_message: (String::new(), false),
         }
     }
 
     /// What is below: until something is chosen the rung, what the serial port has sent as soon as it has, else memory.
-    fn lower(&self) -> Lower {
+    fn lower(&self) -> LowerPane {
         let sent =
-            || !self.machine.sight(&Wants { serial: true, since: u64::MAX, ..Wants::default() }).serial.is_empty();
+            || !self.machine.debugger_snapshot(&ScreenQuery { serial: true, since: u64::MAX, ..ScreenQuery::default() }).serial.is_empty();
         match self.lower {
             Some(lower) => lower,
-            None if self.ladder => Lower::Rung,
-            None if sent() => Lower::Serial,
-            None => Lower::Memory,
+            None if self.ladder => LowerPane::Rung,
+            None if sent() => LowerPane::Serial,
+            None => LowerPane::Memory,
         }
     }
 
     /// What is said below before the first key.
     #[must_use]
-    pub fn telling(mut self, text: &str) -> Debugger<M> {
-        self.told.0 = text.to_owned();
+    pub fn with_message(mut self, text: &str) -> DebuggerScreen<M> {
+        self.last_message.0 = text.to_owned();
         self
     }
 }
 
-impl<M: Machine> App for Debugger<M> {
-    fn view(&self, area: Rect, look: Look) -> Buffer {
+impl<M: DebuggedMachine> ScreenView for DebuggerScreen<M> {
+    fn render(&self, area: Rect, look: ScreenStyle) -> Buffer {
         view::view(self, area, look)
     }
 
-    fn key(&mut self, key: Key, area: Rect) -> Wish {
+    fn handle_key(&mut self, key: ScreenKey, area: Rect) -> ViewRequest {
         update::update(self, key, area)
     }
 
-    fn pass(&mut self, time: Duration) {
+    fn advance_time(&mut self, time: Duration) {
         let Some(run) = self.run else { return };
-        let host = (!self.exact).then_some(GO);
-        let cycles = if run == Run::Clock || self.exact {
-            self.owed += time.as_secs_f64() * self.machine.hertz() * self.speed;
-            let due = self.owed.floor().clamp(0.0, 1e15);
-            self.owed -= due;
+        let host = (!self.exact).then_some(WORK_SLICE);
+        let cycles = if run == AutoRun::Clock || self.exact {
+            self.cycles_due += time.as_secs_f64() * self.machine.hertz() * self.speed;
+            let due = self.cycles_due.floor().clamp(0.0, 1e15);
+            self.cycles_due -= due;
             Some(due as u64)
         } else {
             None
@@ -272,11 +272,11 @@ impl<M: Machine> App for Debugger<M> {
         if let Some(answer) = self.machine.advance(cycles, host) {
             self.run = None;
             (self.cursor, self.line) = (None, None);
-            self.told = (answer.text, answer.failed);
+            self.last_message = (answer.text, answer.failed);
         }
     }
 
-    fn moves(&self) -> bool {
+    fn is_moving(&self) -> bool {
         self.run.is_some()
     }
 }

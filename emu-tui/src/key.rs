@@ -4,7 +4,7 @@ use std::time::Duration;
 
 /// A key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Key {
+pub enum ScreenKey {
     /// A character, as typed: `a`, `A`, `!`.
     Char(char),
     /// A character with the Alt key held.
@@ -39,20 +39,20 @@ pub enum Key {
 
 /// Keys by name.
 #[rustfmt::skip]
-const NAMES: [(&str, Key); 14] = [
-    ("space", Key::Char(' ')), ("enter", Key::Enter), ("esc", Key::Escape), ("backspace", Key::Backspace), ("tab", Key::Tab),
-    ("up", Key::Up), ("down", Key::Down), ("left", Key::Left), ("right", Key::Right),
-    ("pgup", Key::PageUp), ("pgdn", Key::PageDown), ("home", Key::Home), ("end", Key::End), ("ctrl-c", Key::Ctrl('c')),
+const KEY_NAMES: [(&str, ScreenKey); 14] = [
+    ("space", ScreenKey::Char(' ')), ("enter", ScreenKey::Enter), ("esc", ScreenKey::Escape), ("backspace", ScreenKey::Backspace), ("tab", ScreenKey::Tab),
+    ("up", ScreenKey::Up), ("down", ScreenKey::Down), ("left", ScreenKey::Left), ("right", ScreenKey::Right),
+    ("pgup", ScreenKey::PageUp), ("pgdn", ScreenKey::PageDown), ("home", ScreenKey::Home), ("end", ScreenKey::End), ("ctrl-c", ScreenKey::Ctrl('c')),
 ];
 
 /// Most steps that a text may stand for.
-const MOST: usize = 1_000_000;
+const MAX_STEPS: usize = 1_000_000;
 
 /// Something that a text lets happen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Step {
+pub enum ScriptStep {
     /// A key.
-    Key(Key),
+    Key(ScreenKey),
     /// So much time passes on the wall clock.
     Wait(Duration),
 }
@@ -62,19 +62,19 @@ pub enum Step {
 ///
 /// # Errors
 /// The first word that is none of these, or that comes too often, and what there is.
-pub fn keys(text: &str) -> Result<Vec<Step>, String> {
+pub fn parse_keys(text: &str) -> Result<Vec<ScriptStep>, String> {
     let mut steps = Vec::new();
     for word in text.split_whitespace() {
         let (name, times) = match word.rsplit_once('*') {
             Some((name, times)) if !name.is_empty() => {
-                let times = times.parse::<usize>().ok().filter(|times| (1..=MOST).contains(times));
-                (name, times.ok_or_else(|| format!("`{word}`: how often is a number from 1 to {MOST}"))?)
+                let times = times.parse::<usize>().ok().filter(|times| (1..=MAX_STEPS).contains(times));
+                (name, times.ok_or_else(|| format!("`{word}`: how often is a number from 1 to {MAX_STEPS}"))?)
             }
             _ => (word, 1),
         };
-        let one = step(name)?;
-        if steps.len() + one.len() * times > MOST {
-            return Err(format!("`{word}`: that is more than {MOST} keys"));
+        let one = parse_word(name)?;
+        if steps.len() + one.len() * times > MAX_STEPS {
+            return Err(format!("`{word}`: that is more than {MAX_STEPS} keys"));
         }
         (0..times).for_each(|_| steps.extend(&one));
     }
@@ -82,37 +82,37 @@ pub fn keys(text: &str) -> Result<Vec<Step>, String> {
 }
 
 /// What a word stands for.
-fn step(word: &str) -> Result<Vec<Step>, String> {
+fn parse_word(word: &str) -> Result<Vec<ScriptStep>, String> {
     let mut letters = word.chars();
     if let (Some(only), None) = (letters.next(), letters.next()) {
-        return Ok(vec![Step::Key(Key::Char(only))]);
+        return Ok(vec![ScriptStep::Key(ScreenKey::Char(only))]);
     }
     let (head, rest) = word.split_at(word.find(['-', ':']).map_or(word.len(), |at| at + 1));
     let mut rest_letters = rest.chars();
     let only = rest_letters.next().filter(|_| rest_letters.next().is_none());
     match (head, only) {
-        ("alt-", Some(c)) => return Ok(vec![Step::Key(Key::Alt(c))]),
-        ("ctrl-", Some(c)) => return Ok(vec![Step::Key(Key::Ctrl(c))]),
+        ("alt-", Some(c)) => return Ok(vec![ScriptStep::Key(ScreenKey::Alt(c))]),
+        ("ctrl-", Some(c)) => return Ok(vec![ScriptStep::Key(ScreenKey::Ctrl(c))]),
         ("wait:", _) => {
-            let time = time(rest)
+            let time = parse_time(rest)
                 .ok_or_else(|| format!("`{word}`: give a time up to an hour, as in wait:500ms or wait:2s"))?;
-            return Ok(vec![Step::Wait(time)]);
+            return Ok(vec![ScriptStep::Wait(time)]);
         }
         _ => {}
     }
     if word.starts_with(':') {
-        let typed = word.chars().map(Key::Char).chain([Key::Enter]);
-        return Ok(typed.map(Step::Key).collect());
+        let typed = word.chars().map(ScreenKey::Char).chain([ScreenKey::Enter]);
+        return Ok(typed.map(ScriptStep::Key).collect());
     }
-    let named = NAMES.iter().find(|(name, _)| *name == word);
-    named.map(|(_, key)| vec![Step::Key(*key)]).ok_or_else(|| {
-        let names: Vec<&str> = NAMES.iter().map(|(name, _)| *name).collect();
+    let named = KEY_NAMES.iter().find(|(name, _)| *name == word);
+    named.map(|(_, key)| vec![ScriptStep::Key(*key)]).ok_or_else(|| {
+        let names: Vec<&str> = KEY_NAMES.iter().map(|(name, _)| *name).collect();
         format!("there is no key `{word}`; there are single characters, {}, alt-1, wait:500ms, :TEXT", names.join(", "))
     })
 }
 
 /// A time in ms or s, at most an hour.
-fn time(text: &str) -> Option<Duration> {
+fn parse_time(text: &str) -> Option<Duration> {
     let (digits, unit) = text.split_at(text.find(|c: char| !c.is_ascii_digit())?);
     let number: u64 = digits.parse().ok()?;
     let ms = match unit {
@@ -129,18 +129,18 @@ mod tests {
 
     #[test]
     fn words() {
-        let wait = Step::Wait(Duration::from_millis(500));
-        let key = |c| Step::Key(Key::Char(c));
-        assert_eq!(keys("space 1*2 *"), Ok(vec![key(' '), key('1'), key('1'), key('*')]));
-        assert_eq!(keys("wait:500ms alt-x"), Ok(vec![wait, Step::Key(Key::Alt('x'))]));
+        let wait = ScriptStep::Wait(Duration::from_millis(500));
+        let key = |c| ScriptStep::Key(ScreenKey::Char(c));
+        assert_eq!(parse_keys("space 1*2 *"), Ok(vec![key(' '), key('1'), key('1'), key('*')]));
+        assert_eq!(parse_keys("wait:500ms alt-x"), Ok(vec![wait, ScriptStep::Key(ScreenKey::Alt('x'))]));
         assert_eq!(
-            keys(":a=1 up"),
-            Ok(vec![key(':'), key('a'), key('='), key('1'), Step::Key(Key::Enter), Step::Key(Key::Up)])
+            parse_keys(":a=1 up"),
+            Ok(vec![key(':'), key('a'), key('='), key('1'), ScriptStep::Key(ScreenKey::Enter), ScriptStep::Key(ScreenKey::Up)])
         );
         for wrong in
             ["spce", "space*0", "space*x", "wait:5", "wait:4000s", "1*1000001", "alt-", "ctrl-xy", "1*999999 1*2"]
         {
-            assert!(keys(wrong).is_err(), "{wrong}");
+            assert!(parse_keys(wrong).is_err(), "{wrong}");
         }
     }
 }

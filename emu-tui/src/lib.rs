@@ -11,36 +11,36 @@
 #![forbid(unsafe_code)]
 
 pub mod debugger;
-pub mod flow;
+pub mod rung_picture;
 pub mod key;
-pub mod look;
+pub mod style;
 pub mod panel;
-pub mod play;
+pub mod key_script;
 pub mod screen;
 
-pub use key::{Key, Step};
-pub use look::Look;
+pub use key::{ScreenKey, ScriptStep};
+pub use style::ScreenStyle;
 pub use ratatui_core::buffer::Buffer;
 pub use ratatui_core::layout::Rect;
 use std::time::Duration;
 
 /// What a view wants after a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wish {
+pub enum ViewRequest {
     /// To go on.
-    On,
+    Continue,
     /// To leave.
     Quit,
 }
 
 /// A full-screen view.
-pub trait App {
+pub trait ScreenView {
     /// What it looks like on a screen of this size.
-    fn view(&self, area: Rect, look: Look) -> Buffer;
+    fn render(&self, area: Rect, look: ScreenStyle) -> Buffer;
     /// A key was pressed while the screen had this size.
-    fn key(&mut self, key: Key, area: Rect) -> Wish;
+    fn handle_key(&mut self, key: ScreenKey, area: Rect) -> ViewRequest;
     /// Time has passed on the wall clock. Does a bounded piece of work, so that keys are answered.
-    fn pass(&mut self, time: Duration);
+    fn advance_time(&mut self, time: Duration);
     /// True while time moves it.
-    fn moves(&self) -> bool;
+    fn is_moving(&self) -> bool;
 }

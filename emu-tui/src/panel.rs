@@ -3,7 +3,7 @@
 //!
 //! `machine` runs the program and remembers, `update` is what keys do, `view` what it looks like.
 
-mod machine;
+mod scan_history;
 mod parts;
 mod prompt;
 mod rows;
@@ -16,20 +16,20 @@ mod wave;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ladder::{Program, SymbolKind};
+use ladder::{LadderProgram, SymbolKind};
 use ladder_eval::Evaluator;
 use ratatui_core::buffer::Buffer;
 use ratatui_core::layout::Rect;
 
-use crate::{App, Key, Look, Wish};
-use machine::Machine;
-use parts::Part;
+use crate::{ScreenView, ScreenKey, ScreenStyle, ViewRequest};
+use scan_history::PanelMachine;
+use parts::CountingPart;
 
 /// How the program runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pace {
+pub enum PanelPace {
     /// A scan a key.
-    Still,
+    Paused,
     /// As fast as it goes.
     Free,
     /// As the wall clock goes, times the speed.
@@ -38,70 +38,70 @@ pub enum Pace {
 
 /// Everything that the panel is: a value.
 #[derive(Debug, Clone)]
-pub struct Panel {
+pub struct LadderPanel {
     /// The program as it runs.
-    machine: Machine,
+    machine: PanelMachine,
     /// What the head line calls it.
     name: String,
-    pace: Pace,
+    pace: PanelPace,
     /// Seconds of the program in a second of the wall clock.
     speed: f64,
     /// Microseconds of the program that are due and were not yet run.
-    owed: f64,
+    us_due: f64,
     /// It could not keep up with the clock.
-    late: bool,
+    is_late: bool,
     /// First rung that is shown, and how many of its lines lie above the screen.
-    top: (usize, usize),
+    first_rung: (usize, usize),
     /// First line of the parts that is shown.
-    first: usize,
+    first_part: usize,
     /// First column of the rungs that is shown.
-    left: usize,
+    first_column: usize,
     /// Scans in a column of the waveform.
     zoom: usize,
     /// First bit of the waveform that is shown.
-    bit: usize,
+    first_bit: usize,
     /// The keys are told.
     help: bool,
     /// The command line, while it is typed.
     prompt: Option<String>,
     /// What the last key came to, where that is worth a word, and whether it went wrong.
-    told: (String, bool),
+    last_message: (String, bool),
     /// Which of the analog inputs the keys change.
     analog: usize,
     /// Timers and counters, in text order.
-    parts: Arc<[Part]>,
+    parts: Arc<[CountingPart]>,
 }
 
 /// Speeds that can be had.
 pub const SPEEDS: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
 
 /// Work in one go, in elements of the program.
-const ELEMENTS: usize = 50_000;
+const ELEMENTS_PER_SLICE: usize = 50_000;
 
 /// How often free running has such a go.
-const PICTURES_A_SECOND: f64 = 30.0;
+const FRAMES_PER_SECOND: f64 = 30.0;
 
-impl Panel {
+impl LadderPanel {
     /// A program before its first scan. `evaluator` is its power-up state, with what was set before.
     #[must_use]
-    pub fn new(name: &str, program: Program, evaluator: Evaluator) -> Panel {
-        let parts = parts::of(&program).into();
-        let machine = Machine::new(program, evaluator);
-        Panel {
+    pub fn new(name: &str, program: LadderProgram, evaluator: Evaluator) -> LadderPanel {
+        let parts = parts::counting_parts(&program).into();
+        let machine = PanelMachine::new(program, evaluator);
+        LadderPanel {
             machine,
             name: name.to_owned(),
-            pace: Pace::Still,
+            pace: PanelPace::Paused,
             speed: 1.0,
-            owed: 0.0,
-            late: false,
-            top: (0, 0),
-            first: 0,
-            left: 0,
+            us_due: 0.0,
+            is_late: false,
+            first_rung: (0, 0),
+            first_part: 0,
+            first_column: 0,
             zoom: 1,
-            bit: 0,
+            first_bit: 0,
             help: false,
             prompt: None,
-            told: (String::new(), false),
+            last_message: (String::new(), false),
             analog: 0,
             parts,
         }
@@ -109,7 +109,7 @@ impl Panel {
 
     /// Sets how it runs, and how fast the wall clock is (held within [`SPEEDS`]).
     #[must_use]
-    pub fn paced(mut self, pace: Pace, speed: f64) -> Panel {
+    pub fn with_pace(mut self, pace: PanelPace, speed: f64) -> LadderPanel {
         self.pace = pace;
         self.speed = speed.clamp(*SPEEDS.start(), *SPEEDS.end());
         self
@@ -126,40 +126,40 @@ impl Panel {
     }
 
     /// Scans that one go runs at most, so that keys are answered.
-    fn most(&self) -> usize {
-        (ELEMENTS / self.machine.elements().max(1)).max(1)
+    fn scans_per_slice(&self) -> usize {
+        (ELEMENTS_PER_SLICE / self.machine.elements().max(1)).max(1)
     }
 }
 
-impl App for Panel {
-    fn view(&self, area: Rect, look: Look) -> Buffer {
+impl ScreenView for LadderPanel {
+    fn render(&self, area: Rect, look: ScreenStyle) -> Buffer {
         view::view(self, area, look)
     }
 
-    fn key(&mut self, key: Key, area: Rect) -> Wish {
+    fn handle_key(&mut self, key: ScreenKey, area: Rect) -> ViewRequest {
         update::update(self, key, area)
     }
 
-    fn pass(&mut self, time: Duration) {
+    fn advance_time(&mut self, time: Duration) {
         // A text of keys may let more than one picture's time pass at once.
-        let pictures = (time.as_secs_f64() * PICTURES_A_SECOND).round().max(1.0);
-        let most = self.most() as f64 * pictures;
+        let pictures = (time.as_secs_f64() * FRAMES_PER_SECOND).round().max(1.0);
+        let most = self.scans_per_slice() as f64 * pictures;
         match self.pace {
-            Pace::Still => {}
-            Pace::Free => self.machine.run(most as u64),
-            Pace::Real => {
+            PanelPace::Paused => {}
+            PanelPace::Free => self.machine.run(most as u64),
+            PanelPace::Real => {
                 let cycle = self.machine.cycle_us().max(1) as f64;
-                self.owed += time.as_secs_f64() * 1e6 * self.speed;
-                let due = (self.owed / cycle).floor();
-                self.owed -= due * cycle;
+                self.us_due += time.as_secs_f64() * 1e6 * self.speed;
+                let due = (self.us_due / cycle).floor();
+                self.us_due -= due * cycle;
                 // What cannot be caught up with is let go: the program is then slower than the clock, and says so.
-                self.late = due > most;
+                self.is_late = due > most;
                 self.machine.run(due.min(most) as u64);
             }
         }
     }
 
-    fn moves(&self) -> bool {
-        self.pace != Pace::Still
+    fn is_moving(&self) -> bool {
+        self.pace != PanelPace::Paused
     }
 }

@@ -14,34 +14,34 @@ use ratatui_core::layout::Rect;
 use ratatui_core::terminal::{Terminal, TerminalOptions, Viewport};
 use ratatui_crossterm::CrosstermBackend;
 
-use crate::{App, Key, Look, Wish};
+use crate::{ScreenView, ScreenKey, ScreenStyle, ViewRequest};
 
 /// Time between two pictures while something moves.
-const PICTURE: Duration = Duration::from_millis(33);
+const FRAME_INTERVAL: Duration = Duration::from_millis(33);
 
 /// How long a signal may have to wait for its answer.
-const PATIENCE: Duration = Duration::from_millis(100);
+const SIGNAL_POLL: Duration = Duration::from_millis(100);
 
 /// How long the view may take to end by itself, once the process is to end.
-const GRACE: Duration = Duration::from_millis(500);
+const EXIT_GRACE: Duration = Duration::from_millis(500);
 
 /// Most columns and most lines of a picture. A terminal may say that it has 65535 of both.
-pub const LARGEST: u16 = 500;
+pub const MAX_SCREEN_SIDE: u16 = 500;
 
 /// True while the terminal is ours.
-static OURS: AtomicBool = AtomicBool::new(false);
+static TERMINAL_TAKEN: AtomicBool = AtomicBool::new(false);
 
 /// How it came to its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
+pub enum ScreenEnd {
     /// It was left.
-    Left,
+    Quit,
     /// The process is to end by this signal. Pass it to [`obey`] once everything is put away.
     Signal(i32),
 }
 
 /// Ends the process as the signal would have.
-pub fn obey(signal: i32) {
+pub fn exit_by_signal(signal: i32) {
     _ = signal_hook::low_level::emulate_default_handler(signal);
 }
 
@@ -49,77 +49,77 @@ pub fn obey(signal: i32) {
 ///
 /// # Errors
 /// The terminal cannot be read or written.
-pub fn show(app: &mut dyn App, look: Look) -> io::Result<End> {
-    let signals = Signals::new()?;
+pub fn show(app: &mut dyn ScreenView, look: ScreenStyle) -> io::Result<ScreenEnd> {
+    let signals = SignalListener::new()?;
     // What fails because the terminal is gone ends as that does.
-    run(app, look, &signals).or_else(|error| signals.0.look().map(End::Signal).ok_or(error))
+    run(app, look, &signals).or_else(|error| signals.0.poll_end().map(ScreenEnd::Signal).ok_or(error))
 }
 
-fn run(app: &mut dyn App, look: Look, signals: &Signals) -> io::Result<End> {
-    let mut screen = Screen::open()?;
+fn run(app: &mut dyn ScreenView, look: ScreenStyle, signals: &SignalListener) -> io::Result<ScreenEnd> {
+    let mut screen = RealTerminal::open()?;
     let mut last = Instant::now();
     loop {
         screen.draw(app, look)?;
-        let wait = if app.moves() { PICTURE.saturating_sub(last.elapsed()) } else { PATIENCE };
+        let wait = if app.is_moving() { FRAME_INTERVAL.saturating_sub(last.elapsed()) } else { SIGNAL_POLL };
         let until = Instant::now() + wait;
         // All keys that are there before the next picture.
         loop {
-            if let Some(signal) = signals.0.seen() {
-                return Ok(End::Signal(signal));
+            if let Some(signal) = signals.0.seen_signal() {
+                return Ok(ScreenEnd::Signal(signal));
             }
-            let waiting = ahead().pop_front();
+            let waiting = typed_ahead().pop_front();
             let key = match waiting {
                 Some(key) => key,
                 None if !event::poll(until.saturating_duration_since(Instant::now()))? => break,
                 None => match event::read()? {
                     Event::Resize(..) => break,
-                    event => match pressed(event) {
+                    event => match key_of_event(event) {
                         Some(key) => key,
                         None => continue,
                     },
                 },
             };
-            if key == Key::Ctrl('z') {
+            if key == ScreenKey::Ctrl('z') {
                 screen.suspend()?;
                 last = Instant::now();
                 break;
             }
-            if app.key(key, screen.area()?) == Wish::Quit {
-                return Ok(End::Left);
+            if app.handle_key(key, screen.area()?) == ViewRequest::Quit {
+                return Ok(ScreenEnd::Quit);
             }
-            if !app.moves() {
+            if !app.is_moving() {
                 break;
             }
         }
         let passed = last.elapsed();
-        if !app.moves() {
+        if !app.is_moving() {
             last = Instant::now();
-        } else if passed >= PICTURE {
+        } else if passed >= FRAME_INTERVAL {
             last = Instant::now();
-            app.pass(passed);
+            app.advance_time(passed);
         }
     }
 }
 
 /// How long a piece of work may take before keys are looked at for one that ends it.
-const UNASKED: Duration = Duration::from_millis(150);
+const INTERRUPT_DELAY: Duration = Duration::from_millis(150);
 
 /// Keys that were pressed during a piece of work, and are still to be taken.
-static AHEAD: Mutex<VecDeque<Key>> = Mutex::new(VecDeque::new());
+static TYPED_AHEAD: Mutex<VecDeque<ScreenKey>> = Mutex::new(VecDeque::new());
 
 /// How many of them are kept.
-const MOST_AHEAD: usize = 1000;
+const MAX_TYPED_AHEAD: usize = 1000;
 
-fn ahead() -> MutexGuard<'static, VecDeque<Key>> {
-    AHEAD.lock().unwrap_or_else(PoisonError::into_inner)
+fn typed_ahead() -> MutexGuard<'static, VecDeque<ScreenKey>> {
+    TYPED_AHEAD.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Does a piece of work that looks at `interrupt` now and then. When it takes long, Ctrl-C or escape set that, and drop the keys before
 /// them; other keys that are pressed then are taken behind it.
-pub fn interruptible<T>(interrupt: &AtomicBool, work: impl FnOnce() -> T) -> T {
+pub fn run_interruptible<T>(interrupt: &AtomicBool, work: impl FnOnce() -> T) -> T {
     /// Says that the work is over, also when it panics.
-    struct Over<'a>(&'a AtomicBool);
-    impl Drop for Over<'_> {
+    struct WorkFinished<'a>(&'a AtomicBool);
+    impl Drop for WorkFinished<'_> {
         fn drop(&mut self) {
             self.0.store(true, Ordering::SeqCst);
         }
@@ -128,19 +128,19 @@ pub fn interruptible<T>(interrupt: &AtomicBool, work: impl FnOnce() -> T) -> T {
     let look = || {
         let begin = Instant::now();
         while !over.load(Ordering::SeqCst) {
-            if begin.elapsed() < UNASKED {
+            if begin.elapsed() < INTERRUPT_DELAY {
                 thread::sleep(Duration::from_millis(1));
                 continue;
             }
             match event::poll(Duration::from_millis(5))
                 .and_then(|there| if there { event::read().map(Some) } else { Ok(None) })
             {
-                Ok(Some(event)) => match pressed(event) {
-                    Some(Key::Ctrl('c') | Key::Escape) => {
-                        ahead().clear();
+                Ok(Some(event)) => match key_of_event(event) {
+                    Some(ScreenKey::Ctrl('c') | ScreenKey::Escape) => {
+                        typed_ahead().clear();
                         interrupt.store(true, Ordering::SeqCst);
                     }
-                    Some(key) if ahead().len() < MOST_AHEAD => ahead().push_back(key),
+                    Some(key) if typed_ahead().len() < MAX_TYPED_AHEAD => typed_ahead().push_back(key),
                     _ => {}
                 },
                 Ok(None) => {}
@@ -153,37 +153,37 @@ pub fn interruptible<T>(interrupt: &AtomicBool, work: impl FnOnce() -> T) -> T {
         }
     };
     thread::scope(|scope| {
-        let _over = Over(&over);
+        let _over = WorkFinished(&over);
         scope.spawn(look);
         work()
     })
 }
 
 /// The terminal while it is ours.
-struct Screen {
+struct RealTerminal {
     /// Its end would say on standard error that the cursor cannot be shown, and fail where that is a terminal that is gone.
     terminal: ManuallyDrop<Terminal<CrosstermBackend<Stdout>>>,
     /// What of it is drawn on.
     area: Rect,
 }
 
-impl Screen {
-    fn open() -> io::Result<Screen> {
+impl RealTerminal {
+    fn open() -> io::Result<RealTerminal> {
         static HOOK: AtomicBool = AtomicBool::new(false);
         if !HOOK.swap(true, Ordering::SeqCst) {
             // The message of a panic is to be read, so the terminal is given back before it is written.
             let before = panic::take_hook();
             panic::set_hook(Box::new(move |what| {
-                give_back();
+                restore_terminal();
                 before(what);
             }));
         }
-        take()?;
+        take_terminal()?;
         let options = TerminalOptions { viewport: Viewport::Fixed(Rect::ZERO) };
         match Terminal::with_options(CrosstermBackend::new(io::stdout()), options) {
-            Ok(terminal) => Ok(Screen { terminal: ManuallyDrop::new(terminal), area: Rect::ZERO }),
+            Ok(terminal) => Ok(RealTerminal { terminal: ManuallyDrop::new(terminal), area: Rect::ZERO }),
             Err(error) => {
-                give_back();
+                restore_terminal();
                 Err(error)
             }
         }
@@ -191,44 +191,44 @@ impl Screen {
 
     fn area(&self) -> io::Result<Rect> {
         let size = self.terminal.size()?;
-        Ok(Rect::new(0, 0, size.width.min(LARGEST), size.height.min(LARGEST)))
+        Ok(Rect::new(0, 0, size.width.min(MAX_SCREEN_SIDE), size.height.min(MAX_SCREEN_SIDE)))
     }
 
-    fn draw(&mut self, app: &dyn App, look: Look) -> io::Result<()> {
+    fn draw(&mut self, app: &dyn ScreenView, look: ScreenStyle) -> io::Result<()> {
         let area = self.area()?;
         if self.area != area {
             self.terminal.resize(area)?;
             self.area = area;
         }
-        self.terminal.draw(|frame| *frame.buffer_mut() = app.view(frame.area(), look)).map(|_| ())
+        self.terminal.draw(|frame| *frame.buffer_mut() = app.render(frame.area(), look)).map(|_| ())
     }
 
     /// Lets the shell have the terminal, until it calls us back.
     fn suspend(&mut self) -> io::Result<()> {
-        give_back();
+        restore_terminal();
         #[cfg(unix)]
         signal_hook::low_level::raise(signal_hook::consts::SIGTSTP)?;
-        take()?;
+        take_terminal()?;
         self.terminal.clear()
     }
 }
 
-impl Drop for Screen {
+impl Drop for RealTerminal {
     fn drop(&mut self) {
-        give_back();
+        restore_terminal();
     }
 }
 
-fn take() -> io::Result<()> {
-    OURS.store(true, Ordering::SeqCst);
+fn take_terminal() -> io::Result<()> {
+    TERMINAL_TAKEN.store(true, Ordering::SeqCst);
     let taken =
         terminal::enable_raw_mode().and_then(|()| execute!(io::stdout(), terminal::EnterAlternateScreen, cursor::Hide));
-    taken.inspect_err(|_| give_back())
+    taken.inspect_err(|_| restore_terminal())
 }
 
 /// Gives the terminal back, once.
-fn give_back() {
-    if OURS.swap(false, Ordering::SeqCst) {
+fn restore_terminal() {
+    if TERMINAL_TAKEN.swap(false, Ordering::SeqCst) {
         _ = execute!(io::stdout(), terminal::LeaveAlternateScreen, cursor::Show);
         _ = terminal::disable_raw_mode();
     }
@@ -236,105 +236,105 @@ fn give_back() {
 
 /// The signals that end it.
 #[cfg(unix)]
-const ENDS: [i32; 4] = {
+const END_SIGNALS: [i32; 4] = {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
     [SIGTERM, SIGHUP, SIGINT, SIGQUIT]
 };
 
 /// What ends the process: a signal, and SIGHUP where the terminal is gone, told or not.
-struct Ending {
-    seen: Arc<AtomicUsize>,
+struct EndWatch {
+    signal: Arc<AtomicUsize>,
     /// Keys come from standard input.
-    reads: bool,
-    over: AtomicBool,
+    reads_stdin: bool,
+    finished: AtomicBool,
 }
 
-impl Ending {
-    fn seen(&self) -> Option<i32> {
-        i32::try_from(self.seen.load(Ordering::SeqCst)).ok().filter(|signal| *signal != 0)
+impl EndWatch {
+    fn seen_signal(&self) -> Option<i32> {
+        i32::try_from(self.signal.load(Ordering::SeqCst)).ok().filter(|signal| *signal != 0)
     }
 
     /// What has been seen, with a look at the terminal: one that is gone is none any more.
-    fn look(&self) -> Option<i32> {
+    fn poll_end(&self) -> Option<i32> {
         #[cfg(unix)]
-        if !io::stdout().is_terminal() || self.reads && !io::stdin().is_terminal() {
+        if !io::stdout().is_terminal() || self.reads_stdin && !io::stdin().is_terminal() {
             let hangup = usize::try_from(signal_hook::consts::SIGHUP).unwrap_or(0);
-            _ = self.seen.compare_exchange(0, hangup, Ordering::SeqCst, Ordering::SeqCst);
+            _ = self.signal.compare_exchange(0, hangup, Ordering::SeqCst, Ordering::SeqCst);
         }
-        self.seen()
+        self.seen_signal()
     }
 
     /// Ends the process where the view does not come to it: a command may take long, and the reader of keys does not return from a
     /// terminal that is gone.
-    fn guard(&self) {
+    fn guard_exit(&self) {
         let mut since = None;
-        while !self.over.load(Ordering::SeqCst) {
-            if let Some(signal) = self.look()
-                && since.get_or_insert_with(Instant::now).elapsed() >= GRACE
+        while !self.finished.load(Ordering::SeqCst) {
+            if let Some(signal) = self.poll_end()
+                && since.get_or_insert_with(Instant::now).elapsed() >= EXIT_GRACE
             {
                 // What is to be written may wait for a terminal that takes nothing.
-                let back = thread::spawn(give_back);
+                let back = thread::spawn(restore_terminal);
                 let begin = Instant::now();
-                while !back.is_finished() && begin.elapsed() < GRACE {
+                while !back.is_finished() && begin.elapsed() < EXIT_GRACE {
                     thread::sleep(Duration::from_millis(1));
                 }
-                obey(signal);
+                exit_by_signal(signal);
             }
-            thread::sleep(PATIENCE);
+            thread::sleep(SIGNAL_POLL);
         }
     }
 }
 
 /// Listens for what ends the process, as long as there is a view.
-struct Signals(Arc<Ending>);
+struct SignalListener(Arc<EndWatch>);
 
-impl Signals {
-    fn new() -> io::Result<Signals> {
+impl SignalListener {
+    fn new() -> io::Result<SignalListener> {
         let reads = io::stdin().is_terminal();
-        let ending = Arc::new(Ending { seen: Arc::default(), reads, over: AtomicBool::new(false) });
+        let ending = Arc::new(EndWatch { signal: Arc::default(), reads_stdin: reads, finished: AtomicBool::new(false) });
         #[cfg(unix)]
-        for signal in ENDS {
+        for signal in END_SIGNALS {
             let number = usize::try_from(signal).unwrap_or(0);
-            signal_hook::flag::register_usize(signal, Arc::clone(&ending.seen), number)?;
+            signal_hook::flag::register_usize(signal, Arc::clone(&ending.signal), number)?;
         }
         let guard = Arc::clone(&ending);
-        thread::Builder::new().spawn(move || guard.guard())?;
-        Ok(Signals(ending))
+        thread::Builder::new().spawn(move || guard.guard_exit())?;
+        Ok(SignalListener(ending))
     }
 }
 
-impl Drop for Signals {
+impl Drop for SignalListener {
     fn drop(&mut self) {
-        self.0.over.store(true, Ordering::SeqCst);
+        self.0.finished.store(true, Ordering::SeqCst);
     }
 }
 
 /// The key that an event is.
-fn pressed(event: Event) -> Option<Key> {
+fn key_of_event(event: Event) -> Option<ScreenKey> {
     match event {
-        Event::Key(key) if key.kind != KeyEventKind::Release => named(key),
+        Event::Key(key) if key.kind != KeyEventKind::Release => key_of_key_event(key),
         _ => None,
     }
 }
 
 /// A key of the terminal as one of ours.
-fn named(event: KeyEvent) -> Option<Key> {
+fn key_of_key_event(event: KeyEvent) -> Option<ScreenKey> {
     Some(match event.code {
-        KeyCode::Char(c) if event.modifiers.contains(KeyModifiers::CONTROL) => Key::Ctrl(c.to_ascii_lowercase()),
-        KeyCode::Char(c) if event.modifiers.contains(KeyModifiers::ALT) => Key::Alt(c),
-        KeyCode::Char(c) => Key::Char(c),
-        KeyCode::Enter => Key::Enter,
-        KeyCode::Esc => Key::Escape,
-        KeyCode::Backspace => Key::Backspace,
-        KeyCode::Tab => Key::Tab,
-        KeyCode::Up => Key::Up,
-        KeyCode::Down => Key::Down,
-        KeyCode::Left => Key::Left,
-        KeyCode::Right => Key::Right,
-        KeyCode::PageUp => Key::PageUp,
-        KeyCode::PageDown => Key::PageDown,
-        KeyCode::Home => Key::Home,
-        KeyCode::End => Key::End,
+        KeyCode::Char(c) if event.modifiers.contains(KeyModifiers::CONTROL) => ScreenKey::Ctrl(c.to_ascii_lowercase()),
+        KeyCode::Char(c) if event.modifiers.contains(KeyModifiers::ALT) => ScreenKey::Alt(c),
+        KeyCode::Char(c) => ScreenKey::Char(c),
+        KeyCode::Enter => ScreenKey::Enter,
+        KeyCode::Esc => ScreenKey::Escape,
+        KeyCode::Backspace => ScreenKey::Backspace,
+        KeyCode::Tab => ScreenKey::Tab,
+        KeyCode::Up => ScreenKey::Up,
+        KeyCode::Down => ScreenKey::Down,
+        KeyCode::Left => ScreenKey::Left,
+        KeyCode::Right => ScreenKey::Right,
+        KeyCode::PageUp => ScreenKey::PageUp,
+        KeyCode::PageDown => ScreenKey::PageDown,
+        KeyCode::Home => ScreenKey::Home,
+        KeyCode::End => ScreenKey::End,
         _ => return None,
     })
 }

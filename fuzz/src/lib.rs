@@ -14,30 +14,30 @@
 
 #![forbid(unsafe_code)]
 
-mod machine;
+mod machines;
 mod mutate;
 pub mod omf51;
 pub mod run;
 mod seeds;
-mod table;
+mod target_table;
 mod targets;
-mod texts;
+mod text_seeds;
 pub mod worker;
 
 use std::path::PathBuf;
 
 pub use mutate::Mutator;
-pub use table::{TARGETS, Target, target};
+pub use target_table::{TARGETS, FuzzTarget, find_target};
 
 /// Longest time of one execution, in seconds: one that takes longer is taken for endless.
-pub const SECONDS: u64 = 10;
+pub const MAX_SECONDS: u64 = 10;
 
 /// Most memory of a process that executes a target, in bytes.
-pub const MEMORY: u64 = 1536 << 20;
+pub const MAX_MEMORY_BYTES: u64 = 1536 << 20;
 
 /// The folder of the workspace.
 #[must_use]
-pub fn root() -> PathBuf {
+pub fn workspace_root() -> PathBuf {
     let own = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
     own.parent().map_or(own.clone(), PathBuf::from)
 }

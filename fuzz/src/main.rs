@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use emu_fuzz::run::{Options, TargetRun, limited, regressions, run};
-use emu_fuzz::worker::{Budget, replay, work};
-use emu_fuzz::{Mutator, TARGETS, Target, target};
+use emu_fuzz::run::{DriverOptions, TargetRun, memory_limited_command, regressions, run_targets};
+use emu_fuzz::worker::{WorkerBudget, replay_input, run_worker};
+use emu_fuzz::{Mutator, TARGETS, FuzzTarget, find_target};
 
 const USAGE: &str = "\
 emu-fuzz list                                     the targets
@@ -24,7 +24,7 @@ Exit codes: 0 nothing was found; 1 an input is a finding; 2 usage error.";
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    match command(&arguments) {
+    match run_command(&arguments) {
         Ok(code) => ExitCode::from(code),
         Err(why) => {
             eprintln!("{why}\n{USAGE}");
@@ -33,30 +33,30 @@ fn main() -> ExitCode {
     }
 }
 
-fn command(arguments: &[&str]) -> Result<u8, String> {
+fn run_command(arguments: &[&str]) -> Result<u8, String> {
     match arguments {
         ["list"] => {
-            TARGETS.iter().for_each(|target| println!("{:<16} {}", target.name, target.about));
+            TARGETS.iter().for_each(|target| println!("{:<16} {}", target.name, target.description));
             Ok(0)
         }
-        ["run", rest @ ..] => execute(rest),
-        ["replay", name, files @ ..] if !files.is_empty() => replayed(target(name)?, files),
+        ["run", rest @ ..] => execute_targets(rest),
+        ["replay", name, files @ ..] if !files.is_empty() => replay_files(find_target(name)?, files),
         ["replay-here", name, file] => {
             let input = std::fs::read(file).map_err(|why| format!("{file}: {why}"))?;
-            println!("{file}: no finding, {:?}", replay(target(name)?, &input));
+            println!("{file}: no finding, {:?}", replay_input(find_target(name)?, &input));
             Ok(0)
         }
-        ["seeds", name, folder] => seeds(target(name)?, Path::new(folder)).map_err(|why| format!("{folder}: {why}")),
+        ["seeds", name, folder] => write_seeds(find_target(name)?, Path::new(folder)).map_err(|why| format!("{folder}: {why}")),
         ["dictionary", name] => {
-            for word in (target(name)?.words)() {
-                println!("\"{}\"", escaped(word.as_bytes()));
+            for word in (find_target(name)?.dictionary)() {
+                println!("\"{}\"", dictionary_escape(word.as_bytes()));
             }
             Ok(0)
         }
         ["work", name, rest @ ..] => {
-            let Flags { seed, budget, current, .. } = Flags::read(rest)?;
+            let CommandFlags { seed, budget, current, .. } = CommandFlags::read(rest)?;
             let (budget, current) = (budget.ok_or("no budget")?, current.ok_or("no file")?);
-            println!("{}", work(target(name)?, seed, budget, &current).map_err(|why| why.to_string())?);
+            println!("{}", run_worker(find_target(name)?, seed, budget, &current).map_err(|why| why.to_string())?);
             Ok(0)
         }
         _ => Err("there is no such command".to_owned()),
@@ -64,18 +64,18 @@ fn command(arguments: &[&str]) -> Result<u8, String> {
 }
 
 /// Flags of `run` and `work`.
-struct Flags<'a> {
+struct CommandFlags<'a> {
     seed: u64,
-    budget: Option<Budget>,
+    budget: Option<WorkerBudget>,
     current: Option<PathBuf>,
     save: PathBuf,
     names: Vec<&'a str>,
 }
 
-impl<'a> Flags<'a> {
-    fn read(arguments: &[&'a str]) -> Result<Flags<'a>, String> {
-        let save = emu_fuzz::root().join("fuzz/found");
-        let mut flags = Flags { seed: 1, budget: None, current: None, save, names: Vec::new() };
+impl<'a> CommandFlags<'a> {
+    fn read(arguments: &[&'a str]) -> Result<CommandFlags<'a>, String> {
+        let save = emu_fuzz::workspace_root().join("fuzz/found");
+        let mut flags = CommandFlags { seed: 1, budget: None, current: None, save, names: Vec::new() };
         let mut rest = arguments.iter();
         while let Some(&word) = rest.next() {
             if !word.starts_with('-') {
@@ -86,9 +86,9 @@ impl<'a> Flags<'a> {
             let number = || value.parse::<u64>().map_err(|_| format!("{word} {value}: write a whole number"));
             match word {
                 "--seed" => flags.seed = number()?,
-                "--executions" => flags.budget = Some(Budget::Executions(number()?)),
-                "--seconds" => flags.budget = Some(Budget::Time(Duration::from_secs(number()?))),
-                "--milliseconds" => flags.budget = Some(Budget::Time(Duration::from_millis(number()?))),
+                "--executions" => flags.budget = Some(WorkerBudget::Executions(number()?)),
+                "--seconds" => flags.budget = Some(WorkerBudget::Time(Duration::from_secs(number()?))),
+                "--milliseconds" => flags.budget = Some(WorkerBudget::Time(Duration::from_millis(number()?))),
                 "--save" => flags.save = PathBuf::from(value),
                 "--current" => flags.current = Some(PathBuf::from(value)),
                 _ => return Err(format!("there is no flag {word}")),
@@ -98,14 +98,14 @@ impl<'a> Flags<'a> {
     }
 }
 
-fn execute(arguments: &[&str]) -> Result<u8, String> {
-    let flags = Flags::read(arguments)?;
-    let named = flags.names.iter().map(|name| target(name)).collect::<Result<Vec<_>, _>>()?;
-    let targets: Vec<&'static Target> = if named.is_empty() { TARGETS.iter().collect() } else { named };
+fn execute_targets(arguments: &[&str]) -> Result<u8, String> {
+    let flags = CommandFlags::read(arguments)?;
+    let named = flags.names.iter().map(|name| find_target(name)).collect::<Result<Vec<_>, _>>()?;
+    let targets: Vec<&'static FuzzTarget> = if named.is_empty() { TARGETS.iter().collect() } else { named };
     // The time is shared by all, and as many run at once as there are processors.
     let at_once = std::thread::available_parallelism().map_or(1, usize::from).min(targets.len());
-    let budget = match flags.budget.unwrap_or(Budget::Time(Duration::from_secs(60))) {
-        Budget::Time(time) => Budget::Time(time * at_once as u32 / targets.len() as u32),
+    let budget = match flags.budget.unwrap_or(WorkerBudget::Time(Duration::from_secs(60))) {
+        WorkerBudget::Time(time) => WorkerBudget::Time(time * at_once as u32 / targets.len() as u32),
         budget => budget,
     };
     let seed = flags.seed;
@@ -118,7 +118,7 @@ fn execute(arguments: &[&str]) -> Result<u8, String> {
         (None, executions) => println!("{:<16} {:>9} executions", ended.target.name, executions.unwrap_or(0)),
     };
     let start = Instant::now();
-    let ended = run(&Options { targets, seed, budget, save: flags.save }, &tell).map_err(|why| why.to_string())?;
+    let ended = run_targets(&DriverOptions { targets, seed, budget, findings_folder: flags.save }, &tell).map_err(|why| why.to_string())?;
     let executions: u64 = ended.iter().filter_map(|ended| ended.executions).sum();
     let findings = ended.iter().filter(|ended| ended.finding.is_some()).count();
     println!(
@@ -130,10 +130,10 @@ fn execute(arguments: &[&str]) -> Result<u8, String> {
 }
 
 /// Each input in a process of its own, so that one that takes the process with it is told as well.
-fn replayed(target: &Target, files: &[&str]) -> Result<u8, String> {
+fn replay_files(target: &FuzzTarget, files: &[&str]) -> Result<u8, String> {
     let mut found = 0;
     for file in files {
-        let status = limited(&["replay-here", target.name, file]).status().map_err(|why| why.to_string())?;
+        let status = memory_limited_command(&["replay-here", target.name, file]).status().map_err(|why| why.to_string())?;
         if !status.success() {
             println!("{file}: FINDING ({status})");
             found = 1;
@@ -142,7 +142,7 @@ fn replayed(target: &Target, files: &[&str]) -> Result<u8, String> {
     Ok(found)
 }
 
-fn seeds(target: &Target, folder: &Path) -> std::io::Result<u8> {
+fn write_seeds(target: &FuzzTarget, folder: &Path) -> std::io::Result<u8> {
     std::fs::create_dir_all(folder)?;
     let mutator = Mutator::new(target, 0, regressions(target.name));
     for (number, seed) in mutator.seeds().iter().enumerate() {
@@ -152,7 +152,7 @@ fn seeds(target: &Target, folder: &Path) -> std::io::Result<u8> {
 }
 
 /// As libFuzzer's dictionaries have it.
-fn escaped(bytes: &[u8]) -> String {
+fn dictionary_escape(bytes: &[u8]) -> String {
     let one = |byte: &u8| match byte {
         b'"' | b'\\' => format!("\\{}", char::from(*byte)),
         0x20..=0x7E => char::from(*byte).to_string(),

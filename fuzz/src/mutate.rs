@@ -2,11 +2,11 @@
 
 use emu_core::rng::Rng;
 
-use crate::seeds::Seeds;
-use crate::table::Target;
+use crate::seeds::SeedSource;
+use crate::target_table::FuzzTarget;
 
 /// Values at which readers change their minds.
-const NUMBERS: &[&str] = &[
+const BOUNDARY_NUMBERS: &[&str] = &[
     "0",
     "1",
     "-1",
@@ -42,28 +42,28 @@ const NUMBERS: &[&str] = &[
 /// Makes inputs.
 pub struct Mutator {
     seed: u64,
-    longest: usize,
+    max_input_bytes: usize,
     seeds: Vec<Vec<u8>>,
-    words: Vec<Vec<u8>>,
+    dictionary: Vec<Vec<u8>>,
 }
 
 impl Mutator {
     /// For a target. `corpus` are inputs beside its own seeds.
     #[must_use]
-    pub fn new(target: &Target, seed: u64, corpus: Vec<Vec<u8>>) -> Mutator {
-        let mut seeds: Vec<Vec<u8>> = target.seeds.iter().flat_map(Seeds::collect).chain(corpus).collect();
+    pub fn new(target: &FuzzTarget, seed: u64, corpus: Vec<Vec<u8>>) -> Mutator {
+        let mut seeds: Vec<Vec<u8>> = target.seeds.iter().flat_map(SeedSource::collect).chain(corpus).collect();
         for seed in &mut seeds {
-            seed.truncate(target.longest);
+            seed.truncate(target.max_input_bytes);
         }
         if seeds.is_empty() {
             seeds.push(Vec::new());
         }
-        let words = (target.words)().into_iter().map(String::into_bytes).collect();
+        let words = (target.dictionary)().into_iter().map(String::into_bytes).collect();
         let name = target
             .name
             .bytes()
             .fold(0xCBF2_9CE4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3));
-        Mutator { seed: seed ^ name, longest: target.longest, seeds, words }
+        Mutator { seed: seed ^ name, max_input_bytes: target.max_input_bytes, seeds, dictionary: words }
     }
 
     /// The seeds as they are.
@@ -79,36 +79,36 @@ impl Mutator {
             return seed.clone();
         }
         let mut rng = Rng::new(self.seed ^ number.wrapping_mul(0x9E37_79B9_7F4A_7C15));
-        let mut bytes = self.seed(&mut rng).to_vec();
+        let mut bytes = self.random_seed(&mut rng).to_vec();
         for _ in 0..1 + rng.below(3) * rng.below(4) {
-            self.change(&mut bytes, &mut rng);
+            self.mutate(&mut bytes, &mut rng);
         }
-        bytes.truncate(self.longest);
+        bytes.truncate(self.max_input_bytes);
         bytes
     }
 
-    fn seed(&self, rng: &mut Rng) -> &[u8] {
+    fn random_seed(&self, rng: &mut Rng) -> &[u8] {
         self.seeds.get(rng.below(self.seeds.len() as u64) as usize).map_or(&[], Vec::as_slice)
     }
 
-    fn change(&self, bytes: &mut Vec<u8>, rng: &mut Rng) {
+    fn mutate(&self, bytes: &mut Vec<u8>, rng: &mut Rng) {
         let at = rng.below(bytes.len() as u64 + 1) as usize;
         let end = (at + rng.below(16) as usize).min(bytes.len());
         match rng.below(11) {
             0 => drop(bytes.drain(at..end)),
             1 => bytes.truncate(at),
-            2 => _ = bytes.splice(at..at, self.word(rng)),
-            3 => _ = bytes.splice(at..end, self.word(rng)),
+            2 => _ = bytes.splice(at..at, self.random_word(rng)),
+            3 => _ = bytes.splice(at..end, self.random_word(rng)),
             4 => {
                 // A piece of another seed, or of this one.
-                let other = if rng.one_in(2) { bytes.clone() } else { self.seed(rng).to_vec() };
+                let other = if rng.one_in(2) { bytes.clone() } else { self.random_seed(rng).to_vec() };
                 let from = rng.below(other.len() as u64 + 1) as usize;
                 let piece =
                     other.get(from..(from + rng.below(256) as usize).min(other.len())).unwrap_or_default().to_vec();
                 let end = if rng.one_in(2) { at } else { (at + piece.len()).min(bytes.len()) };
                 _ = bytes.splice(at..end, piece);
             }
-            5 => number(bytes, at, rng),
+            5 => replace_number(bytes, at, rng),
             6 => {
                 // The same again and again: nesting, and long names.
                 let piece = bytes.get(at..end).unwrap_or_default().to_vec();
@@ -127,20 +127,20 @@ impl Mutator {
         }
     }
 
-    fn word(&self, rng: &mut Rng) -> Vec<u8> {
-        match self.words.get(rng.below(self.words.len() as u64) as usize) {
+    fn random_word(&self, rng: &mut Rng) -> Vec<u8> {
+        match self.dictionary.get(rng.below(self.dictionary.len() as u64) as usize) {
             Some(word) if !rng.one_in(4) => word.clone(),
-            _ => NUMBERS[rng.below(NUMBERS.len() as u64) as usize].as_bytes().to_vec(),
+            _ => BOUNDARY_NUMBERS[rng.below(BOUNDARY_NUMBERS.len() as u64) as usize].as_bytes().to_vec(),
         }
     }
 }
 
 /// Puts another number in place of the next one behind `at`.
-fn number(bytes: &mut Vec<u8>, at: usize, rng: &mut Rng) {
+fn replace_number(bytes: &mut Vec<u8>, at: usize, rng: &mut Rng) {
     let digit = |byte: &u8| byte.is_ascii_digit();
     let Some(start) = bytes.iter().skip(at).position(digit).map(|n| n + at) else { return };
     let len = bytes.iter().skip(start).take_while(|byte| digit(byte)).count();
-    let other = NUMBERS[rng.below(NUMBERS.len() as u64) as usize];
+    let other = BOUNDARY_NUMBERS[rng.below(BOUNDARY_NUMBERS.len() as u64) as usize];
     _ = bytes.splice(start..start + len, other.bytes());
 }
 
@@ -150,11 +150,11 @@ mod tests {
 
     #[test]
     fn a_number_stands_for_one_input() {
-        for target in ["gdb", "expression", "disasm-avr"].map(|name| crate::target(name).expect("a target")) {
+        for target in ["gdb", "expression", "disasm-avr"].map(|name| crate::find_target(name).expect("a target")) {
             let (one, other) = (Mutator::new(target, 5, Vec::new()), Mutator::new(target, 5, Vec::new()));
             let inputs: Vec<Vec<u8>> = (0..300).map(|number| one.input(number)).collect();
             assert!((0..300).all(|number| inputs[number as usize] == other.input(number)), "{}", target.name);
-            assert!(inputs.iter().all(|input| input.len() <= target.longest));
+            assert!(inputs.iter().all(|input| input.len() <= target.max_input_bytes));
             let different: std::collections::HashSet<_> = inputs.iter().collect();
             assert!(different.len() > 200, "{}: {} of 300 inputs differ", target.name, different.len());
         }

@@ -7,26 +7,26 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
-use crate::table::Target;
-use crate::worker::{Budget, HANGS};
-use crate::{MEMORY, root};
+use crate::target_table::FuzzTarget;
+use crate::worker::{WorkerBudget, HANG_EXIT_CODE};
+use crate::{MAX_MEMORY_BYTES, workspace_root};
 
 /// What is asked of the driver.
-pub struct Options {
+pub struct DriverOptions {
     /// The targets.
-    pub targets: Vec<&'static Target>,
+    pub targets: Vec<&'static FuzzTarget>,
     /// Seed of the inputs.
     pub seed: u64,
     /// How long each target is executed.
-    pub budget: Budget,
+    pub budget: WorkerBudget,
     /// Folder for findings.
-    pub save: PathBuf,
+    pub findings_folder: PathBuf,
 }
 
 /// How the executions of a target have ended.
 pub struct TargetRun {
     /// The target.
-    pub target: &'static Target,
+    pub target: &'static FuzzTarget,
     /// Executions; not known behind a finding.
     pub executions: Option<u64>,
     /// What is wrong with an input, and its file.
@@ -36,7 +36,7 @@ pub struct TargetRun {
 /// Inputs of a target that were findings once, in the order of their names.
 #[must_use]
 pub fn regressions(target: &str) -> Vec<Vec<u8>> {
-    let entries = std::fs::read_dir(root().join("fuzz/regressions").join(target));
+    let entries = std::fs::read_dir(workspace_root().join("fuzz/regressions").join(target));
     let mut files: Vec<PathBuf> = entries.into_iter().flatten().flatten().map(|entry| entry.path()).collect();
     files.sort();
     files.iter().filter_map(|file| std::fs::read(file).ok()).collect()
@@ -46,13 +46,13 @@ pub fn regressions(target: &str) -> Vec<Vec<u8>> {
 ///
 /// # Errors
 /// A process cannot be started, or a finding cannot be saved.
-pub fn run(options: &Options, tell: &(dyn Fn(&TargetRun) + Sync)) -> io::Result<Vec<TargetRun>> {
-    std::fs::create_dir_all(&options.save)?;
+pub fn run_targets(options: &DriverOptions, tell: &(dyn Fn(&TargetRun) + Sync)) -> io::Result<Vec<TargetRun>> {
+    std::fs::create_dir_all(&options.findings_folder)?;
     let next = AtomicUsize::new(0);
     let done = Mutex::new(Vec::new());
     let worker = || {
         while let Some(target) = options.targets.get(next.fetch_add(1, Ordering::SeqCst)) {
-            let ended = one(target, options);
+            let ended = run_target(target, options);
             if let Ok(ended) = &ended {
                 tell(ended);
             }
@@ -69,11 +69,11 @@ pub fn run(options: &Options, tell: &(dyn Fn(&TargetRun) + Sync)) -> io::Result<
 
 /// A process of this program under a limit of memory. Where there is no `sh` the memory is not limited.
 #[must_use]
-pub fn limited(arguments: &[&str]) -> Command {
+pub fn memory_limited_command(arguments: &[&str]) -> Command {
     let own = std::env::current_exe().unwrap_or_else(|_| PathBuf::from("emu-fuzz"));
     let mut command = if cfg!(unix) {
         let mut shell = Command::new("sh");
-        shell.arg("-c").arg(format!("ulimit -v {} && exec \"$0\" \"$@\"", MEMORY / 1024)).arg(own);
+        shell.arg("-c").arg(format!("ulimit -v {} && exec \"$0\" \"$@\"", MAX_MEMORY_BYTES / 1024)).arg(own);
         shell
     } else {
         Command::new(own)
@@ -82,15 +82,15 @@ pub fn limited(arguments: &[&str]) -> Command {
     command
 }
 
-fn one(target: &'static Target, options: &Options) -> io::Result<TargetRun> {
-    let current = options.save.join(format!("{}.current", target.name));
+fn run_target(target: &'static FuzzTarget, options: &DriverOptions) -> io::Result<TargetRun> {
+    let current = options.findings_folder.join(format!("{}.current", target.name));
     let (seed, file) = (options.seed.to_string(), current.display().to_string());
     let budget = match options.budget {
-        Budget::Executions(number) => ["--executions".to_owned(), number.to_string()],
-        Budget::Time(time) => ["--milliseconds".to_owned(), time.as_millis().to_string()],
+        WorkerBudget::Executions(number) => ["--executions".to_owned(), number.to_string()],
+        WorkerBudget::Time(time) => ["--milliseconds".to_owned(), time.as_millis().to_string()],
     };
     let arguments = ["work", target.name, "--seed", &seed, &budget[0], &budget[1], "--current", &file];
-    let ended = limited(&arguments).stdin(Stdio::null()).output()?;
+    let ended = memory_limited_command(&arguments).stdin(Stdio::null()).output()?;
     if ended.status.success() {
         let executions = String::from_utf8_lossy(&ended.stdout).trim().parse().ok();
         return Ok(TargetRun { target, executions, finding: None });
@@ -98,16 +98,16 @@ fn one(target: &'static Target, options: &Options) -> io::Result<TargetRun> {
     let said = String::from_utf8_lossy(&ended.stderr);
     let said = said.lines().filter(|line| !line.starts_with("note:")).take(3).collect::<Vec<_>>().join(" ");
     let what = match ended.status.code() {
-        Some(HANGS) => format!("it hangs: {said}"),
+        Some(HANG_EXIT_CODE) => format!("it hangs: {said}"),
         Some(code) => format!("exit code {code}: {said}"),
         None => format!("it is killed ({}): {said}", ended.status),
     };
-    let saved = save(target, &options.save, &current)?;
+    let saved = save_finding(target, &options.findings_folder, &current)?;
     Ok(TargetRun { target, executions: None, finding: Some((what, saved)) })
 }
 
 /// Gives an input a name by its content, so that the same finding is one file.
-fn save(target: &Target, folder: &Path, current: &Path) -> io::Result<PathBuf> {
+fn save_finding(target: &FuzzTarget, folder: &Path, current: &Path) -> io::Result<PathBuf> {
     let bytes = std::fs::read(current)?;
     let hash = bytes
         .iter()

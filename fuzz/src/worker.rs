@@ -9,15 +9,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::mutate::Mutator;
-use crate::table::Target;
-use crate::{SECONDS, run};
+use crate::target_table::FuzzTarget;
+use crate::{MAX_SECONDS, run};
 
 /// Exit code of a process whose execution has taken longer than [`SECONDS`].
-pub const HANGS: i32 = 77;
+pub const HANG_EXIT_CODE: i32 = 77;
 
 /// How long a worker goes on.
 #[derive(Debug, Clone, Copy)]
-pub enum Budget {
+pub enum WorkerBudget {
     /// So many executions.
     Executions(u64),
     /// So long.
@@ -25,14 +25,14 @@ pub enum Budget {
 }
 
 /// Number of the execution that is going on, from 1 on; 0 where none is.
-static RUNNING: AtomicU64 = AtomicU64::new(0);
+static CURRENT_EXECUTION: AtomicU64 = AtomicU64::new(0);
 
 /// An execution that waits for something may take so many times the limit, since it is asleep, or others have the processor.
-const PATIENCE: u64 = 6;
+const WALL_CLOCK_FACTOR: u64 = 6;
 
 /// The limit of an execution: [`SECONDS`], or what EMU_FUZZ_LIMIT says.
-fn limit() -> u64 {
-    std::env::var("EMU_FUZZ_LIMIT").ok().and_then(|text| text.parse().ok()).unwrap_or(SECONDS)
+fn time_limit() -> u64 {
+    std::env::var("EMU_FUZZ_LIMIT").ok().and_then(|text| text.parse().ok()).unwrap_or(MAX_SECONDS)
 }
 
 /// Time of the processor that this process has taken, in hundredths of a second: utime and stime, proc(5). None where the system
@@ -44,27 +44,27 @@ fn processor_time() -> Option<u64> {
 }
 
 /// Ends the process when an execution takes too long: in time of the processor, so that a busy machine makes no findings.
-fn watch() {
+fn start_watcher() {
     static ONCE: Once = Once::new();
-    ONCE.call_once(|| drop(std::thread::spawn(watcher)));
+    ONCE.call_once(|| drop(std::thread::spawn(run_watcher)));
 }
 
-fn watcher() {
-    let limit = limit();
+fn run_watcher() {
+    let limit = time_limit();
     let (mut seen, mut since, mut taken) = (0, Instant::now(), processor_time());
     loop {
         std::thread::sleep(Duration::from_millis(100));
-        let running = RUNNING.load(Ordering::Relaxed);
+        let running = CURRENT_EXECUTION.load(Ordering::Relaxed);
         if running != seen || running == 0 {
             (seen, since, taken) = (running, Instant::now(), processor_time());
             continue;
         }
         let computed = processor_time().zip(taken).map(|(now, then)| now.saturating_sub(then) / 100);
         let waited = since.elapsed().as_secs();
-        let most = if computed.is_some() { limit * PATIENCE } else { limit };
+        let most = if computed.is_some() { limit * WALL_CLOCK_FACTOR } else { limit };
         if computed.is_some_and(|seconds| seconds >= limit) || waited >= most {
             eprintln!("an execution takes longer than {limit} s");
-            std::process::exit(HANGS);
+            std::process::exit(HANG_EXIT_CODE);
         }
     }
 }
@@ -73,24 +73,24 @@ fn watcher() {
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn work(target: &Target, seed: u64, budget: Budget, current: &Path) -> io::Result<u64> {
+pub fn run_worker(target: &FuzzTarget, seed: u64, budget: WorkerBudget, current: &Path) -> io::Result<u64> {
     let mutator = Mutator::new(target, seed, run::regressions(target.name));
     let start = Instant::now();
-    watch();
+    start_watcher();
     let mut file = File::create(current)?;
     let mut number = 0;
     while match budget {
-        Budget::Executions(most) => number < most,
-        Budget::Time(most) => start.elapsed() < most,
+        WorkerBudget::Executions(most) => number < most,
+        WorkerBudget::Time(most) => start.elapsed() < most,
     } {
         let input = mutator.input(number);
         file.set_len(0)?;
         file.rewind()?;
         file.write_all(&input)?;
         number += 1;
-        RUNNING.store(number, Ordering::Relaxed);
+        CURRENT_EXECUTION.store(number, Ordering::Relaxed);
         target.run(&input);
-        RUNNING.store(0, Ordering::Relaxed);
+        CURRENT_EXECUTION.store(0, Ordering::Relaxed);
     }
     drop(file);
     std::fs::remove_file(current)?;
@@ -98,12 +98,12 @@ pub fn work(target: &Target, seed: u64, budget: Budget, current: &Path) -> io::R
 }
 
 /// Executes one input under the same limit of time.
-pub fn replay(target: &Target, input: &[u8]) -> Duration {
+pub fn replay_input(target: &FuzzTarget, input: &[u8]) -> Duration {
     let start = Instant::now();
-    watch();
+    start_watcher();
     static NUMBER: AtomicU64 = AtomicU64::new(1);
-    RUNNING.store(NUMBER.fetch_add(1, Ordering::Relaxed), Ordering::Relaxed);
+    CURRENT_EXECUTION.store(NUMBER.fetch_add(1, Ordering::Relaxed), Ordering::Relaxed);
     target.run(input);
-    RUNNING.store(0, Ordering::Relaxed);
+    CURRENT_EXECUTION.store(0, Ordering::Relaxed);
     start.elapsed()
 }

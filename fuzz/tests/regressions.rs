@@ -1,12 +1,12 @@
 //! What was a finding once is none any more: `fuzz/regressions/TARGET/*`, each within the limit of time.
 
-use emu_fuzz::{TARGETS, root, run, target, worker};
+use emu_fuzz::{TARGETS, workspace_root, run, find_target, worker};
 
 #[test]
 fn findings_stay_fixed() {
     for target in TARGETS {
         for input in run::regressions(target.name) {
-            worker::replay(target, &input);
+            worker::replay_input(target, &input);
         }
     }
 }
@@ -14,8 +14,8 @@ fn findings_stay_fixed() {
 /// A folder of a target that was renamed would be executed by nobody.
 #[test]
 fn every_folder_is_a_target() {
-    for entry in std::fs::read_dir(root().join("fuzz/regressions")).into_iter().flatten().flatten() {
+    for entry in std::fs::read_dir(workspace_root().join("fuzz/regressions")).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
-        assert!(!entry.path().is_dir() || target(&name).is_ok(), "{name} is no target");
+        assert!(!entry.path().is_dir() || find_target(&name).is_ok(), "{name} is no target");
     }
 }

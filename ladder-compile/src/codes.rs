@@ -1,13 +1,13 @@
 //! The codes of this crate: LC00x refuse elements, LC01x pins, LC02x time, LC03x size; LC04x are notes. One row is name,
 //! code, title and the text of `emu explain`.
 
-use diag::Code;
+use diag::DiagnosticCode;
 
 macro_rules! codes {
     ($($name:ident $code:literal $title:literal $explain:literal;)*) => {
         $(#[doc = $title] #[allow(unreachable_pub)] pub const $name: &str = $code;)*
         /// Every code of this crate, in order of its number.
-        pub const CODES: &[Code] = &[$(Code { code: $code, title: $title, explain: $explain }),*];
+        pub const CODES: &[DiagnosticCode] = &[$(DiagnosticCode { code: $code, title: $title, explain: $explain }),*];
     };
 }
 

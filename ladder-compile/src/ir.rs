@@ -9,15 +9,15 @@ use std::fmt;
 
 use ladder::{ElementId, SymbolKind};
 
-pub use crate::modules::Module;
+pub use crate::timed_module::TimedModule;
 
 /// A bit cell, an index into [`Ir::bits`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Bit(pub u32);
+pub struct BitId(pub u32);
 
 /// A word cell, an index into [`Ir::words`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct Word(pub u32);
+pub struct WordId(pub u32);
 
 /// What a bit cell is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,7 +69,7 @@ pub struct WordCell {
 
 /// A constant table, kept in program memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Table {
+pub struct ConstantTable {
     /// What it belongs to, such as `table of rung 2, element 1`.
     pub name: String,
     /// Width of a value in bytes, 1 to 4.
@@ -89,16 +89,16 @@ pub struct UartUse {
 
 /// A word operand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Value {
+pub enum WordOperand {
     /// The content of a cell.
-    Cell(Word),
+    Cell(WordId),
     /// A constant. In a comparison it fits the width of the left operand.
     Const(i32),
 }
 
 /// Relations, signed. The other two of the language turn into these by swapping operands or moving a constant by one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Rel {
+pub enum RelationOp {
     /// Equal.
     Eq,
     /// Not equal.
@@ -111,19 +111,19 @@ pub enum Rel {
 
 /// A comparison `a rel b`, with sign, at the larger width of the two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Compare {
+pub struct WordComparison {
     /// Left operand.
-    pub a: Word,
+    pub a: WordId,
     /// Relation.
-    pub rel: Rel,
+    pub rel: RelationOp,
     /// Right operand.
-    pub b: Value,
+    pub b: WordOperand,
 }
 
 /// Arithmetic modulo 2^(8 w) with w of [`Ir::width`]. `Div` truncates; x / 0 is -1 for x >= 0 and 1 for x < 0; the lowest number
 /// divided by -1 stays what it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Math {
+pub enum ArithmeticOp {
     /// Sum.
     Add,
     /// Difference.
@@ -136,146 +136,146 @@ pub enum Math {
 
 /// A bit as a function of bits: the three-address form of code that is not optimised.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Logic {
+pub enum LogicOp {
     /// a.
-    Copy(Bit),
+    Copy(BitId),
     /// not a.
-    Not(Bit),
+    Not(BitId),
     /// a and b.
-    And(Bit, Bit),
+    And(BitId, BitId),
     /// a or b.
-    Or(Bit, Bit),
+    Or(BitId, BitId),
 }
 
 /// What an [`Op::If`] looks at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Cond {
+pub enum BranchCondition {
     /// The accumulator.
     Acc,
     /// A bit cell.
-    Bit(Bit),
+    Bit(BitId),
     /// A comparison.
-    Compare(Compare),
+    Compare(WordComparison),
 }
 
 /// One operation. "acc" is the bit accumulator.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Op {
+pub enum IrOp {
     /// acc := constant.
-    Acc(bool),
+    SetAccumulator(bool),
     /// acc := bit, complemented if `negated`.
     Load {
         /// The bit.
-        bit: Bit,
+        bit: BitId,
         /// Complement it.
         negated: bool,
     },
     /// acc := acc and bit.
     And {
         /// The bit.
-        bit: Bit,
+        bit: BitId,
         /// Complement it.
         negated: bool,
     },
     /// acc := acc or bit.
     Or {
         /// The bit.
-        bit: Bit,
+        bit: BitId,
         /// Complement it.
         negated: bool,
     },
     /// bit := acc, complemented if `negated`; acc stays.
     Store {
         /// The bit.
-        bit: Bit,
+        bit: BitId,
         /// Complement it.
         negated: bool,
     },
     /// bit := constant; acc stays.
-    Put {
+    SetBit {
         /// The bit.
-        bit: Bit,
+        bit: BitId,
         /// The constant.
         value: bool,
     },
     /// Rising edge: (acc, memory) := (acc and not memory, acc).
-    Rising(Bit),
+    Rising(BitId),
     /// Falling edge: (acc, memory) := (not acc and memory, acc).
-    Falling(Bit),
+    Falling(BitId),
     /// acc := acc and the comparison.
-    AndCompare(Compare),
+    AndCompare(WordComparison),
     /// dst := src; acc stays.
     Move {
         /// Destination.
-        dst: Word,
+        dst: WordId,
         /// Source.
-        src: Value,
+        src: WordOperand,
     },
     /// dst := a op b; acc stays. The destination may be an operand.
     Math {
         /// Which operation.
-        op: Math,
+        op: ArithmeticOp,
         /// Destination.
-        dst: Word,
+        dst: WordId,
         /// Left operand.
-        a: Value,
+        a: WordOperand,
         /// Right operand.
-        b: Value,
+        b: WordOperand,
     },
     /// bit := logic; acc stays or is lost. Only in code that is not optimised, where nothing else uses acc across it.
     Logic {
         /// Destination.
-        dst: Bit,
+        dst: BitId,
         /// Its value.
-        is: Logic,
+        function: LogicOp,
     },
     /// dst := table[index]; acc stays. The index is in range, the destination may be the index.
     Lookup {
         /// Destination; a narrower table value is extended with sign, one byte wide tables of values above 127 without.
-        dst: Word,
+        dst: WordId,
         /// Index from 0.
-        index: Word,
+        index: WordId,
         /// An index into [`Ir::tables`].
         table: u32,
     },
     /// dst := the conversion of an analog input now, 0 to 1023; acc stays.
     ReadAdc {
         /// Destination.
-        dst: Word,
+        dst: WordId,
         /// An index into [`Ir::adcs`].
         input: u32,
     },
     /// The duty of the PWM output := the value, clamped to 0..=100 percent; acc stays.
     SetPwm {
         /// The duty.
-        duty: Value,
+        duty: WordOperand,
     },
     /// The low byte goes to the transmitter, which has finished with the byte before but for what a scan shifts about; acc stays.
     Send {
         /// The byte.
-        value: Value,
+        value: WordOperand,
     },
     /// acc := a byte has been received and not yet taken; if so, dst := the byte, 0 to 255, and it is taken.
     Receive {
         /// Destination.
-        dst: Word,
+        dst: WordId,
     },
     /// dst := EEPROM, least byte first; acc stays. No write is under way.
-    Recall {
+    ReadEeprom {
         /// Destination.
-        dst: Word,
+        dst: WordId,
         /// Address of its first cell.
         addr: u16,
     },
     /// If a byte of src differs from its cell of the EEPROM, the write of the lowest such byte begins and busy := scans; acc stays. No
     /// write is under way.
-    Persist {
+    WriteEeprom {
         /// Source.
-        src: Word,
+        src: WordId,
         /// Address of its first cell.
         addr: u16,
         /// Counts the scans until the EEPROM is free.
-        busy: Word,
+        busy: WordId,
         /// What a write takes.
         scans: i32,
     },
@@ -283,39 +283,39 @@ pub enum Op {
     /// chips that have such modules ([`Target::has_modules`](crate::target::Target::has_modules)); for others it is lowered to the operations above.
     Module {
         /// What it is.
-        is: Module,
+        module: TimedModule,
         /// Its integer.
-        word: Word,
+        word: WordId,
         /// P or max.
-        limit: Value,
+        limit: WordOperand,
     },
     /// Executes one of two lists.
     If {
         /// What decides.
-        cond: Cond,
+        cond: BranchCondition,
         /// Executed when it holds.
-        then: Vec<Op>,
+        if_true: Vec<IrOp>,
         /// Executed when it does not.
-        otherwise: Vec<Op>,
+        if_false: Vec<IrOp>,
     },
 }
 
 /// An operation and the element that it belongs to.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Step {
+pub struct IrStep {
     /// The element. What joins parallel branches belongs to the element that ends the branch.
-    pub at: ElementId,
+    pub element: ElementId,
     /// The operation.
-    pub op: Op,
+    pub op: IrOp,
 }
 
 /// A rung.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RungCode {
     /// Number of its elements in the program.
-    pub elements: u32,
+    pub element_count: u32,
     /// What to do, in order of the elements.
-    pub steps: Vec<Step>,
+    pub steps: Vec<IrStep>,
 }
 
 /// A scan.
@@ -326,7 +326,7 @@ pub struct Ir {
     /// Word cells.
     pub words: Vec<WordCell>,
     /// Constant tables.
-    pub tables: Vec<Table>,
+    pub tables: Vec<ConstantTable>,
     /// Symbols of the analog inputs.
     pub adcs: Vec<String>,
     /// Frequency of the PWM output in Hz, where there is one.
@@ -334,126 +334,126 @@ pub struct Ir {
     /// What is used of the serial line.
     pub uart: UartUse,
     /// Bytes of EEPROM in use, from address 0.
-    pub eeprom: u16,
+    pub eeprom_bytes: u16,
     /// After the inputs are latched, before the first rung.
-    pub begin: Vec<Op>,
+    pub prologue: Vec<IrOp>,
     /// The rungs of the program, all of them, in order.
     pub rungs: Vec<RungCode>,
     /// After the last rung, before the outputs are written.
-    pub end: Vec<Op>,
+    pub epilogue: Vec<IrOp>,
 }
 
 impl Ir {
     /// True for bits that hold a value within one scan only.
     #[must_use]
-    pub fn is_temporary(&self, bit: Bit) -> bool {
+    pub fn is_temporary(&self, bit: BitId) -> bool {
         self.bits.get(bit.0 as usize).is_some_and(|cell| cell.role == BitRole::Temporary)
     }
 
     /// Width of a word cell in bytes.
     #[must_use]
-    pub fn bytes(&self, word: Word) -> u8 {
+    pub fn bytes(&self, word: WordId) -> u8 {
         self.words.get(word.0 as usize).map_or(2, |cell| cell.bytes)
     }
 
     /// Width at which an operation is done, in bytes: that of the destination where more cannot matter, and for a division
     /// the largest of destination, operands and what constants need.
     #[must_use]
-    pub fn width(&self, op: Math, dst: Word, a: Value, b: Value) -> u8 {
-        let of = |value: Value| match value {
-            Value::Cell(word) => self.bytes(word),
-            Value::Const(constant) => bytes_of(constant),
+    pub fn width(&self, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand) -> u8 {
+        let of = |value: WordOperand| match value {
+            WordOperand::Cell(word) => self.bytes(word),
+            WordOperand::Const(constant) => min_bytes(constant),
         };
         match op {
-            Math::Div => self.bytes(dst).max(of(a)).max(of(b)),
-            Math::Add | Math::Sub | Math::Mul => self.bytes(dst),
+            ArithmeticOp::Div => self.bytes(dst).max(of(a)).max(of(b)),
+            ArithmeticOp::Add | ArithmeticOp::Sub | ArithmeticOp::Mul => self.bytes(dst),
         }
     }
 
-    fn bit(&self, bit: Bit, negated: bool) -> String {
+    fn bit(&self, bit: BitId, negated: bool) -> String {
         let name = self.bits.get(bit.0 as usize).map_or("?", |cell| &cell.name);
         format!("{}{name}", if negated { "!" } else { "" })
     }
 
-    fn word(&self, word: Word) -> &str {
+    fn word(&self, word: WordId) -> &str {
         self.words.get(word.0 as usize).map_or("?", |cell| &cell.name)
     }
 
-    fn value(&self, value: Value) -> String {
+    fn value(&self, value: WordOperand) -> String {
         match value {
-            Value::Cell(word) => self.word(word).to_owned(),
-            Value::Const(constant) => constant.to_string(),
+            WordOperand::Cell(word) => self.word(word).to_owned(),
+            WordOperand::Const(constant) => constant.to_string(),
         }
     }
 
-    fn compare(&self, c: &Compare) -> String {
+    fn compare(&self, c: &WordComparison) -> String {
         let rel = match c.rel {
-            Rel::Eq => "==",
-            Rel::Ne => "!=",
-            Rel::Lt => "<",
-            Rel::Ge => ">=",
+            RelationOp::Eq => "==",
+            RelationOp::Ne => "!=",
+            RelationOp::Lt => "<",
+            RelationOp::Ge => ">=",
         };
         format!("{} {rel} {}", self.word(c.a), self.value(c.b))
     }
 
     /// One operation as text; an [`Op::If`] gives several lines, the inner ones indented.
     #[must_use]
-    pub fn text(&self, op: &Op) -> String {
+    pub fn op_text(&self, op: &IrOp) -> String {
         match op {
-            Op::Acc(value) => format!("acc {}", u8::from(*value)),
-            Op::Load { bit, negated } => format!("load {}", self.bit(*bit, *negated)),
-            Op::And { bit, negated } => format!("and {}", self.bit(*bit, *negated)),
-            Op::Or { bit, negated } => format!("or {}", self.bit(*bit, *negated)),
-            Op::Store { bit, negated } => format!("store {}", self.bit(*bit, *negated)),
-            Op::Put { bit, value } => format!("put {} {}", self.bit(*bit, false), u8::from(*value)),
-            Op::Rising(bit) => format!("rising {}", self.bit(*bit, false)),
-            Op::Falling(bit) => format!("falling {}", self.bit(*bit, false)),
-            Op::AndCompare(compare) => format!("and {}", self.compare(compare)),
-            Op::Move { dst, src } => format!("{} := {}", self.word(*dst), self.value(*src)),
-            Op::Math { op, dst, a, b } => {
+            IrOp::SetAccumulator(value) => format!("acc {}", u8::from(*value)),
+            IrOp::Load { bit, negated } => format!("load {}", self.bit(*bit, *negated)),
+            IrOp::And { bit, negated } => format!("and {}", self.bit(*bit, *negated)),
+            IrOp::Or { bit, negated } => format!("or {}", self.bit(*bit, *negated)),
+            IrOp::Store { bit, negated } => format!("store {}", self.bit(*bit, *negated)),
+            IrOp::SetBit { bit, value } => format!("put {} {}", self.bit(*bit, false), u8::from(*value)),
+            IrOp::Rising(bit) => format!("rising {}", self.bit(*bit, false)),
+            IrOp::Falling(bit) => format!("falling {}", self.bit(*bit, false)),
+            IrOp::AndCompare(compare) => format!("and {}", self.compare(compare)),
+            IrOp::Move { dst, src } => format!("{} := {}", self.word(*dst), self.value(*src)),
+            IrOp::Math { op, dst, a, b } => {
                 let sign = match op {
-                    Math::Add => '+',
-                    Math::Sub => '-',
-                    Math::Mul => '*',
-                    Math::Div => '/',
+                    ArithmeticOp::Add => '+',
+                    ArithmeticOp::Sub => '-',
+                    ArithmeticOp::Mul => '*',
+                    ArithmeticOp::Div => '/',
                 };
                 format!("{} := {} {sign} {}", self.word(*dst), self.value(*a), self.value(*b))
             }
-            Op::Logic { dst, is } => {
-                let bit = |bit: &Bit| self.bit(*bit, false);
+            IrOp::Logic { dst, function: is } => {
+                let bit = |bit: &BitId| self.bit(*bit, false);
                 let is = match is {
-                    Logic::Copy(a) => bit(a),
-                    Logic::Not(a) => format!("not {}", bit(a)),
-                    Logic::And(a, b) => format!("{} and {}", bit(a), bit(b)),
-                    Logic::Or(a, b) => format!("{} or {}", bit(a), bit(b)),
+                    LogicOp::Copy(a) => bit(a),
+                    LogicOp::Not(a) => format!("not {}", bit(a)),
+                    LogicOp::And(a, b) => format!("{} and {}", bit(a), bit(b)),
+                    LogicOp::Or(a, b) => format!("{} or {}", bit(a), bit(b)),
                 };
                 format!("{} := {is}", bit(dst))
             }
-            Op::Lookup { dst, index, table } => {
+            IrOp::Lookup { dst, index, table } => {
                 let name = self.tables.get(*table as usize).map_or("?", |table| &table.name);
                 format!("{} := {name}[{}]", self.word(*dst), self.word(*index))
             }
-            Op::ReadAdc { dst, input } => {
+            IrOp::ReadAdc { dst, input } => {
                 let name = self.adcs.get(*input as usize).map_or("?", String::as_str);
                 format!("{} := adc {name}", self.word(*dst))
             }
-            Op::SetPwm { duty } => format!("pwm {}", self.value(*duty)),
-            Op::Send { value } => format!("send {}", self.value(*value)),
-            Op::Receive { dst } => format!("receive {}", self.word(*dst)),
-            Op::Recall { dst, addr } => format!("{} := eeprom {addr}", self.word(*dst)),
-            Op::Persist { src, addr, busy, scans } => {
+            IrOp::SetPwm { duty } => format!("pwm {}", self.value(*duty)),
+            IrOp::Send { value } => format!("send {}", self.value(*value)),
+            IrOp::Receive { dst } => format!("receive {}", self.word(*dst)),
+            IrOp::ReadEeprom { dst, addr } => format!("{} := eeprom {addr}", self.word(*dst)),
+            IrOp::WriteEeprom { src, addr, busy, scans } => {
                 format!("eeprom {addr} := {}, {} := {scans}", self.word(*src), self.word(*busy))
             }
-            Op::Module { is, word, limit } => format!("{is} {}, {}", self.word(*word), self.value(*limit)),
-            Op::If { cond, then, otherwise } => {
+            IrOp::Module { module: is, word, limit } => format!("{is} {}, {}", self.word(*word), self.value(*limit)),
+            IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 let cond = match cond {
-                    Cond::Acc => "acc".to_owned(),
-                    Cond::Bit(bit) => self.bit(*bit, false),
-                    Cond::Compare(compare) => self.compare(compare),
+                    BranchCondition::Acc => "acc".to_owned(),
+                    BranchCondition::Bit(bit) => self.bit(*bit, false),
+                    BranchCondition::Compare(compare) => self.compare(compare),
                 };
-                let block = |ops: &[Op]| -> String {
+                let block = |ops: &[IrOp]| -> String {
                     ops.iter()
-                        .flat_map(|op| self.text(op).lines().map(|l| format!("  {l}\n")).collect::<Vec<_>>())
+                        .flat_map(|op| self.op_text(op).lines().map(|l| format!("  {l}\n")).collect::<Vec<_>>())
                         .collect()
                 };
                 let other = if otherwise.is_empty() { String::new() } else { format!("else\n{}", block(otherwise)) };
@@ -465,29 +465,29 @@ impl Ir {
 
 /// The least width in bytes, 1 to 4, that holds a constant.
 #[must_use]
-pub fn bytes_of(constant: i32) -> u8 {
+pub fn min_bytes(constant: i32) -> u8 {
     (1..4).find(|n| constant >> (8 * n - 1) == constant >> 31).unwrap_or(4)
 }
 
 /// The whole scan as text: `rung 1`, then per step the number of its element and the operation.
 impl fmt::Display for Ir {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let block = |f: &mut fmt::Formatter<'_>, title: &str, ops: &[Op]| -> fmt::Result {
+        let block = |f: &mut fmt::Formatter<'_>, title: &str, ops: &[IrOp]| -> fmt::Result {
             if !ops.is_empty() {
                 writeln!(f, "{title}")?;
             }
-            ops.iter().try_for_each(|op| self.text(op).lines().try_for_each(|line| writeln!(f, "     {line}")))
+            ops.iter().try_for_each(|op| self.op_text(op).lines().try_for_each(|line| writeln!(f, "     {line}")))
         };
-        block(f, "begin", &self.begin)?;
+        block(f, "begin", &self.prologue)?;
         for (number, rung) in self.rungs.iter().enumerate() {
             writeln!(f, "rung {}", number + 1)?;
             for step in &rung.steps {
-                for (i, line) in self.text(&step.op).lines().enumerate() {
-                    let element = if i == 0 { (step.at.index + 1).to_string() } else { String::new() };
+                for (i, line) in self.op_text(&step.op).lines().enumerate() {
+                    let element = if i == 0 { (step.element.index + 1).to_string() } else { String::new() };
                     writeln!(f, "{element:>3}  {line}")?;
                 }
             }
         }
-        block(f, "end", &self.end)
+        block(f, "end", &self.epilogue)
     }
 }

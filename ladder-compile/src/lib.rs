@@ -9,7 +9,7 @@
 #![forbid(unsafe_code)]
 
 pub mod ap101;
-mod asm;
+mod assembly;
 pub mod avr;
 pub mod code;
 mod codes;
@@ -18,40 +18,40 @@ pub mod ir;
 mod listing;
 pub mod lower;
 mod map;
-mod mapping;
+mod build_map;
 pub mod mcs51;
-mod modules;
+mod timed_module;
 #[cfg(feature = "mutants")]
 mod mutants;
 pub mod optimise;
 pub mod pic16;
 pub mod pins;
-mod refusal;
-pub mod refuse;
+mod refusal_diagnostics;
+pub mod element_checks;
 pub mod target;
-pub mod worst;
+pub mod longest_path;
 
 use std::sync::LazyLock;
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::Chip;
-use ladder::Program;
+use ladder::LadderProgram;
 
 use ir::Ir;
-use pins::Pin;
-use target::{Built, Job, Target};
+use pins::AssignedPin;
+use target::{BuiltImage, CompileJob, CompileTarget};
 
-pub use asm::assembly;
+pub use assembly::assembly;
 pub use codes::{CODES, FUSES_NOTE};
-pub use map::{EepromMap, ElementMap, Map, PinMap, Place, Ratio, RungMap, SCHEMA, Special, SymbolMap};
+pub use map::{EepromMap, ElementMap, ImageMap, PinMap, CellLocation, Ratio, RungMap, SCHEMA, SpecialPin, SymbolMap};
 #[cfg(feature = "mutants")]
 pub use mutants::{Mutant, MutantKind, compile_mutant, mutant_ir, mutants};
 
 /// The chips that there is a compiler for, family by family.
-pub const TARGETS: &[&[Target]] = &[avr::TARGETS, mcs51::TARGETS, pic16::TARGETS, ap101::TARGETS];
+pub const TARGETS: &[&[CompileTarget]] = &[avr::TARGETS, mcs51::TARGETS, pic16::TARGETS, ap101::TARGETS];
 
 /// Every chip that there is a compiler for: fewer than there are emulators for.
-pub fn targets() -> impl Iterator<Item = &'static Target> {
+pub fn targets() -> impl Iterator<Item = &'static CompileTarget> {
     TARGETS.iter().copied().flatten()
 }
 
@@ -60,19 +60,19 @@ pub static CHIPS: LazyLock<Vec<&'static Chip>> = LazyLock::new(|| targets().map(
 
 /// What is known of the chip `name` (case aside), where there is a compiler for it.
 #[must_use]
-pub fn target(name: &str) -> Option<&'static Target> {
+pub fn find_target(name: &str) -> Option<&'static CompileTarget> {
     targets().find(|target| target.chip.name.eq_ignore_ascii_case(name))
 }
 
 /// The chip `name` (case aside), where there is a compiler for it.
 #[must_use]
-pub fn chip(name: &str) -> Option<&'static Chip> {
-    target(name).map(|target| target.chip)
+pub fn find_chip(name: &str) -> Option<&'static Chip> {
+    find_target(name).map(|target| target.chip)
 }
 
 /// What a program is compiled for.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Options {
+pub struct CompileOptions {
     /// The chip, such as `atmega328p`.
     pub mcu: String,
     /// Pins by symbol, such as (`Xstart`, `PD2`); they go before those of `IO LIST`.
@@ -83,15 +83,15 @@ pub struct Options {
     pub optimise: bool,
 }
 
-impl Default for Options {
-    fn default() -> Options {
-        Options { mcu: String::new(), pins: Vec::new(), clock_hz: None, optimise: true }
+impl Default for CompileOptions {
+    fn default() -> CompileOptions {
+        CompileOptions { mcu: String::new(), pins: Vec::new(), clock_hz: None, optimise: true }
     }
 }
 
 /// A compiled program.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Compiled {
+pub struct CompiledProgram {
     /// Intel HEX of program memory, and of configuration words where the chip has them in it.
     pub hex: String,
     /// Program memory from address 0, in bytes.
@@ -101,9 +101,9 @@ pub struct Compiled {
     /// The intermediate code as text.
     pub ir: String,
     /// Where everything is.
-    pub map: Map,
+    pub map: ImageMap,
     /// The image as the back end made it.
-    pub built: Built,
+    pub built: BuiltImage,
     /// What the user should know: pins that were given out, fuses, outputs that need parts around the chip. Never errors.
     pub notes: Vec<Diagnostic>,
 }
@@ -113,33 +113,33 @@ pub struct Compiled {
 /// # Errors
 /// Every reason found why there is no image: the errors of `ladder::check`, elements that the chip cannot do, pins, time,
 /// size. There is never a part of an image.
-pub fn compile(program: &Program, options: &Options) -> Result<Compiled, Vec<Diagnostic>> {
+pub fn compile(program: &LadderProgram, options: &CompileOptions) -> Result<CompiledProgram, Vec<Diagnostic>> {
     let prepared = prepare(program, options)?;
-    let job = prepared.job(program);
-    let built = (job.target.build)(&job).map_err(|refusal| refusal::tell(&refusal, program, &job))?;
-    finish(program, &job, built, prepared.notes.clone())
+    let job = prepared.compile_job(program);
+    let built = (job.target.build)(&job).map_err(|refusal| refusal_diagnostics::refusal_diagnostics(&refusal, program, &job))?;
+    finish_compile(program, &job, built, prepared.notes.clone())
 }
 
 /// The intermediate code that `program` is compiled to. The program must have passed the checks.
 #[must_use]
-pub fn intermediate(program: &Program, target: &Target, optimised: bool) -> Ir {
-    let ir = lower::lower_for(program, target.has_modules());
-    if optimised { optimise::optimise(ir) } else { lower::plain(ir) }
+pub fn lower_for_target(program: &LadderProgram, target: &CompileTarget, optimised: bool) -> Ir {
+    let ir = lower::lower_with_modules(program, target.has_modules());
+    if optimised { optimise::optimise(ir) } else { lower::to_three_address(ir) }
 }
 
 /// What stands before an image is made.
-pub(crate) struct Prepared {
-    pub target: &'static Target,
-    pub pins: Vec<Pin>,
+pub(crate) struct PreparedCompile {
+    pub target: &'static CompileTarget,
+    pub pins: Vec<AssignedPin>,
     pub clock_hz: u64,
     pub ir: Ir,
     pub notes: Vec<Diagnostic>,
 }
 
-impl Prepared {
+impl PreparedCompile {
     /// The compilation.
-    pub(crate) fn job<'a>(&'a self, program: &Program) -> Job<'a> {
-        Job {
+    pub(crate) fn compile_job<'a>(&'a self, program: &LadderProgram) -> CompileJob<'a> {
+        CompileJob {
             ir: &self.ir,
             target: self.target,
             pins: &self.pins,
@@ -151,70 +151,70 @@ impl Prepared {
 }
 
 /// Checks everything that can be told before an image is made.
-pub(crate) fn prepare(program: &Program, options: &Options) -> Result<Prepared, Vec<Diagnostic>> {
+pub(crate) fn prepare(program: &LadderProgram, options: &CompileOptions) -> Result<PreparedCompile, Vec<Diagnostic>> {
     let error = |code, cause: String, hint: &str| {
         Diagnostic::new(Severity::Error, code, &program.file, Pos::default(), cause, hint)
     };
-    let mut told: Vec<Diagnostic> = ladder::check(program).into_iter().filter(Diagnostic::is_error).collect();
-    let target = target(&options.mcu);
-    for refusal in refuse::refuse(program, target) {
-        if !told.iter().any(|known| known.pos.line == refusal.pos.line) {
-            told.push(refusal);
+    let mut diagnostics: Vec<Diagnostic> = ladder::check(program).into_iter().filter(Diagnostic::is_error).collect();
+    let target = find_target(&options.mcu);
+    for refusal in element_checks::unsupported_elements(program, target) {
+        if !diagnostics.iter().any(|known| known.pos.line == refusal.pos.line) {
+            diagnostics.push(refusal);
         }
     }
-    told.sort_by_key(|diagnostic| diagnostic.pos);
+    diagnostics.sort_by_key(|diagnostic| diagnostic.pos);
     let Some(target) = target else {
         let known: Vec<&str> = CHIPS.iter().map(|chip| chip.name).collect();
         let cause = format!("there is no compiler for the chip `{}`", options.mcu);
-        told.push(error(codes::UNKNOWN_CHIP, cause, &format!("known are {}", known.join(", "))));
-        return Err(told);
+        diagnostics.push(error(codes::UNKNOWN_CHIP, cause, &format!("known are {}", known.join(", "))));
+        return Err(diagnostics);
     };
-    let pins = pins::assign(program, &options.pins, target, &mut told);
+    let pins = pins::assign_pins(program, &options.pins, target, &mut diagnostics);
     let clock_hz = options.clock_hz.unwrap_or(program.settings.crystal_hz);
     if clock_hz == 0 || clock_hz > target.chip.max_hz {
         let cause = format!("the clock is {clock_hz} Hz, {} runs at 1 to {} Hz", target.chip.name, target.chip.max_hz);
-        told.push(error(codes::CLOCK, cause, "set CRYSTAL=, or give another clock on the command line"));
+        diagnostics.push(error(codes::CLOCK, cause, "set CRYSTAL=, or give another clock on the command line"));
     }
     // The checks of the language refuse a cycle of zero already.
-    if program.settings.cycle_us == 0 && !told.iter().any(Diagnostic::is_error) {
-        told.push(error(codes::NO_CYCLE, "the cycle time is 0 us".to_owned(), "set CYCLE="));
+    if program.settings.cycle_us == 0 && !diagnostics.iter().any(Diagnostic::is_error) {
+        diagnostics.push(error(codes::NO_CYCLE, "the cycle time is 0 us".to_owned(), "set CYCLE="));
     }
-    if told.iter().any(Diagnostic::is_error) {
-        return Err(told.into_iter().filter(Diagnostic::is_error).collect());
+    if diagnostics.iter().any(Diagnostic::is_error) {
+        return Err(diagnostics.into_iter().filter(Diagnostic::is_error).collect());
     }
 
-    let ir = intermediate(program, target, options.optimise);
-    Ok(Prepared { target, pins, clock_hz, ir, notes: told })
+    let ir = lower_for_target(program, target, options.optimise);
+    Ok(PreparedCompile { target, pins, clock_hz, ir, notes: diagnostics })
 }
 
 /// Looks at the time of a finished image and tells all that is known of it.
-pub(crate) fn finish(
-    program: &Program,
-    job: &Job<'_>,
-    built: Built,
-    mut told: Vec<Diagnostic>,
-) -> Result<Compiled, Vec<Diagnostic>> {
-    if built.worst + built.poll > built.shortest {
-        return Err(vec![refusal::too_long(program, job, &built)]);
+pub(crate) fn finish_compile(
+    program: &LadderProgram,
+    job: &CompileJob<'_>,
+    built: BuiltImage,
+    mut notes: Vec<Diagnostic>,
+) -> Result<CompiledProgram, Vec<Diagnostic>> {
+    if built.worst_scan_cycles + built.poll_cycles > built.shortest_period_cycles {
+        return Err(vec![refusal_diagnostics::scan_too_long(program, job, &built)]);
     }
-    let map = mapping::map_of(program, job, &built);
+    let map = build_map::build_map(program, job, &built);
     let warn = |severity, code, cause: String, hint: &str| {
         Diagnostic::new(severity, code, &program.file, Pos::default(), cause, hint)
     };
     if !map.fuses.is_empty() {
-        told.push(warn(Severity::Note, codes::FUSES_NOTE, format!("fuses: {}", map.fuses.join("; ")), ""));
+        notes.push(warn(Severity::Note, codes::FUSES_NOTE, format!("fuses: {}", map.fuses.join("; ")), ""));
     }
-    told.extend(
+    notes.extend(
         built.warnings.iter().map(|(cause, hint)| warn(Severity::Warning, codes::OUTSIDE, cause.clone(), hint)),
     );
     let segments: Vec<(u32, &[u8])> = built.segments.iter().map(|(at, bytes)| (*at, &bytes[..])).collect();
-    Ok(Compiled {
+    Ok(CompiledProgram {
         hex: emu_core::image::write_hex(&segments),
         listing: listing::listing(program, job.ir, job.target.chip, &built, &map),
         ir: job.ir.to_string(),
         code: built.segments.first().map_or_else(Vec::new, |(_, bytes)| bytes.clone()),
         map,
         built,
-        notes: told,
+        notes,
     })
 }

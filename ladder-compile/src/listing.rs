@@ -4,47 +4,47 @@
 use std::fmt::Write;
 
 use emu_core::chip::Chip;
-use ladder::{ElementId, Node, Program};
+use ladder::{ElementId, RungNode, LadderProgram};
 
-use crate::ir::{Ir, Op};
-use crate::map::{Map, Place};
-use crate::target::{Built, Mark};
+use crate::ir::{Ir, IrOp};
+use crate::map::{ImageMap, CellLocation};
+use crate::target::{BuiltImage, CodeMark};
 
 /// The listing of an image: a head with pins and places, then address, words and instruction per line. Addresses are bytes on
 /// AVR and 8051, words on the others, as their assemblers have it.
 #[must_use]
-pub(crate) fn listing(program: &Program, ir: &Ir, chip: &Chip, built: &Built, map: &Map) -> String {
+pub(crate) fn listing(program: &LadderProgram, ir: &Ir, chip: &Chip, built: &BuiltImage, map: &ImageMap) -> String {
     let mut out = String::new();
-    head(&mut out, program, map);
+    push_head(&mut out, program, map);
     let mut marks = built.marks.iter().peekable();
     let mut elements = map.elements.iter();
     let plain = has_logic(ir);
-    let steps_marked = built.marks.iter().any(|(mark, _)| matches!(mark, Mark::Step { .. }));
+    let steps_marked = built.marks.iter().any(|(mark, _)| matches!(mark, CodeMark::Step { .. }));
     for line in &built.lines {
         while let Some((mark, _)) = marks.next_if(|(_, at)| *at <= line.addr) {
             match mark {
-                Mark::Part(title) => _ = write!(out, "\n; {title}\n"),
-                Mark::Rung(number) => {
+                CodeMark::Section(title) => _ = write!(out, "\n; {title}\n"),
+                CodeMark::Rung(number) => {
                     _ = write!(out, "\n; rung {}\n", number + 1);
                     if let Some(rung) = program.rungs.get(*number as usize) {
-                        series(&mut out, &rung.series, 1);
+                        push_series(&mut out, &rung.series, 1);
                     }
                 }
-                Mark::Element(id) => {
+                CodeMark::Element(id) => {
                     let element = elements.next();
                     if let Some(element) = element.filter(|e| e.start != e.end) {
                         _ = writeln!(out, ";{}.{} {}", element.rung, element.element, element.text);
                         if plain && !steps_marked {
-                            operations(&mut out, ir, *id);
+                            push_operations(&mut out, ir, *id);
                         }
                     }
                 }
-                Mark::Step { rung, step } if plain => {
+                CodeMark::Step { rung, step } if plain => {
                     let step = ir.rungs.get(*rung as usize).and_then(|rung| rung.steps.get(*step as usize));
-                    step.into_iter().for_each(|step| operation(&mut out, ir, &step.op));
+                    step.into_iter().for_each(|step| push_operation(&mut out, ir, &step.op));
                 }
-                Mark::TimerStart => out.push_str("; the timer starts at the end of the next instruction\n"),
-                Mark::Poll | Mark::ScanStart | Mark::RungsEnd | Mark::ScanEnd | Mark::ScanOver | Mark::Step { .. } => {}
+                CodeMark::TimerStart => out.push_str("; the timer starts at the end of the next instruction\n"),
+                CodeMark::PollLoop | CodeMark::ScanStart | CodeMark::RungsEnd | CodeMark::ScanEnd | CodeMark::AfterScan | CodeMark::Step { .. } => {}
             }
         }
         let digits = if chip.word_bytes == 1 { 2 } else { 4 };
@@ -56,22 +56,22 @@ pub(crate) fn listing(program: &Program, ir: &Ir, chip: &Chip, built: &Built, ma
 }
 
 fn has_logic(ir: &Ir) -> bool {
-    let logic = |op: &Op| matches!(op, Op::Logic { .. });
+    let logic = |op: &IrOp| matches!(op, IrOp::Logic { .. });
     ir.rungs.iter().flat_map(|rung| &rung.steps).any(|step| logic(&step.op))
 }
 
 /// The operations of an element.
-fn operations(out: &mut String, ir: &Ir, id: ElementId) {
+fn push_operations(out: &mut String, ir: &Ir, id: ElementId) {
     let rung = ir.rungs.get(id.rung as usize);
-    let steps = rung.into_iter().flat_map(|rung| &rung.steps).filter(|step| step.at == id);
-    steps.for_each(|step| operation(out, ir, &step.op));
+    let steps = rung.into_iter().flat_map(|rung| &rung.steps).filter(|step| step.element == id);
+    steps.for_each(|step| push_operation(out, ir, &step.op));
 }
 
-fn operation(out: &mut String, ir: &Ir, op: &Op) {
-    ir.text(op).lines().for_each(|line| _ = writeln!(out, ";     {line}"));
+fn push_operation(out: &mut String, ir: &Ir, op: &IrOp) {
+    ir.op_text(op).lines().for_each(|line| _ = writeln!(out, ";     {line}"));
 }
 
-fn head(out: &mut String, program: &Program, map: &Map) {
+fn push_head(out: &mut String, program: &LadderProgram, map: &ImageMap) {
     _ = writeln!(out, "; {} for {} at {} Hz", program.file, map.mcu, map.clock_hz);
     _ = writeln!(
         out,
@@ -84,26 +84,26 @@ fn head(out: &mut String, program: &Program, map: &Map) {
     for symbol in &map.symbols {
         let pin = map.pins.iter().find(|p| p.name == symbol.name).map_or(String::new(), |p| format!("  {}", p.pin));
         _ = match &symbol.place {
-            Place::Bit { addr, bit, .. } => writeln!(out, "; {:<16} bit  0x{addr:04X}.{bit}{pin}", symbol.name),
-            Place::Word { addr, .. } => writeln!(out, "; {:<16} word 0x{addr:04X}", symbol.name),
+            CellLocation::Bit { addr, bit, .. } => writeln!(out, "; {:<16} bit  0x{addr:04X}.{bit}{pin}", symbol.name),
+            CellLocation::Word { addr, .. } => writeln!(out, "; {:<16} word 0x{addr:04X}", symbol.name),
         };
     }
 }
 
 /// A rung as in a `.ld` file.
-fn series(out: &mut String, nodes: &[Node], depth: usize) {
+fn push_series(out: &mut String, nodes: &[RungNode], depth: usize) {
     let pad = "  ".repeat(depth);
     for node in nodes {
         match node {
-            Node::Leaf(element, _) => _ = writeln!(out, ";{pad}{}", ladder::element_text(element)),
-            Node::Parallel(branches, _) => {
+            RungNode::Leaf(element, _) => _ = writeln!(out, ";{pad}{}", ladder::element_text(element)),
+            RungNode::Parallel(branches, _) => {
                 _ = writeln!(out, ";{pad}PARALLEL");
                 for branch in branches {
                     if branch.len() == 1 {
-                        series(out, branch, depth + 1);
+                        push_series(out, branch, depth + 1);
                     } else {
                         _ = writeln!(out, ";{pad}  SERIES");
-                        series(out, branch, depth + 2);
+                        push_series(out, branch, depth + 2);
                         _ = writeln!(out, ";{pad}  END");
                     }
                 }

@@ -3,99 +3,99 @@
 //! Written from the language's documents: the rung state is the accumulator, every element transforms it, and every element
 //! is executed in every scan. Nothing here is clever; [`crate::optimise`] removes what is not needed.
 
-mod numbers;
-mod parts;
-mod plain;
+mod word_elements;
+mod peripherals;
+mod three_address;
 mod timing;
 
 use std::collections::HashMap;
 
-use ladder::{CompareOp, Dialect, Element, ElementId, MathOp, Node, Operand, Program, SymbolKind};
+use ladder::{CompareOp, LadderDialect, Element, ElementId, MathOp, RungNode, LadderOperand, LadderProgram, SymbolKind};
 
-use crate::ir::{Bit, BitCell, BitRole, Cond, Ir, Math, Op, RungCode, Step, Value, Word, WordCell, WordRole};
-use numbers::Relation;
-use parts::Busy;
+use crate::ir::{BitId, BitCell, BitRole, BranchCondition, Ir, ArithmeticOp, IrOp, RungCode, IrStep, WordOperand, WordId, WordCell, WordRole};
+use word_elements::ReducedComparison;
+use peripherals::TransmitterBusy;
 
-pub use parts::eeprom;
-pub use plain::plain;
-pub use timing::scans;
+pub use peripherals::eeprom_cells;
+pub use three_address::to_three_address;
+pub use timing::timer_scans;
 
 /// The scan of `program`, not yet optimised.
 ///
 /// The program must have passed the checks of `ladder` and [`crate::refuse`]: elements that are not compiled have no
 /// operations here.
 #[must_use]
-pub fn lower(program: &Program) -> Ir {
-    lower_for(program, false)
+pub fn lower(program: &LadderProgram) -> Ir {
+    lower_with_modules(program, false)
 }
 
 /// The same; with `modules` timers and counters stay whole, each an [`Op::Module`].
 #[must_use]
-pub fn lower_for(program: &Program, modules: bool) -> Ir {
-    let mut lower = Lower::new(program, modules);
+pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
+    let mut lower = Lowering::new(program, modules);
     for symbol in program.symbols() {
         if symbol.kind.is_bit() {
             lower.symbol_bit(&symbol.name);
         } else {
-            let initial = lower.starts.get(symbol.name.as_str()).copied().unwrap_or(0);
+            let initial = lower.counter_starts.get(symbol.name.as_str()).copied().unwrap_or(0);
             lower.new_word(symbol.name, symbol.kind, symbol.bytes, initial);
         }
     }
     if program.elements().any(|(_, element, _)| matches!(element, Element::MasterRelay)) {
         let master = lower.new_bit("master".to_owned(), BitRole::Temporary);
         lower.master = Some(master);
-        lower.ir.begin.push(Op::Put { bit: master, value: true });
+        lower.ir.prologue.push(IrOp::SetBit { bit: master, value: true });
     }
-    lower.parts();
-    lower.presets();
+    lower.set_up_peripherals();
+    lower.preset_off_delays();
     for (number, rung) in program.rungs.iter().enumerate() {
-        lower.at = ElementId { rung: number as u32, index: 0 };
+        lower.element = ElementId { rung: number as u32, index: 0 };
         lower.next = 0;
         lower.steps = Vec::new();
         match lower.master {
-            Some(bit) => lower.push(Op::Load { bit, negated: false }),
-            None => lower.push(Op::Acc(true)),
+            Some(bit) => lower.push(IrOp::Load { bit, negated: false }),
+            None => lower.push(IrOp::SetAccumulator(true)),
         }
         lower.series(&rung.series, 0);
         let steps = std::mem::take(&mut lower.steps);
-        lower.ir.rungs.push(RungCode { elements: lower.next, steps });
+        lower.ir.rungs.push(RungCode { element_count: lower.next, steps });
     }
     lower.ir
 }
 
-struct Lower<'a> {
-    program: &'a Program,
+struct Lowering<'a> {
+    program: &'a LadderProgram,
     ir: Ir,
-    bits: HashMap<String, Bit>,
-    words: HashMap<String, Word>,
+    bits: HashMap<String, BitId>,
+    words: HashMap<String, WordId>,
     /// Rung-in and rung-out of the groups, by nesting depth.
-    groups: Vec<(Bit, Bit)>,
-    master: Option<Bit>,
+    groups: Vec<(BitId, BitId)>,
+    master: Option<BitId>,
     /// The duty and whether one was given in this scan, where several elements set it.
-    duty: Option<(Word, Bit)>,
+    duty: Option<(WordId, BitId)>,
     /// Zero in the first scan, one afterwards: for timers that cannot be preset before the rungs.
-    scanned: Option<Bit>,
+    after_first_scan: Option<BitId>,
     /// The TOF elements that are preset before the rungs.
     preset: Vec<ElementId>,
     /// The transmitter and the EEPROM, where the program uses them.
-    busy: Option<Busy>,
-    writing: Option<(Word, i32)>,
+    transmitter_busy: Option<TransmitterBusy>,
+    eeprom_busy: Option<(WordId, i32)>,
     /// Where the next PERSIST has its cells.
-    cells: std::vec::IntoIter<(u16, u8)>,
+    eeprom_cells: std::vec::IntoIter<(u16, u8)>,
     /// What counters start with, and RES stores.
-    starts: HashMap<&'a str, i32>,
+    counter_starts: HashMap<&'a str, i32>,
     /// Timers and counters stay whole.
-    modules: bool,
+    keep_modules: bool,
     /// Counters have the bounds of dialect `ldmicro-5`.
-    bounded: bool,
-    at: ElementId,
+    bounded_counters: bool,
+    element: ElementId,
     next: u32,
-    steps: Vec<Step>,
+    steps: Vec<IrStep>,
 }
 
-impl<'a> Lower<'a> {
-    fn new(program: &'a Program, modules: bool) -> Self {
-        Lower {
+impl<'a> Lowering<'a> {
+    fn new(program: &'a LadderProgram, modules: bool) -> Self {
+        Lowering {
             program,
             ir: Ir::default(),
             bits: HashMap::new(),
@@ -103,34 +103,34 @@ impl<'a> Lower<'a> {
             groups: Vec::new(),
             master: None,
             duty: None,
-            scanned: None,
+            after_first_scan: None,
             preset: Vec::new(),
-            busy: None,
-            writing: None,
-            cells: eeprom(program).into_iter(),
-            starts: timing::starts(program),
-            modules,
-            bounded: program.dialect == Dialect::Ldmicro5,
-            at: ElementId { rung: 0, index: 0 },
+            transmitter_busy: None,
+            eeprom_busy: None,
+            eeprom_cells: eeprom_cells(program).into_iter(),
+            counter_starts: timing::counter_starts(program),
+            keep_modules: modules,
+            bounded_counters: program.dialect == LadderDialect::Ldmicro5,
+            element: ElementId { rung: 0, index: 0 },
             next: 0,
             steps: Vec::new(),
         }
     }
 
-    fn push(&mut self, op: Op) {
-        self.steps.push(Step { at: self.at, op });
+    fn push(&mut self, op: IrOp) {
+        self.steps.push(IrStep { element: self.element, op });
     }
 
-    fn new_bit(&mut self, name: String, role: BitRole) -> Bit {
+    fn new_bit(&mut self, name: String, role: BitRole) -> BitId {
         self.ir.bits.push(BitCell { name, role });
-        Bit(self.ir.bits.len() as u32 - 1)
+        BitId(self.ir.bits.len() as u32 - 1)
     }
 
-    fn symbol_bit(&mut self, name: &str) -> Bit {
+    fn symbol_bit(&mut self, name: &str) -> BitId {
         if let Some(&bit) = self.bits.get(name) {
             return bit;
         }
-        let role = match ladder::symbols::by_letter(name) {
+        let role = match ladder::symbols::kind_by_letter(name) {
             SymbolKind::Input => BitRole::Input,
             SymbolKind::Output => BitRole::Output,
             _ => BitRole::Relay,
@@ -140,66 +140,66 @@ impl<'a> Lower<'a> {
         bit
     }
 
-    fn word(&mut self, name: &str) -> Word {
+    fn word(&mut self, name: &str) -> WordId {
         if let Some(&word) = self.words.get(name) {
             return word;
         }
         self.new_word(name.to_owned(), SymbolKind::Variable, 2, 0)
     }
 
-    fn new_word(&mut self, name: String, kind: SymbolKind, bytes: u8, initial: i32) -> Word {
-        let word = self.cell(name.clone(), WordRole::Symbol(kind), bytes, initial);
+    fn new_word(&mut self, name: String, kind: SymbolKind, bytes: u8, initial: i32) -> WordId {
+        let word = self.new_word_cell(name.clone(), WordRole::Symbol(kind), bytes, initial);
         self.words.insert(name, word);
         word
     }
 
-    fn cell(&mut self, name: String, role: WordRole, bytes: u8, initial: i32) -> Word {
+    fn new_word_cell(&mut self, name: String, role: WordRole, bytes: u8, initial: i32) -> WordId {
         self.ir.words.push(WordCell { name, role, bytes, initial });
-        Word(self.ir.words.len() as u32 - 1)
+        WordId(self.ir.words.len() as u32 - 1)
     }
 
     /// An integer for the moment; the same `use_` and width give the same one.
-    fn temporary(&mut self, use_: &str, bytes: u8) -> Word {
+    fn temporary(&mut self, use_: &str, bytes: u8) -> WordId {
         let name = format!("{use_}.{bytes}");
         if let Some(at) = self.ir.words.iter().position(|w| w.role == WordRole::Temporary && w.name == name) {
-            return Word(at as u32);
+            return WordId(at as u32);
         }
-        self.cell(name, WordRole::Temporary, bytes, 0)
+        self.new_word_cell(name, WordRole::Temporary, bytes, 0)
     }
 
-    fn value(&mut self, operand: &Operand) -> Value {
+    fn value(&mut self, operand: &LadderOperand) -> WordOperand {
         match operand {
-            Operand::Var(name) => Value::Cell(self.word(name)),
-            Operand::Const { value, .. } => Value::Const(*value as i32),
+            LadderOperand::Var(name) => WordOperand::Cell(self.word(name)),
+            LadderOperand::Const { value, .. } => WordOperand::Const(*value as i32),
         }
     }
 
     /// The name of something that belongs to the element.
-    fn named(&self, what: &str) -> String {
-        format!("{what}({}.{})", self.at.rung + 1, self.at.index + 1)
+    fn element_name(&self, what: &str) -> String {
+        format!("{what}({}.{})", self.element.rung + 1, self.element.index + 1)
     }
 
     /// A bit of this element that lasts from scan to scan.
-    fn memory(&mut self) -> Bit {
-        self.new_bit(self.named("edge"), BitRole::Memory)
+    fn new_memory(&mut self) -> BitId {
+        self.new_bit(self.element_name("edge"), BitRole::Memory)
     }
 
-    fn series(&mut self, nodes: &[Node], depth: usize) {
+    fn series(&mut self, nodes: &[RungNode], depth: usize) {
         for node in nodes {
             match node {
-                Node::Leaf(element, _) => {
-                    self.at.index = self.next;
+                RungNode::Leaf(element, _) => {
+                    self.element.index = self.next;
                     self.next += 1;
                     self.element(element);
                 }
-                Node::Parallel(branches, _) => self.parallel(branches, depth),
+                RungNode::Parallel(branches, _) => self.parallel(branches, depth),
             }
         }
     }
 
     /// Each branch starts from the group's rung-in, in order; rung-out is the OR of the branches.
-    fn parallel(&mut self, branches: &[Vec<Node>], depth: usize) {
-        self.at.index = self.next;
+    fn parallel(&mut self, branches: &[Vec<RungNode>], depth: usize) {
+        self.element.index = self.next;
         if self.groups.len() <= depth {
             let input = self.new_bit(format!("in{depth}"), BitRole::Temporary);
             let output = self.new_bit(format!("out{depth}"), BitRole::Temporary);
@@ -208,24 +208,24 @@ impl<'a> Lower<'a> {
         let (input, output) = self.groups[depth];
         // Branches that only ever narrow the rung state and touch nothing else are the same when computed from true and
         // joined with rung-in afterwards, which keeps plain ORs of contacts plain.
-        let pure = branches.iter().flatten().all(is_pure);
-        self.push(Op::Store { bit: input, negated: false });
+        let pure = branches.iter().flatten().all(only_narrows_rung);
+        self.push(IrOp::Store { bit: input, negated: false });
         for (i, branch) in branches.iter().enumerate() {
             match (pure, i) {
-                (true, _) => self.push(Op::Acc(true)),
+                (true, _) => self.push(IrOp::SetAccumulator(true)),
                 (false, 0) => {}
-                (false, _) => self.push(Op::Load { bit: input, negated: false }),
+                (false, _) => self.push(IrOp::Load { bit: input, negated: false }),
             }
             self.series(branch, depth + 1);
             if i > 0 {
-                self.push(Op::Or { bit: output, negated: false });
+                self.push(IrOp::Or { bit: output, negated: false });
             }
             if i + 1 < branches.len() {
-                self.push(Op::Store { bit: output, negated: false });
+                self.push(IrOp::Store { bit: output, negated: false });
             }
         }
         if pure {
-            self.push(Op::And { bit: input, negated: false });
+            self.push(IrOp::And { bit: input, negated: false });
         }
     }
 
@@ -233,51 +233,51 @@ impl<'a> Lower<'a> {
         match element {
             Element::Contacts { name, negated, .. } => {
                 let bit = self.symbol_bit(name);
-                self.push(Op::And { bit, negated: *negated });
+                self.push(IrOp::And { bit, negated: *negated });
             }
             Element::Coil { name, negated, set, reset, .. } => {
                 let bit = self.symbol_bit(name);
                 self.push(match (set, reset) {
-                    (true, _) => when(vec![Op::Put { bit, value: true }]),
-                    (_, true) => when(vec![Op::Put { bit, value: false }]),
-                    _ => Op::Store { bit, negated: *negated },
+                    (true, _) => if_accumulator(vec![IrOp::SetBit { bit, value: true }]),
+                    (_, true) => if_accumulator(vec![IrOp::SetBit { bit, value: false }]),
+                    _ => IrOp::Store { bit, negated: *negated },
                 });
             }
-            Element::Open => self.push(Op::Acc(false)),
+            Element::Open => self.push(IrOp::SetAccumulator(false)),
             Element::MasterRelay => self.master_relay(),
             Element::Osr => {
-                let memory = self.memory();
-                self.push(Op::Rising(memory));
+                let memory = self.new_memory();
+                self.push(IrOp::Rising(memory));
             }
             Element::Osf => {
-                let memory = self.memory();
-                self.push(Op::Falling(memory));
+                let memory = self.new_memory();
+                self.push(IrOp::Falling(memory));
             }
             Element::Timer { kind, name, delay, adjust } => self.timer(*kind, name, delay, adjust.as_ref()),
             Element::Counter { kind, name, max, init, input } => {
                 self.counter(*kind, name, max, (init.as_ref(), *input));
             }
             Element::Res { name } => {
-                let (dst, start) = (self.word(name), self.starts.get(name.as_str()).copied().unwrap_or(0));
-                self.push(when(vec![Op::Move { dst, src: Value::Const(start) }]));
+                let (dst, start) = (self.word(name), self.counter_starts.get(name.as_str()).copied().unwrap_or(0));
+                self.push(if_accumulator(vec![IrOp::Move { dst, src: WordOperand::Const(start) }]));
             }
             Element::Move { dest, src } => {
-                let op = Op::Move { dst: self.word(dest), src: self.value(src) };
-                self.push(when(vec![op]));
+                let op = IrOp::Move { dst: self.word(dest), src: self.value(src) };
+                self.push(if_accumulator(vec![op]));
             }
             Element::Math { op, dest, op1, op2 } => {
                 let op = match op {
-                    MathOp::Add => Math::Add,
-                    MathOp::Sub => Math::Sub,
-                    MathOp::Mul => Math::Mul,
-                    MathOp::Div => Math::Div,
+                    MathOp::Add => ArithmeticOp::Add,
+                    MathOp::Sub => ArithmeticOp::Sub,
+                    MathOp::Mul => ArithmeticOp::Mul,
+                    MathOp::Div => ArithmeticOp::Div,
                 };
-                let op = Op::Math { op, dst: self.word(dest), a: self.value(op1), b: self.value(op2) };
-                self.push(when(vec![op]));
+                let op = IrOp::Math { op, dst: self.word(dest), a: self.value(op1), b: self.value(op2) };
+                self.push(if_accumulator(vec![op]));
             }
             Element::Compare { op, op1, op2 } => {
                 let (a, b) = (self.value(op1), self.value(op2));
-                let ops = self.narrow(*op, a, b);
+                let ops = self.and_comparison(*op, a, b);
                 ops.into_iter().for_each(|op| self.push(op));
             }
             Element::ShiftRegister { name, stages } => self.shift(name, *stages),
@@ -288,9 +288,9 @@ impl<'a> Lower<'a> {
             Element::UartSend { name, .. } => self.send(name),
             Element::UartRecv { name, .. } => {
                 let dst = self.word(name);
-                self.push(when(vec![Op::Receive { dst }]));
+                self.push(if_accumulator(vec![IrOp::Receive { dst }]));
             }
-            Element::FormattedString { var, text, quoted } => self.string(var.as_deref(), text, *quoted),
+            Element::FormattedString { var, text, quoted } => self.send_string(var.as_deref(), text, *quoted),
             Element::Persist { name } => self.persist(name),
             // SHORT passes, COMMENT means nothing, and PLACEHOLDER never gets here.
             Element::Short | Element::Comment(_) | Element::Placeholder => {}
@@ -298,52 +298,52 @@ impl<'a> Lower<'a> {
     }
 
     /// acc := acc and the comparison.
-    fn narrow(&self, op: CompareOp, a: Value, b: Value) -> Vec<Op> {
+    fn and_comparison(&self, op: CompareOp, a: WordOperand, b: WordOperand) -> Vec<IrOp> {
         match self.relation(op, a, b) {
-            Relation::Always(true) => Vec::new(),
-            Relation::Always(false) => vec![Op::Acc(false)],
-            Relation::Compare(compare) => vec![Op::AndCompare(compare)],
+            ReducedComparison::Always(true) => Vec::new(),
+            ReducedComparison::Always(false) => vec![IrOp::SetAccumulator(false)],
+            ReducedComparison::Compare(compare) => vec![IrOp::AndCompare(compare)],
         }
     }
 
     /// `then` where the comparison holds.
-    fn where_(&self, op: CompareOp, a: Value, b: Value, then: Vec<Op>, otherwise: Vec<Op>) -> Vec<Op> {
+    fn if_comparison(&self, op: CompareOp, a: WordOperand, b: WordOperand, then: Vec<IrOp>, otherwise: Vec<IrOp>) -> Vec<IrOp> {
         match self.relation(op, a, b) {
-            Relation::Always(true) => then,
-            Relation::Always(false) => otherwise,
-            Relation::Compare(compare) => vec![Op::If { cond: Cond::Compare(compare), then, otherwise }],
+            ReducedComparison::Always(true) => then,
+            ReducedComparison::Always(false) => otherwise,
+            ReducedComparison::Compare(compare) => vec![IrOp::If { cond: BranchCondition::Compare(compare), if_true: then, if_false: otherwise }],
         }
     }
 
     /// Off: turned on whatever the rung says; on: becomes the rung state.
     fn master_relay(&mut self) {
         if let Some(bit) = self.master {
-            self.push(Op::If {
-                cond: Cond::Bit(bit),
-                then: vec![Op::Store { bit, negated: false }],
-                otherwise: vec![Op::Put { bit, value: true }],
+            self.push(IrOp::If {
+                cond: BranchCondition::Bit(bit),
+                if_true: vec![IrOp::Store { bit, negated: false }],
+                if_false: vec![IrOp::SetBit { bit, value: true }],
             });
         }
     }
 }
 
 /// `ops` when the accumulator is true.
-fn when(ops: Vec<Op>) -> Op {
-    Op::If { cond: Cond::Acc, then: ops, otherwise: Vec::new() }
+fn if_accumulator(ops: Vec<IrOp>) -> IrOp {
+    IrOp::If { cond: BranchCondition::Acc, if_true: ops, if_false: Vec::new() }
 }
 
 /// One more, or one less.
-fn add(word: Word, op: Math) -> Op {
-    Op::Math { op, dst: word, a: Value::Cell(word), b: Value::Const(1) }
+fn step_word(word: WordId, op: ArithmeticOp) -> IrOp {
+    IrOp::Math { op, dst: word, a: WordOperand::Cell(word), b: WordOperand::Const(1) }
 }
 
 /// True for nodes that narrow the rung state and do nothing else.
-fn is_pure(node: &Node) -> bool {
+fn only_narrows_rung(node: &RungNode) -> bool {
     match node {
-        Node::Leaf(element, _) => matches!(
+        RungNode::Leaf(element, _) => matches!(
             element,
             Element::Contacts { .. } | Element::Compare { .. } | Element::Short | Element::Open | Element::Comment(_)
         ),
-        Node::Parallel(branches, _) => branches.iter().flatten().all(is_pure),
+        RungNode::Parallel(branches, _) => branches.iter().flatten().all(only_narrows_rung),
     }
 }

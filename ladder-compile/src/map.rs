@@ -10,7 +10,7 @@ pub const SCHEMA: u32 = 2;
 /// Where everything of a compiled program is. Code addresses are byte addresses of program memory, ends are excluded; on a
 /// chip whose word is wider than a byte that is the address of the word times [`Chip::word_bytes`](emu_core::chip::Chip::word_bytes).
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Map {
+pub struct ImageMap {
     /// Version of this shape, [`SCHEMA`].
     pub schema: u32,
     /// The chip.
@@ -41,7 +41,7 @@ pub struct Map {
     /// Machine cycles that the shortest period leaves beside the longest scan and the look at the timer.
     pub slack_cycles: u64,
     /// Pins with another job than input and output.
-    pub specials: Vec<Special>,
+    pub specials: Vec<SpecialPin>,
     /// Cells of the EEPROM.
     pub eeprom: Vec<EepromMap>,
     /// Every rung, comments included.
@@ -81,7 +81,7 @@ pub struct RungMap {
 /// A pin with another job than input and output.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "job")]
-pub enum Special {
+pub enum SpecialPin {
     /// The serial line sends here.
     Transmit {
         /// Pin.
@@ -154,13 +154,13 @@ pub struct SymbolMap {
     #[serde(deserialize_with = "kind")]
     pub kind: SymbolKind,
     /// Place; of an input the latched image, of an output the image that is written to the port.
-    pub place: Place,
+    pub place: CellLocation,
 }
 
 /// A place in a memory space of the chip.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Place {
+pub enum CellLocation {
     /// One bit.
     Bit {
         /// Memory space of the chip: AVR `data`, in which addresses below 0x20 are the registers; 8051 `idata`; PIC16 `data`; AP101

@@ -2,17 +2,17 @@
 //! a constant by one, a polarity, a store left out, an order, a cell at another's place) and from its image (a pin, the period, an
 //! instruction of reset, latching or output left out, a bank not chosen). They show what a check of compiled programs can find.
 
-mod cells;
-mod ops;
-mod shape;
+mod accessed_cells;
+mod op_mutants;
+mod shape_mutants;
 
 use diag::Diagnostic;
-use ladder::{ElementId, Program};
+use ladder::{ElementId, LadderProgram};
 
-use crate::ir::{Ir, Op, Step};
-use crate::pins::Pin;
-use crate::target::{Built, Line, Mark, Target};
-use crate::{Compiled, Options, Prepared, finish, prepare, refusal};
+use crate::ir::{Ir, IrOp, IrStep};
+use crate::pins::AssignedPin;
+use crate::target::{BuiltImage, ImageLine, CodeMark, CompileTarget};
+use crate::{CompiledProgram, CompileOptions, PreparedCompile, finish_compile, prepare, refusal_diagnostics};
 
 /// What sort of fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -20,7 +20,7 @@ pub enum MutantKind {
     /// An operation of a rung is another, or none.
     Operation,
     /// An operation before or behind the rungs, or a value of a table, is another.
-    Around,
+    Surrounding,
     /// Two operations or two rungs change places.
     Order,
     /// The destination is written before the operands are read.
@@ -32,7 +32,7 @@ pub enum MutantKind {
     /// The period is another: by one tick, or scans are lost or doubled.
     Period,
     /// An instruction around the rungs is left out: of reset, of latching the inputs, of writing the outputs.
-    LeftOut,
+    OmittedInstruction,
     /// A bank of memory or a page of code is not chosen, so that the one before is met.
     Bank,
 }
@@ -47,40 +47,40 @@ pub struct Mutant {
     /// The element whose code it changes, where it is one's.
     pub element: Option<ElementId>,
     /// What is changed, and what it becomes.
-    pub what: String,
+    pub description: String,
 }
 
 /// What is done otherwise.
-enum Change {
+enum MutantChange {
     Ir(Ir),
-    Pins(Vec<Pin>),
+    Pins(Vec<AssignedPin>),
     /// Clock and cycle that the image is made for, in place of the right ones.
     Time(u64, u64),
     /// The line of the image with this number does nothing.
-    LeftOut(usize),
+    OmittedInstruction(usize),
 }
 
 /// A fault that is made when it is wanted.
-struct Candidate<'a> {
+struct MutantCandidate<'a> {
     kind: MutantKind,
     element: Option<ElementId>,
-    what: Box<dyn Fn() -> String + 'a>,
-    make: Box<dyn Fn() -> Change + 'a>,
+    describe: Box<dyn Fn() -> String + 'a>,
+    make_change: Box<dyn Fn() -> MutantChange + 'a>,
 }
 
 /// Every fault of `program` for a chip; none for a program that [`crate::compile`] refuses.
 #[must_use]
-pub fn mutants(program: &Program, options: &Options) -> Vec<Mutant> {
+pub fn mutants(program: &LadderProgram, options: &CompileOptions) -> Vec<Mutant> {
     let Ok(prepared) = prepare(program, options) else { return Vec::new() };
-    let job = prepared.job(program);
+    let job = prepared.compile_job(program);
     let Ok(built) = (job.target.build)(&job) else { return Vec::new() };
-    let all = of_code(&prepared).into_iter().chain(of_image(program, &prepared, &built));
+    let all = code_candidates(&prepared).into_iter().chain(image_candidates(program, &prepared, &built));
     all.zip(0..)
         .map(|(candidate, id)| Mutant {
             id,
             kind: candidate.kind,
             element: candidate.element,
-            what: (candidate.what)(),
+            description: (candidate.describe)(),
         })
         .collect()
 }
@@ -89,74 +89,74 @@ pub fn mutants(program: &Program, options: &Options) -> Vec<Mutant> {
 ///
 /// # Errors
 /// As [`crate::compile`].
-pub fn compile_mutant(program: &Program, options: &Options, id: u32) -> Result<Compiled, Vec<Diagnostic>> {
+pub fn compile_mutant(program: &LadderProgram, options: &CompileOptions, id: u32) -> Result<CompiledProgram, Vec<Diagnostic>> {
     let prepared = prepare(program, options)?;
-    let job = prepared.job(program);
+    let job = prepared.compile_job(program);
     let build =
-        |job: &crate::target::Job<'_>| (job.target.build)(job).map_err(|refusal| refusal::tell(&refusal, program, job));
-    let mut code = of_code(&prepared);
+        |job: &crate::target::CompileJob<'_>| (job.target.build)(job).map_err(|refusal| refusal_diagnostics::refusal_diagnostics(&refusal, program, job));
+    let mut code = code_candidates(&prepared);
     let count = code.len();
     let id = id as usize;
     if id < count {
-        let change = (code.swap_remove(id).make)();
+        let change = (code.swap_remove(id).make_change)();
         let (mut ir, mut pins) = (None, None);
         match change {
-            Change::Ir(changed) => ir = Some(changed),
-            Change::Pins(changed) => pins = Some(changed),
-            Change::Time(..) | Change::LeftOut(_) => {}
+            MutantChange::Ir(changed) => ir = Some(changed),
+            MutantChange::Pins(changed) => pins = Some(changed),
+            MutantChange::Time(..) | MutantChange::OmittedInstruction(_) => {}
         }
-        let with = crate::target::Job { ir: ir.as_ref().unwrap_or(job.ir), ..job };
-        let built = build(&crate::target::Job { pins: pins.as_deref().unwrap_or(job.pins), ..with })?;
-        return finish(program, &with, built, prepared.notes.clone());
+        let with = crate::target::CompileJob { ir: ir.as_ref().unwrap_or(job.ir), ..job };
+        let built = build(&crate::target::CompileJob { pins: pins.as_deref().unwrap_or(job.pins), ..with })?;
+        return finish_compile(program, &with, built, prepared.notes.clone());
     }
     let sound = build(&job)?;
-    let change = of_image(program, &prepared, &sound).into_iter().nth(id - count).map(|found| (found.make)());
+    let change = image_candidates(program, &prepared, &sound).into_iter().nth(id - count).map(|found| (found.make_change)());
     let notes = prepared.notes.clone();
     match change {
-        None | Some(Change::Ir(_) | Change::Pins(_)) => finish(program, &job, sound, notes),
-        Some(Change::Time(clock_hz, cycle_us)) => {
-            let built = build(&crate::target::Job { clock_hz, cycle_us, ..job })?;
+        None | Some(MutantChange::Ir(_) | MutantChange::Pins(_)) => finish_compile(program, &job, sound, notes),
+        Some(MutantChange::Time(clock_hz, cycle_us)) => {
+            let built = build(&crate::target::CompileJob { clock_hz, cycle_us, ..job })?;
             // The map says what should be.
-            let (period, shortest, tick) = (sound.period, sound.shortest, sound.tick);
-            finish(program, &job, Built { period, shortest, tick, fuses: sound.fuses, ..built }, notes)
+            let (period, shortest, tick) = (sound.period, sound.shortest_period_cycles, sound.tick_cycles);
+            finish_compile(program, &job, BuiltImage { period, shortest_period_cycles: shortest, tick_cycles: tick, fuses: sound.fuses, ..built }, notes)
         }
-        Some(Change::LeftOut(line)) => finish(program, &job, left_out(sound, line, job.target), notes),
+        Some(MutantChange::OmittedInstruction(line)) => finish_compile(program, &job, omit_instruction(sound, line, job.target), notes),
     }
 }
 
 /// The intermediate code of `program`, sound and with the fault `id`, where it is a fault of the intermediate code.
 #[must_use]
-pub fn mutant_ir(program: &Program, options: &Options, id: u32) -> Option<(Ir, Ir)> {
+pub fn mutant_ir(program: &LadderProgram, options: &CompileOptions, id: u32) -> Option<(Ir, Ir)> {
     let prepared = prepare(program, options).ok()?;
-    let change = of_code(&prepared).into_iter().nth(id as usize).map(|found| (found.make)())?;
-    let Change::Ir(changed) = change else { return None };
+    let change = code_candidates(&prepared).into_iter().nth(id as usize).map(|found| (found.make_change)())?;
+    let MutantChange::Ir(changed) = change else { return None };
     Some((prepared.ir, changed))
 }
 
 /// Faults that are made before the image.
-fn of_code(prepared: &Prepared) -> Vec<Candidate<'_>> {
-    let mut all = operations(&prepared.ir);
-    all.extend(shape::candidates(&prepared.ir));
-    all.extend(pins(prepared));
+fn code_candidates(prepared: &PreparedCompile) -> Vec<MutantCandidate<'_>> {
+    let mut all = op_candidates(&prepared.ir);
+    all.extend(shape_mutants::shape_candidates(&prepared.ir));
+    all.extend(pin_candidates(prepared));
     all
 }
 
 /// Faults of the image.
-fn of_image<'a>(program: &Program, prepared: &Prepared, built: &'a Built) -> Vec<Candidate<'a>> {
-    let mut all = periods(program, prepared, built);
-    all.extend(leave_out(built));
-    all.extend(banks(built));
+fn image_candidates<'a>(program: &LadderProgram, prepared: &PreparedCompile, built: &'a BuiltImage) -> Vec<MutantCandidate<'a>> {
+    let mut all = period_candidates(program, prepared, built);
+    all.extend(omission_candidates(built));
+    all.extend(bank_candidates(built));
     all
 }
 
-fn text(ir: &Ir, op: &Op) -> String {
-    ir.text(op).lines().map(str::trim).collect::<Vec<_>>().join("; ")
+fn text(ir: &Ir, op: &IrOp) -> String {
+    ir.op_text(op).lines().map(str::trim).collect::<Vec<_>>().join("; ")
 }
 
 /// The faults of single operations, those of the rungs first.
-fn operations(ir: &Ir) -> Vec<Candidate<'_>> {
+fn op_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
     let mut all = Vec::new();
-    let what = |op: Op, new: Option<Op>| -> Box<dyn Fn() -> String + '_> {
+    let what = |op: IrOp, new: Option<IrOp>| -> Box<dyn Fn() -> String + '_> {
         Box::new(move || {
             let new = new.as_ref().map_or_else(|| "nothing".to_owned(), |new| text(ir, new));
             format!("`{}` becomes `{new}`", text(ir, &op))
@@ -164,30 +164,30 @@ fn operations(ir: &Ir) -> Vec<Candidate<'_>> {
     };
     for (number, rung) in ir.rungs.iter().enumerate() {
         for (at, step) in rung.steps.iter().enumerate() {
-            for (n, (op, new)) in ops::variants(ir, &step.op).into_iter().enumerate() {
+            for (n, (op, new)) in op_mutants::op_mutants(ir, &step.op).into_iter().enumerate() {
                 let make = move || {
                     let mut changed = ir.clone();
-                    let new = ops::replaced(ir, &step.op, n).map(|op| Step { at: step.at, op });
+                    let new = op_mutants::nth_mutant(ir, &step.op, n).map(|op| IrStep { element: step.element, op });
                     changed.rungs[number].steps.splice(at..=at, new).for_each(drop);
-                    Change::Ir(changed)
+                    MutantChange::Ir(changed)
                 };
                 let what = what(op, new);
-                let (kind, element) = (MutantKind::Operation, Some(step.at));
-                all.push(Candidate { kind, element, what, make: Box::new(make) });
+                let (kind, element) = (MutantKind::Operation, Some(step.element));
+                all.push(MutantCandidate { kind, element, describe: what, make_change: Box::new(make) });
             }
         }
     }
-    for (begin, list) in [(true, &ir.begin), (false, &ir.end)] {
+    for (begin, list) in [(true, &ir.prologue), (false, &ir.epilogue)] {
         for (at, op) in list.iter().enumerate() {
-            for (n, (op_changed, new)) in ops::variants(ir, op).into_iter().enumerate() {
+            for (n, (op_changed, new)) in op_mutants::op_mutants(ir, op).into_iter().enumerate() {
                 let make = move || {
                     let mut changed = ir.clone();
-                    let list = if begin { &mut changed.begin } else { &mut changed.end };
-                    list.splice(at..=at, ops::replaced(ir, op, n)).for_each(drop);
-                    Change::Ir(changed)
+                    let list = if begin { &mut changed.prologue } else { &mut changed.epilogue };
+                    list.splice(at..=at, op_mutants::nth_mutant(ir, op, n)).for_each(drop);
+                    MutantChange::Ir(changed)
                 };
                 let what = what(op_changed, new);
-                all.push(Candidate { kind: MutantKind::Around, element: None, what, make: Box::new(make) });
+                all.push(MutantCandidate { kind: MutantKind::Surrounding, element: None, describe: what, make_change: Box::new(make) });
             }
         }
     }
@@ -197,19 +197,19 @@ fn operations(ir: &Ir) -> Vec<Candidate<'_>> {
             let make = move || {
                 let mut changed = ir.clone();
                 changed.tables[number].values[at] = other;
-                Change::Ir(changed)
+                MutantChange::Ir(changed)
             };
             let what = move || format!("{}[{at}] is {other} instead of {value}", table.name);
-            all.push(Candidate { kind: MutantKind::Around, element: None, what: Box::new(what), make: Box::new(make) });
+            all.push(MutantCandidate { kind: MutantKind::Surrounding, element: None, describe: Box::new(what), make_change: Box::new(make) });
         }
     }
     all
 }
 
 /// Every two pins of one direction, one after the other, swapped.
-fn pins(prepared: &Prepared) -> Vec<Candidate<'_>> {
+fn pin_candidates(prepared: &PreparedCompile) -> Vec<MutantCandidate<'_>> {
     let pins = &prepared.pins;
-    let sort = |pin: &Pin| (pin.output, pin.analog);
+    let sort = |pin: &AssignedPin| (pin.output, pin.analog);
     let mut all = Vec::new();
     for (n, pin) in pins.iter().enumerate() {
         let Some(other) = pins.iter().skip(n + 1).position(|other| sort(other) == sort(pin)).map(|at| n + 1 + at)
@@ -219,21 +219,21 @@ fn pins(prepared: &Prepared) -> Vec<Candidate<'_>> {
         let make = move || {
             let mut pins = pins.clone();
             (pins[n].pin, pins[other].pin) = (pins[other].pin, pins[n].pin);
-            Change::Pins(pins)
+            MutantChange::Pins(pins)
         };
         let what = move || format!("the pins of {} and {} are swapped", pin.name, pins[other].name);
-        all.push(Candidate { kind: MutantKind::Pin, element: None, what: Box::new(what), make: Box::new(make) });
+        all.push(MutantCandidate { kind: MutantKind::Pin, element: None, describe: Box::new(what), make_change: Box::new(make) });
     }
     all
 }
 
 /// The period one tick shorter and longer, half, and double.
-fn periods<'a>(program: &Program, prepared: &Prepared, built: &Built) -> Vec<Candidate<'a>> {
+fn period_candidates<'a>(program: &LadderProgram, prepared: &PreparedCompile, built: &BuiltImage) -> Vec<MutantCandidate<'a>> {
     let (clock, cycle) = (prepared.clock_hz, program.settings.cycle_us);
     // Clocks of a tick in a cycle: the clock that gives one tick more than this one.
     let clocks = u128::from(clock) * u128::from(cycle) * u128::from(built.period.den);
     let per_cycle = (clocks / (u128::from(built.period.num.max(1)) * 1_000_000)).max(1);
-    let step = (u128::from(built.tick) * per_cycle * 1_000_000).div_ceil(u128::from(cycle.max(1))) as u64;
+    let step = (u128::from(built.tick_cycles) * per_cycle * 1_000_000).div_ceil(u128::from(cycle.max(1))) as u64;
     let times = [
         ("the period is one tick longer", clock.saturating_add(step), cycle),
         ("the period is one tick shorter", clock.saturating_sub(step), cycle),
@@ -243,35 +243,35 @@ fn periods<'a>(program: &Program, prepared: &Prepared, built: &Built) -> Vec<Can
     times
         .into_iter()
         .filter(|&(_, clock, cycle)| clock > 0 && cycle > 0)
-        .map(|(what, clock, cycle)| Candidate {
+        .map(|(what, clock, cycle)| MutantCandidate {
             kind: MutantKind::Period,
             element: None,
-            what: Box::new(move || what.to_owned()),
-            make: Box::new(move || Change::Time(clock, cycle)),
+            describe: Box::new(move || what.to_owned()),
+            make_change: Box::new(move || MutantChange::Time(clock, cycle)),
         })
         .collect()
 }
 
 /// Every instruction before the wait, between the start of a scan and the first rung, and between the last rung and the end.
-fn leave_out(built: &Built) -> Vec<Candidate<'_>> {
-    let at = |mark: Mark| built.marks.iter().find(|(m, _)| *m == mark).map(|&(_, at)| at);
-    let first = at(Mark::Rung(0)).or(at(Mark::RungsEnd)).unwrap_or(0);
+fn omission_candidates(built: &BuiltImage) -> Vec<MutantCandidate<'_>> {
+    let at = |mark: CodeMark| built.marks.iter().find(|(m, _)| *m == mark).map(|&(_, at)| at);
+    let first = at(CodeMark::Rung(0)).or(at(CodeMark::RungsEnd)).unwrap_or(0);
     let spans = [
-        ("reset", 0, at(Mark::Poll).unwrap_or(0)),
-        ("start of the scan", at(Mark::ScanStart).unwrap_or(0), first),
-        ("end of the scan", at(Mark::RungsEnd).unwrap_or(0), at(Mark::ScanEnd).unwrap_or(0)),
+        ("reset", 0, at(CodeMark::PollLoop).unwrap_or(0)),
+        ("start of the scan", at(CodeMark::ScanStart).unwrap_or(0), first),
+        ("end of the scan", at(CodeMark::RungsEnd).unwrap_or(0), at(CodeMark::ScanEnd).unwrap_or(0)),
     ];
     let instructions = built.lines.iter().enumerate().filter(|(_, line)| !line.text.is_empty());
     let part =
-        |line: &Line| spans.iter().find(|&&(_, from, to)| (from..to).contains(&line.addr)).map(|(part, ..)| *part);
-    let of_part = |(n, line)| Some(without(MutantKind::LeftOut, part(line)?, n, line));
+        |line: &ImageLine| spans.iter().find(|&&(_, from, to)| (from..to).contains(&line.addr)).map(|(part, ..)| *part);
+    let of_part = |(n, line)| Some(omission_candidate(MutantKind::OmittedInstruction, part(line)?, n, line));
     instructions.filter_map(of_part).collect()
 }
 
 /// Every instruction that chooses a bank of memory or a page of code: those that set or clear bits 5 to 7 of STATUS, or write
 /// PCLATH, on a PIC16. The other families have none.
-fn banks(built: &Built) -> Vec<Candidate<'_>> {
-    let chooses = |line: &Line| {
+fn bank_candidates(built: &BuiltImage) -> Vec<MutantCandidate<'_>> {
+    let chooses = |line: &ImageLine| {
         let words: Vec<&str> = line.text.split([' ', ',']).filter(|word| !word.is_empty()).collect();
         match words[..] {
             ["bsf" | "bcf", "0x03", bit] => matches!(bit, "5" | "6" | "7"),
@@ -280,19 +280,19 @@ fn banks(built: &Built) -> Vec<Candidate<'_>> {
         }
     };
     let lines = built.lines.iter().enumerate().filter(|(_, line)| chooses(line));
-    lines.map(|(n, line)| without(MutantKind::Bank, "bank", n, line)).collect()
+    lines.map(|(n, line)| omission_candidate(MutantKind::Bank, "bank", n, line)).collect()
 }
 
-fn without<'a>(kind: MutantKind, part: &'static str, n: usize, line: &'a Line) -> Candidate<'a> {
+fn omission_candidate<'a>(kind: MutantKind, part: &'static str, n: usize, line: &'a ImageLine) -> MutantCandidate<'a> {
     let text = move || line.text.split_whitespace().collect::<Vec<_>>().join(" ");
     let what = move || format!("{part}: `{}` at {:04X} is left out", text(), line.addr);
-    Candidate { kind, element: None, what: Box::new(what), make: Box::new(move || Change::LeftOut(n)) }
+    MutantCandidate { kind, element: None, describe: Box::new(what), make_change: Box::new(move || MutantChange::OmittedInstruction(n)) }
 }
 
 /// The image without one of its instructions: words stand there that do nothing. They are zeros, but on the AP101 ones.
-fn left_out(mut built: Built, line: usize, target: &Target) -> Built {
+fn omit_instruction(mut built: BuiltImage, line: usize, target: &CompileTarget) -> BuiltImage {
     let (word_bytes, nothing) = (target.chip.word_bytes, if target.has_modules() { 0xFF } else { 0 });
-    let Some(Line { addr, words, text, target: goes }) = built.lines.get_mut(line) else { return built };
+    let Some(ImageLine { addr, words, text, target: goes }) = built.lines.get_mut(line) else { return built };
     let (from, to) = (*addr * word_bytes, (*addr + words.len() as u32) * word_bytes);
     words.fill(u16::from_le_bytes([nothing; 2]));
     "nop".clone_into(text);

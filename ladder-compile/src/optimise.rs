@@ -8,49 +8,49 @@ mod factor;
 
 use std::collections::{HashMap, HashSet};
 
-use crate::ir::{Bit, Compare, Cond, Ir, Logic, Op, Step, Value, Word, WordRole};
+use crate::ir::{BitId, WordComparison, BranchCondition, Ir, LogicOp, IrOp, IrStep, WordOperand, WordId, WordRole};
 
 /// The same scan with less to do. Joining opens a little more to the passes, so they run twice.
 #[must_use]
 pub fn optimise(mut ir: Ir) -> Ir {
-    let temporary: HashSet<Bit> = (0..ir.bits.len() as u32).map(Bit).filter(|&bit| ir.is_temporary(bit)).collect();
+    let temporary: HashSet<BitId> = (0..ir.bits.len() as u32).map(BitId).filter(|&bit| ir.is_temporary(bit)).collect();
     for _ in 0..2 {
         propagate(&mut ir, &temporary);
-        dead(&mut ir);
-        factor::factor(&mut ir, &temporary);
-        ir.rungs.iter_mut().for_each(|rung| join(&mut rung.steps));
+        remove_dead(&mut ir);
+        factor::factor_common_contacts(&mut ir, &temporary);
+        ir.rungs.iter_mut().for_each(|rung| join_store_load(&mut rung.steps));
     }
-    dead(&mut ir);
+    remove_dead(&mut ir);
     ir
 }
 
 /// The forward pass over a scan.
-fn propagate(ir: &mut Ir, temporary: &HashSet<Bit>) {
-    let mut known = Known { acc: Val::Unknown(0), loaded: None, bits: HashMap::new(), next: 1 };
-    ir.begin = forward(std::mem::take(&mut ir.begin), &mut known, temporary);
+fn propagate(ir: &mut Ir, temporary: &HashSet<BitId>) {
+    let mut known = KnownBits { acc: BitValue::Unknown(0), loaded: None, bits: HashMap::new(), next: 1 };
+    ir.prologue = forward(std::mem::take(&mut ir.prologue), &mut known, temporary);
     for rung in &mut ir.rungs {
         let (mut ops, mut owners) = (Vec::new(), Vec::new());
         for step in std::mem::take(&mut rung.steps) {
-            one(step.op, &mut known, temporary, &mut ops);
-            owners.resize(ops.len(), step.at);
+            forward_op(step.op, &mut known, temporary, &mut ops);
+            owners.resize(ops.len(), step.element);
         }
-        rung.steps = owners.into_iter().zip(ops).map(|(at, op)| Step { at, op }).collect();
+        rung.steps = owners.into_iter().zip(ops).map(|(at, op)| IrStep { element: at, op }).collect();
     }
-    ir.end = forward(std::mem::take(&mut ir.end), &mut known, temporary);
+    ir.epilogue = forward(std::mem::take(&mut ir.epilogue), &mut known, temporary);
 }
 
 /// `store t; load x; or t` is `store t; or x`, and so with `and`: branches of one contact need no temporary.
-fn join(steps: &mut Vec<Step>) {
+fn join_store_load(steps: &mut Vec<IrStep>) {
     let mut at = 0;
     while let Some([store, load, last]) = steps.get_mut(at..at + 3) {
         at += 1;
-        let (Op::Store { bit: stored, negated: false }, Op::Load { bit, negated }) = (&store.op, &load.op) else {
+        let (IrOp::Store { bit: stored, negated: false }, IrOp::Load { bit, negated }) = (&store.op, &load.op) else {
             continue;
         };
         let (bit, negated) = (*bit, *negated);
         load.op = match last.op {
-            Op::Or { bit: joined, negated: false } if joined == *stored => Op::Or { bit, negated },
-            Op::And { bit: joined, negated: false } if joined == *stored => Op::And { bit, negated },
+            IrOp::Or { bit: joined, negated: false } if joined == *stored => IrOp::Or { bit, negated },
+            IrOp::And { bit: joined, negated: false } if joined == *stored => IrOp::And { bit, negated },
             _ => continue,
         };
         steps.remove(at + 1);
@@ -58,343 +58,343 @@ fn join(steps: &mut Vec<Step>) {
 }
 
 /// Removes what nobody reads, from the end of the scan to its start.
-fn dead(ir: &mut Ir) {
-    let mut later = Later::behind_the_scan(ir);
-    ir.end = backward(std::mem::take(&mut ir.end), &mut later);
+fn remove_dead(ir: &mut Ir) {
+    let mut later = Liveness::at_scan_end(ir);
+    ir.epilogue = backward(std::mem::take(&mut ir.epilogue), &mut later);
     for rung in ir.rungs.iter_mut().rev() {
         let steps = std::mem::take(&mut rung.steps).into_iter().rev();
-        rung.steps = steps.filter_map(|step| later.op(step.op).map(|op| Step { at: step.at, op })).collect();
+        rung.steps = steps.filter_map(|step| later.op(step.op).map(|op| IrStep { element: step.element, op })).collect();
         rung.steps.reverse();
     }
-    ir.begin = backward(std::mem::take(&mut ir.begin), &mut later);
+    ir.prologue = backward(std::mem::take(&mut ir.prologue), &mut later);
 }
 
 /// A value of the accumulator or of a temporary: a constant, or the same unknown wherever the number is the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Val {
+enum BitValue {
     Const(bool),
     Unknown(u32),
 }
 
 #[derive(Clone)]
-struct Known {
-    acc: Val,
+struct KnownBits {
+    acc: BitValue,
     /// What the accumulator was loaded from just before.
-    loaded: Option<(Bit, bool)>,
-    bits: HashMap<Bit, Val>,
+    loaded: Option<(BitId, bool)>,
+    bits: HashMap<BitId, BitValue>,
     next: u32,
 }
 
-impl Known {
-    fn fresh(&mut self) -> Val {
+impl KnownBits {
+    fn new_unknown(&mut self) -> BitValue {
         self.next += 1;
-        Val::Unknown(self.next)
+        BitValue::Unknown(self.next)
     }
 
     /// The value of `bit`, complemented if `negated`, where that can be said.
-    fn of(&self, bit: Bit, negated: bool) -> Option<Val> {
+    fn value_of(&self, bit: BitId, negated: bool) -> Option<BitValue> {
         match self.bits.get(&bit) {
-            Some(Val::Const(value)) => Some(Val::Const(value ^ negated)),
+            Some(BitValue::Const(value)) => Some(BitValue::Const(value ^ negated)),
             Some(value) if !negated => Some(*value),
             _ => None,
         }
     }
 
     /// What both know.
-    fn meet(&mut self, other: &Known) {
+    fn merge(&mut self, other: &KnownBits) {
         self.next = self.next.max(other.next);
         self.loaded = None;
         if self.acc != other.acc {
-            self.acc = self.fresh();
+            self.acc = self.new_unknown();
         }
         self.bits.retain(|bit, value| other.bits.get(bit) == Some(value));
     }
 }
 
-fn forward(ops: Vec<Op>, known: &mut Known, temporary: &HashSet<Bit>) -> Vec<Op> {
+fn forward(ops: Vec<IrOp>, known: &mut KnownBits, temporary: &HashSet<BitId>) -> Vec<IrOp> {
     let mut out = Vec::new();
-    ops.into_iter().for_each(|op| one(op, known, temporary, &mut out));
+    ops.into_iter().for_each(|op| forward_op(op, known, temporary, &mut out));
     out
 }
 
 /// Appends to `out` what is left of `op`.
-fn one(op: Op, known: &mut Known, temporary: &HashSet<Bit>, out: &mut Vec<Op>) {
+fn forward_op(op: IrOp, known: &mut KnownBits, temporary: &HashSet<BitId>, out: &mut Vec<IrOp>) {
     let loaded = known.loaded.take();
     match op {
-        Op::Acc(value) => {
-            if known.acc != Val::Const(value) {
-                known.acc = Val::Const(value);
+        IrOp::SetAccumulator(value) => {
+            if known.acc != BitValue::Const(value) {
+                known.acc = BitValue::Const(value);
                 out.push(op);
             }
         }
-        Op::Load { bit, negated } => match known.of(bit, negated) {
-            Some(Val::Const(value)) => one(Op::Acc(value), known, temporary, out),
+        IrOp::Load { bit, negated } => match known.value_of(bit, negated) {
+            Some(BitValue::Const(value)) => forward_op(IrOp::SetAccumulator(value), known, temporary, out),
             Some(value) if value == known.acc => {}
             value => {
-                known.acc = value.unwrap_or_else(|| known.fresh());
+                known.acc = value.unwrap_or_else(|| known.new_unknown());
                 known.loaded = Some((bit, negated));
                 out.push(op);
             }
         },
-        Op::And { bit, negated } if loaded == Some((bit, !negated)) => one(Op::Acc(false), known, temporary, out),
-        Op::Or { bit, negated } if loaded == Some((bit, !negated)) => one(Op::Acc(true), known, temporary, out),
-        Op::And { bit, negated } => match (known.acc, known.of(bit, negated)) {
-            (Val::Const(false), _) | (_, Some(Val::Const(true))) => {}
-            (Val::Const(true), _) => one(Op::Load { bit, negated }, known, temporary, out),
-            (_, Some(Val::Const(false))) => one(Op::Acc(false), known, temporary, out),
+        IrOp::And { bit, negated } if loaded == Some((bit, !negated)) => forward_op(IrOp::SetAccumulator(false), known, temporary, out),
+        IrOp::Or { bit, negated } if loaded == Some((bit, !negated)) => forward_op(IrOp::SetAccumulator(true), known, temporary, out),
+        IrOp::And { bit, negated } => match (known.acc, known.value_of(bit, negated)) {
+            (BitValue::Const(false), _) | (_, Some(BitValue::Const(true))) => {}
+            (BitValue::Const(true), _) => forward_op(IrOp::Load { bit, negated }, known, temporary, out),
+            (_, Some(BitValue::Const(false))) => forward_op(IrOp::SetAccumulator(false), known, temporary, out),
             (acc, Some(value)) if acc == value => {}
             _ => {
-                known.acc = known.fresh();
+                known.acc = known.new_unknown();
                 out.push(op);
             }
         },
-        Op::Or { bit, negated } => match (known.acc, known.of(bit, negated)) {
-            (Val::Const(true), _) | (_, Some(Val::Const(false))) => {}
-            (Val::Const(false), _) => one(Op::Load { bit, negated }, known, temporary, out),
-            (_, Some(Val::Const(true))) => one(Op::Acc(true), known, temporary, out),
+        IrOp::Or { bit, negated } => match (known.acc, known.value_of(bit, negated)) {
+            (BitValue::Const(true), _) | (_, Some(BitValue::Const(false))) => {}
+            (BitValue::Const(false), _) => forward_op(IrOp::Load { bit, negated }, known, temporary, out),
+            (_, Some(BitValue::Const(true))) => forward_op(IrOp::SetAccumulator(true), known, temporary, out),
             (acc, Some(value)) if acc == value => {}
             _ => {
-                known.acc = known.fresh();
+                known.acc = known.new_unknown();
                 out.push(op);
             }
         },
-        Op::Store { bit, negated } => {
+        IrOp::Store { bit, negated } => {
             known.loaded = loaded.filter(|(from, _)| *from != bit);
-            if let Val::Const(value) = known.acc {
-                return one(Op::Put { bit, value: value ^ negated }, known, temporary, out);
+            if let BitValue::Const(value) = known.acc {
+                return forward_op(IrOp::SetBit { bit, value: value ^ negated }, known, temporary, out);
             }
             if temporary.contains(&bit) {
-                let value = if negated { known.fresh() } else { known.acc };
+                let value = if negated { known.new_unknown() } else { known.acc };
                 known.bits.insert(bit, value);
             }
             out.push(op);
         }
-        Op::Put { bit, value } => {
+        IrOp::SetBit { bit, value } => {
             if temporary.contains(&bit) {
-                known.bits.insert(bit, Val::Const(value));
+                known.bits.insert(bit, BitValue::Const(value));
             }
             out.push(op);
         }
-        Op::Rising(bit) => match known.acc {
-            Val::Const(false) => out.push(Op::Put { bit, value: false }),
-            Val::Const(true) => edge(bit, true, known, out),
-            Val::Unknown(_) => {
-                known.acc = known.fresh();
+        IrOp::Rising(bit) => match known.acc {
+            BitValue::Const(false) => out.push(IrOp::SetBit { bit, value: false }),
+            BitValue::Const(true) => forward_edge(bit, true, known, out),
+            BitValue::Unknown(_) => {
+                known.acc = known.new_unknown();
                 out.push(op);
             }
         },
-        Op::Falling(bit) => match known.acc {
-            Val::Const(true) => {
-                out.push(Op::Put { bit, value: true });
-                one(Op::Acc(false), known, temporary, out);
+        IrOp::Falling(bit) => match known.acc {
+            BitValue::Const(true) => {
+                out.push(IrOp::SetBit { bit, value: true });
+                forward_op(IrOp::SetAccumulator(false), known, temporary, out);
             }
-            Val::Const(false) => edge(bit, false, known, out),
-            Val::Unknown(_) => {
-                known.acc = known.fresh();
+            BitValue::Const(false) => forward_edge(bit, false, known, out),
+            BitValue::Unknown(_) => {
+                known.acc = known.new_unknown();
                 out.push(op);
             }
         },
-        Op::AndCompare(_) => {
-            if known.acc != Val::Const(false) {
-                known.acc = known.fresh();
+        IrOp::AndCompare(_) => {
+            if known.acc != BitValue::Const(false) {
+                known.acc = known.new_unknown();
                 out.push(op);
             }
         }
-        Op::Receive { .. } | Op::Module { .. } => {
-            known.acc = known.fresh();
+        IrOp::Receive { .. } | IrOp::Module { .. } => {
+            known.acc = known.new_unknown();
             out.push(op);
         }
-        Op::Logic { dst, .. } => {
-            known.acc = known.fresh();
+        IrOp::Logic { dst, .. } => {
+            known.acc = known.new_unknown();
             known.bits.remove(&dst);
             out.push(op);
         }
-        Op::Move { .. } | Op::Math { .. } | Op::Lookup { .. } | Op::ReadAdc { .. } | Op::SetPwm { .. } => out.push(op),
-        Op::Send { .. } | Op::Recall { .. } | Op::Persist { .. } => out.push(op),
-        Op::If { cond, then, otherwise } => branch(cond, then, otherwise, known, temporary, out),
+        IrOp::Move { .. } | IrOp::Math { .. } | IrOp::Lookup { .. } | IrOp::ReadAdc { .. } | IrOp::SetPwm { .. } => out.push(op),
+        IrOp::Send { .. } | IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } => out.push(op),
+        IrOp::If { cond, if_true: then, if_false: otherwise } => forward_branch(cond, then, otherwise, known, temporary, out),
     }
 }
 
 /// An edge whose input is known: the output is the memory, or its complement, and the memory becomes the input.
-fn edge(memory: Bit, input: bool, known: &mut Known, out: &mut Vec<Op>) {
-    known.acc = known.fresh();
-    out.push(Op::Load { bit: memory, negated: input });
-    out.push(Op::Put { bit: memory, value: input });
+fn forward_edge(memory: BitId, input: bool, known: &mut KnownBits, out: &mut Vec<IrOp>) {
+    known.acc = known.new_unknown();
+    out.push(IrOp::Load { bit: memory, negated: input });
+    out.push(IrOp::SetBit { bit: memory, value: input });
 }
 
-fn branch(
-    cond: Cond,
-    then: Vec<Op>,
-    otherwise: Vec<Op>,
-    known: &mut Known,
-    temporary: &HashSet<Bit>,
-    out: &mut Vec<Op>,
+fn forward_branch(
+    cond: BranchCondition,
+    then: Vec<IrOp>,
+    otherwise: Vec<IrOp>,
+    known: &mut KnownBits,
+    temporary: &HashSet<BitId>,
+    out: &mut Vec<IrOp>,
 ) {
     let decided = match cond {
-        Cond::Acc => Some(known.acc),
-        Cond::Bit(bit) => known.of(bit, false),
-        Cond::Compare(_) => None,
+        BranchCondition::Acc => Some(known.acc),
+        BranchCondition::Bit(bit) => known.value_of(bit, false),
+        BranchCondition::Compare(_) => None,
     };
-    if let Some(Val::Const(value)) = decided {
+    if let Some(BitValue::Const(value)) = decided {
         let arm = if value { then } else { otherwise };
-        return arm.into_iter().for_each(|op| one(op, known, temporary, out));
+        return arm.into_iter().for_each(|op| forward_op(op, known, temporary, out));
     }
     let before = known.acc;
     let mut other = known.clone();
-    if cond == Cond::Acc {
-        known.acc = Val::Const(true);
-        other.acc = Val::Const(false);
+    if cond == BranchCondition::Acc {
+        known.acc = BitValue::Const(true);
+        other.acc = BitValue::Const(false);
     }
     let then = forward(then, known, temporary);
     other.next = known.next;
     let otherwise = forward(otherwise, &mut other, temporary);
-    let kept = cond == Cond::Acc && known.acc == Val::Const(true) && other.acc == Val::Const(false);
-    known.meet(&other);
+    let kept = cond == BranchCondition::Acc && known.acc == BitValue::Const(true) && other.acc == BitValue::Const(false);
+    known.merge(&other);
     if kept {
         known.acc = before;
     }
-    out.push(Op::If { cond, then, otherwise });
+    out.push(IrOp::If { cond, if_true: then, if_false: otherwise });
 }
 
 /// What becomes of values later on in the scan.
 #[derive(Clone, PartialEq, Eq)]
-struct Later {
+struct Liveness {
     /// The accumulator is read.
-    acc: bool,
+    is_acc_read: bool,
     /// Bits that are overwritten, or end with the scan, before anything reads them.
-    dead_bits: HashSet<Bit>,
+    dead_bits: HashSet<BitId>,
     /// Such words.
-    dead_words: HashSet<Word>,
+    dead_words: HashSet<WordId>,
 }
 
-fn backward(ops: Vec<Op>, later: &mut Later) -> Vec<Op> {
-    let mut kept: Vec<Op> = ops.into_iter().rev().filter_map(|op| later.op(op)).collect();
+fn backward(ops: Vec<IrOp>, later: &mut Liveness) -> Vec<IrOp> {
+    let mut kept: Vec<IrOp> = ops.into_iter().rev().filter_map(|op| later.op(op)).collect();
     kept.reverse();
     kept
 }
 
-impl Later {
+impl Liveness {
     /// Behind the last operation: temporaries have ended, all else stays.
-    fn behind_the_scan(ir: &Ir) -> Later {
+    fn at_scan_end(ir: &Ir) -> Liveness {
         let words = ir.words.iter().enumerate().filter(|(_, cell)| cell.role == WordRole::Temporary);
-        Later {
-            acc: false,
-            dead_bits: (0..ir.bits.len() as u32).map(Bit).filter(|&bit| ir.is_temporary(bit)).collect(),
-            dead_words: words.map(|(n, _)| Word(n as u32)).collect(),
+        Liveness {
+            is_acc_read: false,
+            dead_bits: (0..ir.bits.len() as u32).map(BitId).filter(|&bit| ir.is_temporary(bit)).collect(),
+            dead_words: words.map(|(n, _)| WordId(n as u32)).collect(),
         }
     }
 
     /// What is left of `op`, and what becomes of the values before it.
-    fn op(&mut self, op: Op) -> Option<Op> {
+    fn op(&mut self, op: IrOp) -> Option<IrOp> {
         match op {
-            Op::Acc(_) => self.acc.then(|| {
-                self.acc = false;
+            IrOp::SetAccumulator(_) => self.is_acc_read.then(|| {
+                self.is_acc_read = false;
                 op
             }),
-            Op::Load { bit, .. } => self.acc.then(|| {
-                self.acc = false;
-                self.reads_bit(bit);
+            IrOp::Load { bit, .. } => self.is_acc_read.then(|| {
+                self.is_acc_read = false;
+                self.mark_bit_read(bit);
                 op
             }),
-            Op::And { bit, .. } | Op::Or { bit, .. } => self.acc.then(|| {
-                self.reads_bit(bit);
+            IrOp::And { bit, .. } | IrOp::Or { bit, .. } => self.is_acc_read.then(|| {
+                self.mark_bit_read(bit);
                 op
             }),
-            Op::AndCompare(ref compare) => {
-                if !self.acc {
+            IrOp::AndCompare(ref compare) => {
+                if !self.is_acc_read {
                     return None;
                 }
-                self.compares(compare);
+                self.mark_comparison_read(compare);
                 Some(op)
             }
-            Op::Store { bit, .. } | Op::Put { bit, .. } => self.dead_bits.insert(bit).then(|| {
-                self.acc |= matches!(op, Op::Store { .. });
+            IrOp::Store { bit, .. } | IrOp::SetBit { bit, .. } => self.dead_bits.insert(bit).then(|| {
+                self.is_acc_read |= matches!(op, IrOp::Store { .. });
                 op
             }),
             // With its result unread an edge only stores its input.
-            Op::Rising(bit) | Op::Falling(bit) if !self.acc => self.op(Op::Store { bit, negated: false }),
-            Op::Rising(bit) | Op::Falling(bit) => {
-                self.reads_bit(bit);
+            IrOp::Rising(bit) | IrOp::Falling(bit) if !self.is_acc_read => self.op(IrOp::Store { bit, negated: false }),
+            IrOp::Rising(bit) | IrOp::Falling(bit) => {
+                self.mark_bit_read(bit);
                 Some(op)
             }
-            Op::Logic { dst, is } => self.dead_bits.insert(dst).then(|| {
+            IrOp::Logic { dst, function: is } => self.dead_bits.insert(dst).then(|| {
                 match is {
-                    Logic::Copy(a) | Logic::Not(a) => self.reads_bit(a),
-                    Logic::And(a, b) | Logic::Or(a, b) => [a, b].into_iter().for_each(|bit| self.reads_bit(bit)),
+                    LogicOp::Copy(a) | LogicOp::Not(a) => self.mark_bit_read(a),
+                    LogicOp::And(a, b) | LogicOp::Or(a, b) => [a, b].into_iter().for_each(|bit| self.mark_bit_read(bit)),
                 }
                 op
             }),
-            Op::Move { dst, src } => self.dead_words.insert(dst).then(|| {
-                self.reads(src);
+            IrOp::Move { dst, src } => self.dead_words.insert(dst).then(|| {
+                self.mark_operand_read(src);
                 op
             }),
-            Op::Math { dst, a, b, .. } => self.dead_words.insert(dst).then(|| {
-                self.reads(a);
-                self.reads(b);
+            IrOp::Math { dst, a, b, .. } => self.dead_words.insert(dst).then(|| {
+                self.mark_operand_read(a);
+                self.mark_operand_read(b);
                 op
             }),
-            Op::Lookup { dst, index, .. } => self.dead_words.insert(dst).then(|| {
-                self.reads(Value::Cell(index));
+            IrOp::Lookup { dst, index, .. } => self.dead_words.insert(dst).then(|| {
+                self.mark_operand_read(WordOperand::Cell(index));
                 op
             }),
             // A conversion and a read of the EEPROM happen whatever becomes of their values.
-            Op::ReadAdc { dst, .. } | Op::Recall { dst, .. } => {
+            IrOp::ReadAdc { dst, .. } | IrOp::ReadEeprom { dst, .. } => {
                 self.dead_words.insert(dst);
                 Some(op)
             }
-            Op::SetPwm { duty: value } | Op::Send { value } => {
-                self.reads(value);
+            IrOp::SetPwm { duty: value } | IrOp::Send { value } => {
+                self.mark_operand_read(value);
                 Some(op)
             }
             // The destination keeps its value where no byte has come.
-            Op::Receive { dst } => {
-                self.acc = false;
-                self.reads(Value::Cell(dst));
+            IrOp::Receive { dst } => {
+                self.is_acc_read = false;
+                self.mark_operand_read(WordOperand::Cell(dst));
                 Some(op)
             }
-            Op::Persist { src, busy, .. } => {
-                self.reads(Value::Cell(src));
-                self.reads(Value::Cell(busy));
+            IrOp::WriteEeprom { src, busy, .. } => {
+                self.mark_operand_read(WordOperand::Cell(src));
+                self.mark_operand_read(WordOperand::Cell(busy));
                 Some(op)
             }
-            Op::Module { word, limit, .. } => {
-                self.acc = true;
-                self.reads(Value::Cell(word));
-                self.reads(limit);
+            IrOp::Module { word, limit, .. } => {
+                self.is_acc_read = true;
+                self.mark_operand_read(WordOperand::Cell(word));
+                self.mark_operand_read(limit);
                 Some(op)
             }
-            Op::If { cond, then, otherwise } => {
+            IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 let mut other = self.clone();
                 let then = backward(then, self);
                 let otherwise = backward(otherwise, &mut other);
                 if then.is_empty() && otherwise.is_empty() {
                     return None;
                 }
-                self.acc |= other.acc;
+                self.is_acc_read |= other.is_acc_read;
                 self.dead_bits.retain(|bit| other.dead_bits.contains(bit));
                 self.dead_words.retain(|word| other.dead_words.contains(word));
                 match &cond {
-                    Cond::Acc => self.acc = true,
-                    Cond::Bit(bit) => self.reads_bit(*bit),
-                    Cond::Compare(compare) => self.compares(compare),
+                    BranchCondition::Acc => self.is_acc_read = true,
+                    BranchCondition::Bit(bit) => self.mark_bit_read(*bit),
+                    BranchCondition::Compare(compare) => self.mark_comparison_read(compare),
                 }
-                Some(Op::If { cond, then, otherwise })
+                Some(IrOp::If { cond, if_true: then, if_false: otherwise })
             }
         }
     }
 
-    fn reads_bit(&mut self, bit: Bit) {
+    fn mark_bit_read(&mut self, bit: BitId) {
         self.dead_bits.remove(&bit);
     }
 
-    fn reads(&mut self, value: Value) {
-        if let Value::Cell(word) = value {
+    fn mark_operand_read(&mut self, value: WordOperand) {
+        if let WordOperand::Cell(word) = value {
             self.dead_words.remove(&word);
         }
     }
 
-    fn compares(&mut self, compare: &Compare) {
-        self.reads(Value::Cell(compare.a));
-        self.reads(compare.b);
+    fn mark_comparison_read(&mut self, compare: &WordComparison) {
+        self.mark_operand_read(WordOperand::Cell(compare.a));
+        self.mark_operand_read(compare.b);
     }
 }

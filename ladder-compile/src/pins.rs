@@ -4,14 +4,14 @@ use std::collections::HashMap;
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::Chip;
-use ladder::{Element, Program, SymbolKind};
+use ladder::{Element, LadderProgram, SymbolKind};
 
 use crate::codes;
-use crate::target::Target;
+use crate::target::CompileTarget;
 
 /// A symbol at its pin.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Pin {
+pub struct AssignedPin {
     /// Symbol.
     pub name: String,
     /// Pin, such as `PD2`.
@@ -22,41 +22,41 @@ pub struct Pin {
     pub analog: bool,
 }
 
-impl Pin {
+impl AssignedPin {
     /// Letter or digit of the port.
     #[must_use]
-    pub fn port(&self) -> char {
+    pub fn port_letter(&self) -> char {
         self.pin.chars().nth(1).unwrap_or('?')
     }
 
     /// Bit in the port, 0 to 7.
     #[must_use]
-    pub fn bit(&self) -> u8 {
+    pub fn bit_number(&self) -> u8 {
         self.pin.chars().next_back().and_then(|c| c.to_digit(8)).unwrap_or(0) as u8
     }
 }
 
 /// Something of the program that needs a pin.
-struct Wanted {
+struct PinRequest {
     name: String,
     kind: SymbolKind,
 }
 
 /// Finds a pin for every input, output and analog input, in this order, each sorted by name. Adds what is wrong, and a note
 /// when pins were given out in order, to `told`.
-pub fn assign(
-    program: &Program,
-    given: &[(String, String)],
-    target: &'static Target,
-    told: &mut Vec<Diagnostic>,
-) -> Vec<Pin> {
+pub fn assign_pins(
+    program: &LadderProgram,
+    requested: &[(String, String)],
+    target: &'static CompileTarget,
+    notes: &mut Vec<Diagnostic>,
+) -> Vec<AssignedPin> {
     let chip = target.chip;
     let used = program.elements().filter_map(|(_, element, _)| match element {
         Element::ReadAdc { name, .. } => Some(name.clone()),
         _ => None,
     });
     let used: Vec<String> = used.collect();
-    let wanted_pins: Vec<Wanted> = program
+    let wanted_pins: Vec<PinRequest> = program
         .symbols()
         .into_iter()
         .filter(|s| match s.kind {
@@ -65,24 +65,24 @@ pub fn assign(
             SymbolKind::Adc => used.contains(&s.name) && !target.adc.is_empty(),
             _ => false,
         })
-        .map(|s| Wanted { name: s.name, kind: s.kind })
+        .map(|s| PinRequest { name: s.name, kind: s.kind })
         .collect();
-    let mut tell = |code, pos: Pos, cause: String, hint: String| {
-        told.push(Diagnostic::new(Severity::Error, code, &program.file, pos, cause, hint));
+    let mut push_diagnostic = |code, pos: Pos, cause: String, hint: String| {
+        notes.push(Diagnostic::new(Severity::Error, code, &program.file, pos, cause, hint));
     };
     let none = Pos::default();
     let mut wanted: HashMap<&str, (String, Pos)> = HashMap::new();
     let micro = program.settings.micro.as_deref().unwrap_or_default();
-    let named = ladder::chip_of(micro).and_then(row);
-    let serves = named.is_some_and(|named| same_pins(named, target));
+    let named = ladder::chip_of(micro).and_then(find_chip_row);
+    let serves = named.is_some_and(|named| has_same_pins(named, target));
     let pwm_name = pwm_output(program);
     if serves {
-        let overridden = |name: &str| given.iter().any(|(symbol, _)| symbol == name);
+        let overridden = |name: &str| requested.iter().any(|(symbol, _)| symbol == name);
         let known = |name: &str| wanted_pins.iter().any(|s| s.name == name) || pwm_name == Some(name);
         for entry in program.io.iter().filter(|e| e.pin != 0 && known(&e.name) && !overridden(&e.name)) {
             match ladder::package_pin(micro, entry.pin) {
                 Some(pin) => _ = wanted.insert(&entry.name, (pin.to_owned(), entry.pos)),
-                None => tell(
+                None => push_diagnostic(
                     codes::UNKNOWN_PIN,
                     entry.pos,
                     format!("`{}` stands at package pin {}, which carries no port", entry.name, entry.pin),
@@ -92,13 +92,13 @@ pub fn assign(
         }
     }
     let mut seen: Vec<&str> = Vec::new();
-    for (symbol, pin) in given {
+    for (symbol, pin) in requested {
         if !wanted_pins.iter().any(|s| s.name == *symbol) && pwm_name != Some(symbol) {
             let cause = format!("--pin {symbol}={pin}: the program has no input or output `{symbol}`");
-            tell(codes::PIN_SYMBOL, none, cause, "name an X, Y or A symbol as the program spells it".to_owned());
+            push_diagnostic(codes::PIN_SYMBOL, none, cause, "name an X, Y or A symbol as the program spells it".to_owned());
         } else if seen.contains(&symbol.as_str()) {
             let cause = format!("--pin gives `{symbol}` a pin twice, the second time {pin}");
-            tell(codes::PIN_GIVEN_TWICE, none, cause, "remove one of them".to_owned());
+            push_diagnostic(codes::PIN_GIVEN_TWICE, none, cause, "remove one of them".to_owned());
         } else {
             seen.push(symbol);
             wanted.insert(symbol, (pin.clone(), none));
@@ -109,13 +109,13 @@ pub fn assign(
         && !pin.eq_ignore_ascii_case(home)
     {
         let cause = format!("`{name}` stands at {pin}, but the PWM output of {} is {home}", chip.name);
-        tell(codes::PIN_TAKEN, *pos, cause, format!("put it at {home}"));
+        push_diagnostic(codes::PIN_TAKEN, *pos, cause, format!("put it at {home}"));
     }
 
     // Pins of parts that the program uses belong to those.
-    let mut taken: HashMap<&'static str, &str> = jobs(program, target).into_iter().collect();
+    let mut taken: HashMap<&'static str, &str> = peripheral_pins(program, target).into_iter().collect();
     let mut homes: HashMap<&str, &'static str> = HashMap::new();
-    let usable = |kind: SymbolKind| usable(target, kind);
+    let usable = |kind: SymbolKind| usable_pins(target, kind);
     for symbol in &wanted_pins {
         let Some((pin, pos)) = wanted.get(symbol.name.as_str()) else { continue };
         let all = usable(symbol.kind);
@@ -132,17 +132,17 @@ pub fn assign(
                 }
                 None => (codes::UNKNOWN_PIN, format!("`{}`: {} has no pin `{pin}`", symbol.name, chip.name)),
             };
-            tell(code, *pos, cause, format!("usable are {}", runs(&all)));
+            push_diagnostic(code, *pos, cause, format!("usable are {}", pin_ranges(&all)));
             continue;
         };
         if let Some(other) = taken.insert(home, &symbol.name) {
             let cause = format!("{home} is given to `{other}` and to `{}`", symbol.name);
-            tell(codes::PIN_TWICE, *pos, cause, "give each of them a pin of its own".to_owned());
+            push_diagnostic(codes::PIN_TWICE, *pos, cause, "give each of them a pin of its own".to_owned());
         }
         homes.insert(&symbol.name, home);
     }
     // Analog inputs have the least choice, so they choose first.
-    let mut open: Vec<&Wanted> = wanted_pins.iter().filter(|s| !wanted.contains_key(s.name.as_str())).collect();
+    let mut open: Vec<&PinRequest> = wanted_pins.iter().filter(|s| !wanted.contains_key(s.name.as_str())).collect();
     open.sort_by_key(|s| s.kind != SymbolKind::Adc);
     let (mut assigned, mut without) = (Vec::new(), Vec::new());
     let free_before = target.pins.iter().filter(|pin| !taken.contains_key(*pin)).count();
@@ -164,7 +164,7 @@ pub fn assign(
             chip.name,
             target.pins.len(),
         );
-        tell(codes::TOO_MANY_PINS, none, cause, "use fewer inputs and outputs".to_owned());
+        push_diagnostic(codes::TOO_MANY_PINS, none, cause, "use fewer inputs and outputs".to_owned());
         return Vec::new();
     }
     if !assigned.is_empty() {
@@ -174,31 +174,31 @@ pub fn assign(
         };
         let cause = format!("{why}pins assigned in order: {}", assigned.join(" "));
         let hint = format!("choose with --pin {}", assigned.first().map_or("", |a| a.as_str()));
-        told.push(Diagnostic::new(Severity::Note, codes::PINS_NOTE, &program.file, none, cause, hint));
+        notes.push(Diagnostic::new(Severity::Note, codes::PINS_NOTE, &program.file, none, cause, hint));
     }
     wanted_pins
         .iter()
         .filter_map(|s| {
             let pin = homes.get(s.name.as_str())?;
             let (output, analog) = (s.kind == SymbolKind::Output, s.kind == SymbolKind::Adc);
-            Some(Pin { name: s.name.clone(), pin, output, analog })
+            Some(AssignedPin { name: s.name.clone(), pin, output, analog })
         })
         .collect()
 }
 
 /// The pins that a symbol of this kind may have, in the order in which they are given out.
-fn usable(target: &'static Target, kind: SymbolKind) -> Vec<&'static str> {
+fn usable_pins(target: &'static CompileTarget, kind: SymbolKind) -> Vec<&'static str> {
     match kind {
         SymbolKind::Adc => target.adc.iter().map(|&(pin, _)| pin).collect(),
         kind => {
             let output = kind == SymbolKind::Output;
-            target.pins.iter().copied().filter(|pin| target.can_be(pin, output)).collect()
+            target.pins.iter().copied().filter(|pin| target.can_use_pin(pin, output)).collect()
         }
     }
 }
 
 /// Pins that parts of the chip take, and which.
-fn jobs(program: &Program, target: &'static Target) -> Vec<(&'static str, &'static str)> {
+fn peripheral_pins(program: &LadderProgram, target: &'static CompileTarget) -> Vec<(&'static str, &'static str)> {
     let any = |which: fn(&Element) -> bool| program.elements().any(|(_, element, _)| which(element));
     let sends = any(|e| matches!(e, Element::UartSend { .. } | Element::FormattedString { .. }));
     let receives = any(|e| matches!(e, Element::UartRecv { .. }));
@@ -211,7 +211,7 @@ fn jobs(program: &Program, target: &'static Target) -> Vec<(&'static str, &'stat
 }
 
 /// The name that LDmicro 5 gives the PWM output.
-fn pwm_output(program: &Program) -> Option<&str> {
+fn pwm_output(program: &LadderProgram) -> Option<&str> {
     program.elements().find_map(|(_, element, _)| match element {
         Element::SetPwm { output: Some((name, _)), .. } => Some(name.as_str()),
         _ => None,
@@ -219,19 +219,19 @@ fn pwm_output(program: &Program) -> Option<&str> {
 }
 
 /// A chip's row by its name, whatever its family.
-fn row(name: &str) -> Option<&'static Chip> {
+fn find_chip_row(name: &str) -> Option<&'static Chip> {
     emu_avr::chips::chip(name).or_else(|| emu_pic16::chips::chip(name)).or_else(|| emu_8051::chips::chip(name))
 }
 
 /// The package of `named` has every pin that programs use at the same place as the target's, so that its `IO LIST` holds there.
-fn same_pins(named: &Chip, target: &Target) -> bool {
+fn has_same_pins(named: &Chip, target: &CompileTarget) -> bool {
     let at = |chip: &Chip, name: &str| chip.pins.iter().find(|pin| pin.name == name).map(|pin| pin.dip);
     named.family == target.chip.family
         && target.pins.iter().all(|pin| at(named, pin).is_some() && at(named, pin) == at(target.chip, pin))
 }
 
 /// Names of pins, those that count up in a row as first and last: `PB0..PB5, PD2`.
-fn runs(names: &[&str]) -> String {
+fn pin_ranges(names: &[&str]) -> String {
     let split = |name: &str| {
         let digits = name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
         (name[..digits].to_owned(), name[digits..].parse::<u32>().unwrap_or(0))

@@ -1,15 +1,15 @@
 //! What a back end is asked for and what it gives: the same for every family.
 
-use emu_core::chip::{Chip, Family};
+use emu_core::chip::{Chip, ChipFamily};
 use ladder::ElementId;
 
 use crate::ir::Ir;
-use crate::map::{Place, Ratio, Special};
-use crate::pins::Pin;
+use crate::map::{CellLocation, Ratio, SpecialPin};
+use crate::pins::AssignedPin;
 
 /// A chip that there is a compiler for.
 #[derive(Debug)]
-pub struct Target {
+pub struct CompileTarget {
     /// Its row.
     pub chip: &'static Chip,
     /// The pins that a program may use, in the order in which they are given out; those with a second job come last.
@@ -23,32 +23,32 @@ pub struct Target {
     /// Bytes of EEPROM, 0 where there is none.
     pub eeprom: u16,
     /// Makes an image.
-    pub build: fn(&Job<'_>) -> Result<Built, Refusal>,
+    pub build: fn(&CompileJob<'_>) -> Result<BuiltImage, BuildRefusal>,
 }
 
-impl Target {
+impl CompileTarget {
     /// The chip has timers and counters as modules: what is lowered for it keeps them whole.
     #[must_use]
     pub fn has_modules(&self) -> bool {
-        self.chip.family == Family::Ap101
+        self.chip.family == ChipFamily::Ap101
     }
 
     /// A pin can be an output, or else an input. Only a controller with channels has pins that cannot be both.
     #[must_use]
-    pub fn can_be(&self, pin: &str, output: bool) -> bool {
-        self.chip.family != Family::Ap101 || pin.starts_with('E') == output
+    pub fn can_use_pin(&self, pin: &str, output: bool) -> bool {
+        self.chip.family != ChipFamily::Ap101 || pin.starts_with('E') == output
     }
 }
 
 /// One compilation.
 #[derive(Debug, Clone, Copy)]
-pub struct Job<'a> {
+pub struct CompileJob<'a> {
     /// The scan.
     pub ir: &'a Ir,
     /// The chip.
-    pub target: &'static Target,
+    pub target: &'static CompileTarget,
     /// Pins of inputs, outputs and analog inputs.
-    pub pins: &'a [Pin],
+    pub pins: &'a [AssignedPin],
     /// Clock in Hz, above 0.
     pub clock_hz: u64,
     /// Time of a scan in microseconds, above 0.
@@ -59,9 +59,9 @@ pub struct Job<'a> {
 
 /// Why there is no image.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Refusal {
+pub enum BuildRefusal {
     /// The code does not fit: bytes that it needs, bytes that there are.
-    Code {
+    CodeTooLarge {
         /// Bytes of code.
         needed: u64,
         /// Bytes of program memory.
@@ -70,31 +70,31 @@ pub enum Refusal {
         rungs: Vec<u64>,
     },
     /// The data do not fit.
-    Ram {
+    RamTooSmall {
         /// Bytes of data and stack.
         needed: u64,
         /// Bytes of RAM.
         available: u64,
     },
     /// The period cannot be paced: the shortest and longest that can be, in microseconds.
-    Period {
+    PeriodOutOfRange {
         /// Shortest.
         shortest: u64,
         /// Longest.
         longest: u64,
     },
     /// The serial line cannot be that fast or slow: the nearest speed in bits per second.
-    Baud {
+    BaudOutOfRange {
         /// Nearest that there is.
         nearest: u64,
     },
     /// The PWM output cannot have that frequency.
-    Pwm {
+    PwmOutOfRange {
         /// Nearest that there is, in Hz.
         nearest: u64,
     },
     /// Anything else that the chip does not have: cause and hint.
-    Lacks {
+    Unsupported {
         /// What and where.
         cause: String,
         /// What to do.
@@ -103,20 +103,20 @@ pub enum Refusal {
         element: Option<ElementId>,
     },
     /// Several reasons at once, each of the kinds above.
-    Many(Vec<Refusal>),
+    Several(Vec<BuildRefusal>),
     /// An instruction could not be encoded: a fault of the compiler.
     Internal(String),
 }
 
 /// A place that the map or the listing wants to know.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Mark {
+pub enum CodeMark {
     /// A part of the image that belongs to no rung.
-    Part(&'static str),
+    Section(&'static str),
     /// The next instruction starts the timer when it ends.
     TimerStart,
     /// The loop that waits for the match.
-    Poll,
+    PollLoop,
     /// The first instruction of a scan.
     ScanStart,
     /// A rung, from 0.
@@ -136,12 +136,12 @@ pub enum Mark {
     /// The last instruction of a scan.
     ScanEnd,
     /// Behind the scan.
-    ScanOver,
+    AfterScan,
 }
 
 /// One instruction, or one line of data, of a finished image.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Line {
+pub struct ImageLine {
     /// Address in the chip's words.
     pub addr: u32,
     /// Its words.
@@ -154,35 +154,35 @@ pub struct Line {
 
 /// A finished image with all that is known of it. Code addresses are the chip's words.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Built {
+pub struct BuiltImage {
     /// What the HEX file holds: byte address in the file, and bytes.
     pub segments: Vec<(u32, Vec<u8>)>,
     /// The code, by address.
-    pub lines: Vec<Line>,
+    pub lines: Vec<ImageLine>,
     /// The marks, by address.
-    pub marks: Vec<(Mark, u32)>,
+    pub marks: Vec<(CodeMark, u32)>,
     /// Places of the bit cells.
-    pub bits: Vec<Place>,
+    pub bit_places: Vec<CellLocation>,
     /// Places of the word cells.
-    pub words: Vec<Place>,
+    pub word_places: Vec<CellLocation>,
     /// Time of a scan in machine cycles.
     pub period: Ratio,
     /// Machine cycles of the shortest period.
-    pub shortest: u64,
+    pub shortest_period_cycles: u64,
     /// Machine cycles per tick of the pacing timer.
-    pub tick: u32,
+    pub tick_cycles: u32,
     /// The longest time in machine cycles from a match to the first instruction of its scan.
-    pub poll: u64,
+    pub poll_cycles: u64,
     /// The longest path of a scan in machine cycles, from its first instruction back to the loop that waits.
-    pub worst: u64,
+    pub worst_scan_cycles: u64,
     /// The longest path of each rung in machine cycles.
-    pub rungs: Vec<u64>,
+    pub rung_cycles: Vec<u64>,
     /// Bytes of RAM in use, the stack not counted.
     pub ram_bytes: u32,
     /// What the image needs of fuses or configuration words, one line each.
     pub fuses: Vec<String>,
     /// Pins with another job than input and output, with their figures.
-    pub specials: Vec<Special>,
+    pub specials: Vec<SpecialPin>,
     /// What the user should know, cause and hint: an output that cannot go high by itself.
     pub warnings: Vec<(String, String)>,
 }

@@ -8,27 +8,27 @@
 //! `build` flattens the model once (`devices` the elements that use a part of the chip), `exec` runs the flat form and
 //! `parts` holds what lies outside of the program's memory; everything that names things is resolved in between.
 
-mod build;
-mod devices;
-mod exec;
-mod parts;
+mod flatten;
+mod peripheral_ops;
+mod flat_program;
+mod peripheral_state;
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
-pub use ladder::{ElementId, Program, Symbol};
+pub use ladder::{ElementId, LadderProgram, LadderSymbol};
 
 /// Runs one program, scan by scan. A value: `clone` is a snapshot of the whole state and copies nothing else.
 #[derive(Debug, Clone)]
 pub struct Evaluator {
-    code: Arc<Code>,
-    state: exec::State,
+    code: Arc<EvaluatorProgram>,
+    state: flat_program::ScanState,
 }
 
 /// An element that has no meaning here (yet, or at all): the program is refused as a whole, never run in part.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{element}: `{text}`: {why}")]
-pub struct Unsupported {
+pub struct UnsupportedElement {
     /// Which element, printed as rung and element from 1.
     pub element: ElementId,
     /// The element as `.ld` text.
@@ -39,10 +39,10 @@ pub struct Unsupported {
 
 /// The part of an evaluator that no scan changes.
 #[derive(Debug)]
-struct Code {
-    symbols: Vec<Symbol>,
+struct EvaluatorProgram {
+    symbols: Vec<LadderSymbol>,
     by_name: HashMap<String, usize>,
-    flat: exec::Code,
+    flat: flat_program::FlatProgram,
 }
 
 impl Evaluator {
@@ -51,17 +51,17 @@ impl Evaluator {
     ///
     /// # Errors
     /// The first element, in text order, that has no meaning here: section 4 of `docs/semantics.md` lists them.
-    pub fn new(program: &Program) -> Result<Evaluator, Unsupported> {
+    pub fn new(program: &LadderProgram) -> Result<Evaluator, UnsupportedElement> {
         let symbols = program.symbols();
         let by_name = symbols.iter().enumerate().map(|(i, s)| (s.name.clone(), i)).collect();
-        let flat = build::flatten(program, &symbols, &by_name)?;
-        let state = exec::State::power_up(&flat);
-        Ok(Evaluator { code: Arc::new(Code { symbols, by_name, flat }), state })
+        let flat = flatten::flatten(program, &symbols, &by_name)?;
+        let state = flat_program::ScanState::new(&flat);
+        Ok(Evaluator { code: Arc::new(EvaluatorProgram { symbols, by_name, flat }), state })
     }
 
     /// All symbols, in the order of [`Program::symbols`]; the position is the index that `get` and `set` take.
     #[must_use]
-    pub fn symbols(&self) -> &[Symbol] {
+    pub fn symbols(&self) -> &[LadderSymbol] {
         &self.code.symbols
     }
 
@@ -81,12 +81,12 @@ impl Evaluator {
     /// Gives a symbol a value: inputs before a scan, anything else at will. A bit becomes 1 for every value but 0; an
     /// integer keeps the low bytes of its width. An index past the last symbol changes nothing.
     pub fn set(&mut self, symbol: usize, value: i32) {
-        let (Some(slot), Some(Symbol { kind, .. }), Some(&width)) =
-            (self.state.values.get_mut(symbol), self.code.symbols.get(symbol), self.code.flat.cut.get(symbol))
+        let (Some(slot), Some(LadderSymbol { kind, .. }), Some(&width)) =
+            (self.state.values.get_mut(symbol), self.code.symbols.get(symbol), self.code.flat.cut_bits.get(symbol))
         else {
             return;
         };
-        *slot = if kind.is_bit() { i32::from(value != 0) } else { exec::cut(value.into(), width) };
+        *slot = if kind.is_bit() { i32::from(value != 0) } else { flat_program::truncate(value.into(), width) };
     }
 
     /// One scan: all rungs, top to bottom. Inputs are those last set and hold for the whole scan.
@@ -115,7 +115,7 @@ impl Evaluator {
     /// What a conversion of the analog input of a READ_ADC symbol gives from now on, 0 to 1023 (a greater value counts as
     /// 1023). Nothing changes where READ_ADC does not name the symbol; the symbol itself changes when READ_ADC runs.
     pub fn set_adc(&mut self, symbol: usize, value: u16) {
-        let input = self.code.flat.adc.iter().position(|&adc| adc as usize == symbol);
+        let input = self.code.flat.adc_symbols.iter().position(|&adc| adc as usize == symbol);
         if let Some(level) = input.and_then(|input| self.state.parts.adc.get_mut(input)) {
             *level = value.min(1023);
         }
@@ -123,23 +123,23 @@ impl Evaluator {
 
     /// The symbols that READ_ADC names, ascending.
     pub fn adc_symbols(&self) -> impl Iterator<Item = usize> {
-        self.code.flat.adc.iter().map(|&symbol| symbol as usize)
+        self.code.flat.adc_symbols.iter().map(|&symbol| symbol as usize)
     }
 
     /// A byte has arrived completely on the serial line before the next scan. False, and nothing changes, while another
     /// waits to be taken: what the chip does then has no meaning here.
     pub fn receive(&mut self, byte: u8) -> bool {
-        let free = self.state.parts.waiting.is_none();
+        let free = self.state.parts.received_byte.is_none();
         if free {
-            self.state.parts.waiting = Some(byte);
+            self.state.parts.received_byte = Some(byte);
         }
         free
     }
 
     /// Whether a byte has arrived that no UART_RECV has taken.
     #[must_use]
-    pub fn waiting(&self) -> bool {
-        self.state.parts.waiting.is_some()
+    pub fn has_received_byte(&self) -> bool {
+        self.state.parts.received_byte.is_some()
     }
 
     /// The byte that the last scan sent; a scan sends one at most.
@@ -150,13 +150,13 @@ impl Evaluator {
 
     /// How many scans the transmitter is busy: a scan can send when this many have started, 0 and 1 mean the next.
     #[must_use]
-    pub fn uart_busy(&self) -> u32 {
-        self.state.parts.busy
+    pub fn uart_busy_scans(&self) -> u32 {
+        self.state.parts.transmitter_busy_scans
     }
 
     /// The duty of the pulse width output in percent, 0 to 100; `None` until a SET_PWM has run, while the pin is low.
     #[must_use]
-    pub fn pwm(&self) -> Option<u8> {
+    pub fn pwm_percent(&self) -> Option<u8> {
         self.state.parts.duty
     }
 
@@ -169,20 +169,20 @@ impl Evaluator {
     /// The cells of the EEPROM that PERSIST uses, from address 0; FFh each at power-up.
     #[must_use]
     pub fn eeprom(&self) -> &[u8] {
-        &self.state.parts.cells
+        &self.state.parts.eeprom
     }
 
     /// Gives a cell of the EEPROM a value, as it may hold one from before power-up. An address past the last cell changes
     /// nothing.
     pub fn set_eeprom(&mut self, addr: usize, byte: u8) {
-        if let Some(cell) = self.state.parts.cells.get_mut(addr) {
+        if let Some(cell) = self.state.parts.eeprom.get_mut(addr) {
             *cell = byte;
         }
     }
 
     /// How many scans the EEPROM is busy, as [`Evaluator::uart_busy`] counts them.
     #[must_use]
-    pub fn eeprom_busy(&self) -> u32 {
-        self.state.parts.writing
+    pub fn eeprom_busy_scans(&self) -> u32 {
+        self.state.parts.eeprom_busy_scans
     }
 }

@@ -1,48 +1,48 @@
 //! A rung with power in its wires.
 
-use emu_debug::debug::{Follow, Target};
-use ladder::{Cell, draw_rung};
+use emu_debug::debug::{ProgramFollower, DynMachine};
+use ladder::{DrawnElement, draw_rung};
 
-use crate::{Moment, View};
+use crate::{ScanPosition, LadderView};
 
 /// Around what is powered, and around what is next.
-const GREEN: &str = "\x1b[32m";
-const NEXT: &str = "\x1b[7m";
-const PLAIN: &str = "\x1b[0m";
+const POWERED_STYLE: &str = "\x1b[32m";
+const NEXT_STYLE: &str = "\x1b[7m";
+const RESET_STYLE: &str = "\x1b[0m";
 
-impl View {
+impl LadderView {
     /// The rung that the chip is in, as text: wires with power are drawn `=`, the element that is next stands between `>` and `<`. Of
     /// that rung only what has run in this scan has power. Nothing between the rungs of two scans. `color`: terminal sequences too.
     #[must_use]
-    pub fn draw(&self, follow: Option<&dyn Follow>, target: &dyn Target, color: bool) -> Vec<String> {
-        let moment = self.moment(follow, target);
-        moment.here.map_or(Vec::new(), |here| self.draw_at(here.rung, &moment, color))
+    pub fn draw(&self, follow: Option<&dyn ProgramFollower>, target: &dyn DynMachine, color: bool) -> Vec<String> {
+        let moment = self.scan_position(follow, target);
+        moment.current_element.map_or(Vec::new(), |here| self.draw_at(here.rung, &moment, color))
     }
 
     /// A rung, from 1, as [`View::draw`] shows it: one that was not reached yet in this scan as the scan before left it.
     #[must_use]
-    pub fn draw_rung(&self, rung: u32, follow: Option<&dyn Follow>, target: &dyn Target, color: bool) -> Vec<String> {
-        rung.checked_sub(1).map_or(Vec::new(), |index| self.draw_at(index, &self.moment(follow, target), color))
+    pub fn draw_rung(&self, rung: u32, follow: Option<&dyn ProgramFollower>, target: &dyn DynMachine, color: bool) -> Vec<String> {
+        rung.checked_sub(1).map_or(Vec::new(), |index| self.draw_at(index, &self.scan_position(follow, target), color))
     }
 
     /// A rung, from 0.
-    fn draw_at(&self, index: u32, moment: &Moment, color: bool) -> Vec<String> {
-        let next = moment.here;
+    fn draw_at(&self, index: u32, moment: &ScanPosition, color: bool) -> Vec<String> {
+        let next = moment.current_element;
         let drawing = draw_rung(&self.facts.program, index as usize);
         let mut lines: Vec<Vec<char>> = drawing.lines.iter().map(|line| line.chars().collect()).collect();
-        let power = |cell: &Cell| moment.power(cell.id);
-        for cell in &drawing.cells {
+        let power = |cell: &DrawnElement| moment.power(cell.id);
+        for cell in &drawing.elements {
             let Some((before, behind)) = power(cell) else { continue };
             let Some(line) = lines.get_mut(cell.line) else { continue };
             if behind {
-                wire(line.iter_mut().skip(cell.column + cell.width));
+                power_wire(line.iter_mut().skip(cell.column + cell.width));
             }
             if before {
                 let start = cell.column.min(line.len());
-                wire(line.iter_mut().take(start).rev());
+                power_wire(line.iter_mut().take(start).rev());
             }
         }
-        for cell in drawing.cells.iter().filter(|cell| Some(cell.id) == next) {
+        for cell in drawing.elements.iter().filter(|cell| Some(cell.id) == next) {
             let Some(line) = lines.get_mut(cell.line) else { continue };
             for (at, mark) in [(cell.column.checked_sub(1), '>'), (Some(cell.column + cell.width), '<')] {
                 if let Some(sign) = at.and_then(|at| line.get_mut(at)).filter(|sign| matches!(sign, '-' | '=' | ' ')) {
@@ -54,13 +54,13 @@ impl View {
             if !color {
                 return line.into_iter().collect::<String>().trim_end().to_owned();
             }
-            let cells = drawing.cells.iter().filter(|cell| cell.line == n);
+            let cells = drawing.elements.iter().filter(|cell| cell.line == n);
             let sign = |at: usize| {
                 let cell = cells.clone().find(|cell| (cell.column..cell.column + cell.width).contains(&at));
                 match (cell, line.get(at)) {
-                    (Some(cell), _) if Some(cell.id) == next => NEXT,
-                    (Some(cell), _) if power(cell).is_some_and(|power| power.1) => GREEN,
-                    (None, Some('=')) => GREEN,
+                    (Some(cell), _) if Some(cell.id) == next => NEXT_STYLE,
+                    (Some(cell), _) if power(cell).is_some_and(|power| power.1) => POWERED_STYLE,
+                    (None, Some('=')) => POWERED_STYLE,
                     _ => "",
                 }
             };
@@ -69,13 +69,13 @@ impl View {
             for (at, character) in line.iter().enumerate() {
                 let now = sign(at);
                 if now != last {
-                    out.push_str(if last.is_empty() { "" } else { PLAIN });
+                    out.push_str(if last.is_empty() { "" } else { RESET_STYLE });
                     out.push_str(now);
                     last = now;
                 }
                 out.push(*character);
             }
-            out.push_str(if last.is_empty() { "" } else { PLAIN });
+            out.push_str(if last.is_empty() { "" } else { RESET_STYLE });
             out.trim_end().to_owned()
         };
         lines.into_iter().enumerate().map(text).collect()
@@ -83,6 +83,6 @@ impl View {
 }
 
 /// Power in a wire, up to where it ends or meets another.
-fn wire<'a>(line: impl Iterator<Item = &'a mut char>) {
+fn power_wire<'a>(line: impl Iterator<Item = &'a mut char>) {
     line.take_while(|sign| matches!(sign, '-' | '=')).for_each(|sign| *sign = '=');
 }

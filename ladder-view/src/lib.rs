@@ -18,29 +18,29 @@
 #![forbid(unsafe_code)]
 
 mod draw;
-mod flow;
-mod follow;
-mod moment;
-mod why;
+mod power_flow;
+mod scan_follower;
+mod scan_position;
+mod explain;
 
 use std::sync::Arc;
 
-use diag::{Code, Diagnostic, Pos, Severity};
+use diag::{DiagnosticCode, Diagnostic, Pos, Severity};
 use emu_core::Chip;
-use emu_core::chip::Family;
-use emu_debug::debug::{Follow, Place, Target};
-use ladder::{ElementId, Node, Program};
-use ladder_compile::{Map, Place as Kept, Special};
+use emu_core::chip::ChipFamily;
+use emu_debug::debug::{ProgramFollower, ExpressionPlace, DynMachine};
+use ladder::{ElementId, RungNode, LadderProgram};
+use ladder_compile::{ImageMap, CellLocation as Kept, SpecialPin};
 use ladder_eval::Evaluator;
 
-use follow::Follower;
-pub use moment::Moment;
+use scan_follower::ScanFollower;
+pub use scan_position::ScanPosition;
 
 /// The map is not of this program or chip.
 pub const BAD_MAP: &str = "DBG001";
 
 /// The codes of this crate.
-pub const CODES: &[Code] = &[Code {
+pub const CODES: &[DiagnosticCode] = &[DiagnosticCode {
     code: BAD_MAP,
     title: "the map is not of this program",
     explain: "A debugger finds rungs, elements and symbols on the chip by the map that was written with the image. This one names another \
@@ -52,46 +52,46 @@ pub const CODES: &[Code] = &[Code {
 const BYTE_FLAGS: [(&str, u8); 4] = [("UCSR0A", 0x80), ("UCSRA", 0x80), ("SCON", 0x01), ("PIR1", 0x20)];
 
 /// The program word at which a chip begins after a reset; compiled programs come there by nothing else. On AP101 a scan begins there.
-const RESET: u32 = 0;
+const RESET_WORD: u32 = 0;
 
 /// A ladder program and where it is on its chip. A clone shares everything.
 #[derive(Debug, Clone)]
-pub struct View {
-    facts: Arc<Facts>,
+pub struct LadderView {
+    facts: Arc<ProgramFacts>,
 }
 
 /// What does not change while the program runs.
 #[derive(Debug)]
-struct Facts {
-    program: Program,
-    map: Map,
+struct ProgramFacts {
+    program: LadderProgram,
+    map: ImageMap,
     chip: &'static Chip,
     /// Power-up state, and names of symbols in the evaluator's order.
-    start: Evaluator,
+    power_up: Evaluator,
     /// Places of the symbols, in the evaluator's order.
-    places: Vec<Place>,
+    places: Vec<ExpressionPlace>,
     /// Their values before the first scan.
-    first: Vec<i32>,
+    initial_values: Vec<i32>,
     /// Elements that write symbols, with the symbols, in text order.
     writes: Vec<(ElementId, u32)>,
     /// Symbols that nothing but the serial line writes.
-    received: Vec<usize>,
+    received_symbols: Vec<usize>,
     /// Address and bit of the register that tells of a byte that has come.
     byte_flag: Option<(u16, u8)>,
     /// Program words at which a scan begins, at which its inputs are latched, and at which everything begins.
-    stops: Vec<u32>,
+    follow_words: Vec<u32>,
     scan_start: u32,
     latched: u32,
     /// The chip latches them itself, with the first instruction of a scan.
-    latches: bool,
+    latches_itself: bool,
 }
 
-impl View {
+impl LadderView {
     /// The program and the map that was made with its image. Cheap to clone.
     ///
     /// # Errors
     /// [`BAD_MAP`] where they do not belong together; an element without a meaning, which no image has.
-    pub fn new(program: Program, map: Map, chip: &'static Chip) -> Result<View, Vec<Diagnostic>> {
+    pub fn new(program: LadderProgram, map: ImageMap, chip: &'static Chip) -> Result<LadderView, Vec<Diagnostic>> {
         let file = program.file.clone();
         let refuse = |cause: String| {
             let hint = "give the image, the map and the program that were made together, or the program alone";
@@ -113,7 +113,7 @@ impl View {
         let mut places = Vec::new();
         for symbol in start.symbols() {
             let kept = map.symbols.iter().find(|kept| kept.name == symbol.name);
-            let place = kept.and_then(|kept| place(chip, &kept.place));
+            let place = kept.and_then(|kept| debugger_place(chip, &kept.place));
             places.push(
                 place.ok_or_else(|| refuse(format!("the map has no place on {} for `{}`", chip.name, symbol.name)))?,
             );
@@ -122,72 +122,72 @@ impl View {
         let scan_start = word(map.scan_start);
         let first_rung =
             map.rungs.iter().find(|rung| rung.start < rung.end).map_or(scan_start, |rung| word(rung.start));
-        let latches = chip.family == Family::Ap101;
+        let latches = chip.family == ChipFamily::Ap101;
         // Of a chip that latches them itself they are seen behind that instruction, a load: it leaves all symbols as they are.
         let latched = first_rung + u32::from(latches);
-        let mut stops = vec![RESET, scan_start, latched];
+        let mut stops = vec![RESET_WORD, scan_start, latched];
         stops.dedup();
         let first = (0..places.len()).map(|symbol| start.get(symbol)).collect();
-        let writes = why::all_writes(&program, &start);
-        let received = why::received(&program, &start, &writes);
+        let writes = explain::symbol_writes(&program, &start);
+        let received = explain::serial_symbols(&program, &start, &writes);
         let byte_flag = BYTE_FLAGS.iter().find_map(|(name, bit)| Some((chip.reg(name)?, *bit)));
-        let facts = Facts {
+        let facts = ProgramFacts {
             program,
             map,
             chip,
-            start,
+            power_up: start,
             places,
-            first,
+            initial_values: first,
             writes,
-            received,
+            received_symbols: received,
             byte_flag,
-            stops,
+            follow_words: stops,
             scan_start,
             latched,
-            latches,
+            latches_itself: latches,
         };
-        Ok(View { facts: Arc::new(facts) })
+        Ok(LadderView { facts: Arc::new(facts) })
     }
 
     /// One that follows the program in a session, from power-up on.
     #[must_use]
-    pub fn follower(&self) -> Box<dyn Follow> {
-        Box::new(Follower::new(self.facts.clone()))
+    pub fn follower(&self) -> Box<dyn ProgramFollower> {
+        Box::new(ScanFollower::new(self.facts.clone()))
     }
 
     /// Symbols, and where the chip keeps them.
     #[must_use]
-    pub fn symbols(&self) -> Vec<(String, Place)> {
-        let names = self.facts.start.symbols().iter().map(|symbol| symbol.name.clone());
+    pub fn symbols(&self) -> Vec<(String, ExpressionPlace)> {
+        let names = self.facts.power_up.symbols().iter().map(|symbol| symbol.name.clone());
         names.zip(self.facts.places.iter().copied()).collect()
     }
 
     /// The values of all symbols on the chip now; nothing for one that has none.
     #[must_use]
-    pub fn values(&self, target: &dyn Target) -> Vec<(String, Option<i64>)> {
+    pub fn values(&self, target: &dyn DynMachine) -> Vec<(String, Option<i64>)> {
         self.symbols().into_iter().map(|(name, place)| (name, place.value(target))).collect()
     }
 
     /// The program.
     #[must_use]
-    pub fn program(&self) -> &Program {
+    pub fn program(&self) -> &LadderProgram {
         &self.facts.program
     }
 
     /// The map.
     #[must_use]
-    pub fn map(&self) -> &Map {
+    pub fn map(&self) -> &ImageMap {
         &self.facts.map
     }
 
     /// `Xstart=1` as `PD2=1`, where the program has an input of that name; else the text as it is.
     #[must_use]
-    pub fn own_pin(&self, text: &str) -> String {
+    pub fn pin_assignment(&self, text: &str) -> String {
         let (name, rest) = text.split_at(text.find('=').unwrap_or(text.len()));
         let map = &self.facts.map;
         let named = map.pins.iter().find(|pin| pin.name == name.trim() && pin.direction == "in").map(|pin| &pin.pin);
         let analog = map.specials.iter().find_map(|special| match special {
-            Special::Analog { pin, name: of } if of == name.trim() => Some(pin),
+            SpecialPin::Analog { pin, name: of } if of == name.trim() => Some(pin),
             _ => None,
         });
         named.or(analog).map_or_else(|| text.to_owned(), |pin| format!("{pin}{rest}"))
@@ -247,12 +247,12 @@ impl View {
     #[must_use]
     pub fn last_line(&self) -> u32 {
         /// The last line of a series, and of what closes its groups.
-        fn end(series: &[Node], from: u32) -> u32 {
+        fn end(series: &[RungNode], from: u32) -> u32 {
             match series.last() {
                 None => from,
-                Some(Node::Leaf(_, pos)) => pos.line,
+                Some(RungNode::Leaf(_, pos)) => pos.line,
                 // The branch ends, and the group.
-                Some(Node::Parallel(branches, pos)) => {
+                Some(RungNode::Parallel(branches, pos)) => {
                     branches.last().map_or(pos.line, |branch| end(branch, pos.line)) + 2
                 }
             }
@@ -266,12 +266,12 @@ impl View {
 }
 
 /// A place of the map as the debugger has it; nothing where the chip has no such memory.
-fn place(chip: &'static Chip, kept: &Kept) -> Option<Place> {
+fn debugger_place(chip: &'static Chip, kept: &Kept) -> Option<ExpressionPlace> {
     let memory = |name: &str| chip.spaces.iter().find(|(space, ..)| *space == name).map(|found| found.0);
     Some(match kept {
-        Kept::Bit { space, addr, bit } => Place::Bit { space: memory(space)?, addr: *addr, bit: *bit },
+        Kept::Bit { space, addr, bit } => ExpressionPlace::Bit { space: memory(space)?, addr: *addr, bit: *bit },
         Kept::Word { space, addr, bytes } => {
-            Place::Memory { space: memory(space)?, addr: *addr, bytes: *bytes, signed: true }
+            ExpressionPlace::Memory { space: memory(space)?, addr: *addr, bytes: *bytes, signed: true }
         }
     })
 }

@@ -19,26 +19,26 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use common::{Setup, open, put};
-use emu_debug::debug::{Goal, Session, Why};
-use ladder_view::View;
+use common::{ChipSetup, open, drive_input};
+use emu_debug::debug::{RunGoal, DebugSession, HaltReason};
+use ladder_view::LadderView;
 
-fn example(program: &str, mcu: &'static str) -> (Session, View) {
+fn example(program: &str, mcu: &'static str) -> (DebugSession, LadderView) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples").join(program);
-    open(&std::fs::read_to_string(&path).expect("an example"), Setup { mcu, clock_hz: None, watchdog: false })
+    open(&std::fs::read_to_string(&path).expect("an example"), ChipSetup { mcu, clock_hz: None, watchdog: false })
 }
 
 /// Runs to one of these words.
-fn run_to(session: &mut Session, words: impl IntoIterator<Item = u32>) {
-    let until = Some(session.target().cycle() + 100_000_000);
-    let goal = Goal { until, words: words.into_iter().collect::<BTreeSet<u32>>(), passes: false };
-    assert_eq!(session.run(&goal, &mut || true).why, Why::Done);
+fn run_to(session: &mut DebugSession, words: impl IntoIterator<Item = u32>) {
+    let until = Some(session.machine().cycle() + 100_000_000);
+    let goal = RunGoal { until, words: words.into_iter().collect::<BTreeSet<u32>>(), runs_while_halted: false };
+    assert_eq!(session.run(&goal, &mut || true).reason, HaltReason::Done);
 }
 
-fn done(command: &str, open_now: &mut Option<(Session, View)>, out: &mut String) {
+fn run_command(command: &str, open_now: &mut Option<(DebugSession, LadderView)>, out: &mut String) {
     let words: Vec<&str> = command.split_whitespace().collect();
     if let ["open", program, mcu] = words[..] {
-        *open_now = Some(example(program, ladder_compile::chip(mcu).expect("a chip").name));
+        *open_now = Some(example(program, ladder_compile::find_chip(mcu).expect("a chip").name));
         return;
     }
     let (session, view) = open_now.as_mut().expect("a program is open");
@@ -46,29 +46,29 @@ fn done(command: &str, open_now: &mut Option<(Session, View)>, out: &mut String)
     match words[..] {
         ["set", set] => {
             let (name, value) = set.split_once('=').expect("a value");
-            put(session, view, name, value == "1");
+            drive_input(session, view, name, value == "1");
         }
         ["scan", ..] => (0..number).for_each(|_| run_to(session, [view.scan_start()])),
         ["rung", _] => {
             run_to(session, view.rung_words().into_iter().filter(|row| u64::from(row.0) == number).map(|row| row.1))
         }
         ["element", ..] => (0..number).for_each(|_| run_to(session, view.element_words().into_iter().map(|row| row.1))),
-        ["back", ..] => _ = session.back_stepi(number, &mut || true),
+        ["back", ..] => _ = session.step_back(number, &mut || true),
         ["where"] => {
-            let pc = session.target().pc();
+            let pc = session.machine().pc();
             let element = view.element_at(pc).map_or("no element".to_owned(), |id| id.to_string());
             let line = view.rung_at(pc).and_then(|rung| view.rung_line(rung));
             _ = writeln!(out, "| scan {:?}, {element}, line {line:?}", session.scan());
         }
         ["draw"] => {
-            let lines = view.draw(session.follow(), session.target(), false);
+            let lines = view.draw(session.follower(), session.machine(), false);
             lines.iter().for_each(|line| _ = writeln!(out, "| {line}"));
         }
         ["show", _] => {
-            let lines = view.draw_rung(number as u32, session.follow(), session.target(), false);
+            let lines = view.draw_rung(number as u32, session.follower(), session.machine(), false);
             lines.iter().for_each(|line| _ = writeln!(out, "| {line}"));
         }
-        ["why", name] => match view.why(session.follow().expect("one follows"), session.target(), name) {
+        ["why", name] => match view.explain_value(session.follower().expect("one follows"), session.machine(), name) {
             Ok(lines) => lines.iter().for_each(|line| _ = writeln!(out, "| {line}")),
             Err(why) => _ = writeln!(out, "| error: {why}"),
         },
@@ -85,7 +85,7 @@ fn shown() {
         out.push_str(line);
         out.push('\n');
         if let Some(command) = line.strip_prefix("$ ") {
-            done(command, &mut session, &mut out);
+            run_command(command, &mut session, &mut out);
             commands += 1;
         }
     }

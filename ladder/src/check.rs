@@ -2,154 +2,154 @@
 
 use diag::{Diagnostic, Pos, Severity};
 
-use crate::chips;
+use crate::packages;
 use crate::codes;
-use crate::model::{Dialect, Element, ElementId, MathOp, Node, Operand, Program};
-use crate::parts;
-use crate::whole;
-use crate::widths::{self, Widths};
+use crate::model::{LadderDialect, Element, ElementId, MathOp, RungNode, LadderOperand, LadderProgram};
+use crate::peripheral_checks;
+use crate::program_checks;
+use crate::integer_widths::{self, IntegerWidths};
 use crate::write::element_text;
 
 /// Checks a program against its dialect. Errors mean that it cannot be evaluated or compiled; the list is sorted by
 /// place. Every message about an element names it as `rung N, element M` with its text.
 #[must_use]
-pub fn check(program: &Program) -> Vec<Diagnostic> {
-    let mut found = Checker { program, widths: Widths::new(program), diagnostics: Vec::new() };
+pub fn check(program: &LadderProgram) -> Vec<Diagnostic> {
+    let mut found = Checker { program, widths: IntegerWidths::new(program), diagnostics: Vec::new() };
     if program.settings.cycle_us == 0 {
         let cause = "CYCLE=0: the scan has no fixed time";
-        found.whole(Severity::Error, codes::CYCLE_ZERO, cause, "choose a cycle, such as CYCLE=10000");
+        found.report_program(Severity::Error, codes::CYCLE_ZERO, cause, "choose a cycle, such as CYCLE=10000");
     }
-    pins(&mut found);
+    check_pins(&mut found);
     for (id, element, pos) in program.elements() {
-        one(&mut found, At { id, element, pos });
+        check_element(&mut found, CheckedElement { id, element, pos });
     }
     for (index, rung) in (0..).zip(&program.rungs) {
         let mut next = ElementId { rung: index, index: 0 };
-        last(&mut found, &rung.series, true, &mut next);
+        check_last_elements(&mut found, &rung.series, true, &mut next);
     }
-    whole::names(&mut found);
-    parts::pwm(&mut found);
+    program_checks::check_names(&mut found);
+    peripheral_checks::check_pwm(&mut found);
     found.diagnostics.sort_by_key(|d| d.pos);
     found.diagnostics
 }
 
 #[derive(Clone, Copy)]
-pub(crate) struct At<'a> {
+pub(crate) struct CheckedElement<'a> {
     pub id: ElementId,
     pub element: &'a Element,
     pub pos: Pos,
 }
 
 pub(crate) struct Checker<'a> {
-    pub program: &'a Program,
-    pub widths: Widths<'a>,
+    pub program: &'a LadderProgram,
+    pub widths: IntegerWidths<'a>,
     diagnostics: Vec<Diagnostic>,
 }
 
 impl Checker<'_> {
-    fn whole(&mut self, severity: Severity, code: &'static str, cause: impl Into<String>, hint: impl Into<String>) {
+    fn report_program(&mut self, severity: Severity, code: &'static str, cause: impl Into<String>, hint: impl Into<String>) {
         let new = Diagnostic::new(severity, code, &self.program.file, Pos::default(), cause, hint);
         self.diagnostics.push(new);
     }
 
-    pub(crate) fn error(&mut self, code: &'static str, at: At<'_>, cause: impl AsRef<str>, hint: impl Into<String>) {
-        self.tell(Severity::Error, code, at, cause.as_ref(), hint);
+    pub(crate) fn error(&mut self, code: &'static str, at: CheckedElement<'_>, cause: impl AsRef<str>, hint: impl Into<String>) {
+        self.report(Severity::Error, code, at, cause.as_ref(), hint);
     }
 
-    pub(crate) fn warning(&mut self, code: &'static str, at: At<'_>, cause: impl AsRef<str>, hint: impl Into<String>) {
-        self.tell(Severity::Warning, code, at, cause.as_ref(), hint);
+    pub(crate) fn warning(&mut self, code: &'static str, at: CheckedElement<'_>, cause: impl AsRef<str>, hint: impl Into<String>) {
+        self.report(Severity::Warning, code, at, cause.as_ref(), hint);
     }
 
-    pub(crate) fn tell(
+    pub(crate) fn report(
         &mut self,
         severity: Severity,
         code: &'static str,
-        at: At<'_>,
+        at: CheckedElement<'_>,
         cause: &str,
         hint: impl Into<String>,
     ) {
-        let cause = format!("{} ({}): {cause}", at.id, crate::reader::shown(&element_text(at.element)));
+        let cause = format!("{} ({}): {cause}", at.id, crate::reader::message_text(&element_text(at.element)));
         self.diagnostics.push(Diagnostic::new(severity, code, &self.program.file, at.pos, cause, hint));
     }
 }
 
 /// Pins that the chip's package does not have, where the package is known.
-fn pins(found: &mut Checker<'_>) {
-    let program = found.program;
-    let Some(micro) = program.settings.micro.as_deref().filter(|m| chips::knows_pins(m)) else { return };
-    for entry in program.io.iter().filter(|e| e.pin != 0 && chips::package_pin(micro, e.pin).is_none()) {
+fn check_pins(checker: &mut Checker<'_>) {
+    let program = checker.program;
+    let Some(micro) = program.settings.micro.as_deref().filter(|m| packages::has_pin_table(m)) else { return };
+    for entry in program.io.iter().filter(|e| e.pin != 0 && packages::package_pin(micro, e.pin).is_none()) {
         let cause = format!("{}: pin {} of {micro} is no port pin", entry.name, entry.pin);
         let hint = "choose a port pin, or 0 for not assigned";
         let new = Diagnostic::new(Severity::Warning, codes::NO_PORT_PIN, &program.file, entry.pos, cause, hint);
-        found.diagnostics.push(new);
+        checker.diagnostics.push(new);
     }
 }
 
 /// What can be told from one element alone.
-fn one(found: &mut Checker<'_>, at: At<'_>) {
+fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
     match at.element {
         Element::Placeholder => {
-            found.error(codes::PLACEHOLDER, at, "an empty place is left", "put an element here or remove it");
+            checker.error(codes::PLACEHOLDER, at, "an empty place is left", "put an element here or remove it");
         }
         Element::Contacts { set1: Some(1..), .. } => {
             let cause = "the flag `set1` must be 0";
-            found.error(codes::FLAG_LDMICRO5, at, cause, "write 0 or leave it out");
+            checker.error(codes::FLAG_LDMICRO5, at, cause, "write 0 or leave it out");
         }
         Element::Coil { negated, set, reset, ttrigger, .. } => {
             if ttrigger.is_some_and(|t| t != 0) {
-                found.error(codes::FLAG_LDMICRO5, at, "the flag `ttrigger` must be 0", "write 0 or leave it out");
+                checker.error(codes::FLAG_LDMICRO5, at, "the flag `ttrigger` must be 0", "write 0 or leave it out");
             }
             let flags = u8::from(*negated) + u8::from(*set) + u8::from(*reset);
             if flags > 1 {
                 let cause = format!("{flags} of negated, set and reset are 1, at most one may be");
-                found.error(codes::COIL_FLAGS, at, cause, "choose one of them");
+                checker.error(codes::COIL_FLAGS, at, cause, "choose one of them");
             }
         }
-        Element::Timer { name, delay, adjust, .. } => timer(found, at, name, delay, adjust.as_ref()),
-        Element::Counter { max, init, input, .. } => counter(found, at, max, init.as_ref(), *input),
-        Element::Math { op: MathOp::Div, op2: Operand::Const { value: 0, .. }, .. } => {
+        Element::Timer { name, delay, adjust, .. } => check_timer(checker, at, name, delay, adjust.as_ref()),
+        Element::Counter { max, init, input, .. } => check_counter(checker, at, max, init.as_ref(), *input),
+        Element::Math { op: MathOp::Div, op2: LadderOperand::Const { value: 0, .. }, .. } => {
             let cause = "divides by 0, which gives -1 for a dividend from 0 and 1 below";
-            found.warning(codes::DIVISION_BY_ZERO, at, cause, "test the divisor first");
+            checker.warning(codes::DIVISION_BY_ZERO, at, cause, "test the divisor first");
         }
-        _ => parts::one(found, at),
+        _ => peripheral_checks::check_peripheral_element(checker, at),
     }
 }
 
 /// An argument that says something else than what it stands for when it is left out.
-pub(crate) fn argument(found: &mut Checker<'_>, at: At<'_>, what: &str) {
-    let cause = match found.program.dialect {
-        Dialect::Ldmicro23 => format!("{what} has a meaning in LDmicro 5 only"),
-        Dialect::Ldmicro5 => format!("{what} has no meaning here"),
+pub(crate) fn check_default_argument(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str) {
+    let cause = match checker.program.dialect {
+        LadderDialect::Ldmicro23 => format!("{what} has a meaning in LDmicro 5 only"),
+        LadderDialect::Ldmicro5 => format!("{what} has no meaning here"),
     };
-    found.error(codes::ARGUMENT_LDMICRO5, at, cause, "leave the argument out");
+    checker.error(codes::ARGUMENT_LDMICRO5, at, cause, "leave the argument out");
 }
 
 /// An argument with a meaning in ldmicro-5 alone.
-fn only5(found: &mut Checker<'_>, at: At<'_>, what: &str) {
-    if found.program.dialect == Dialect::Ldmicro23 {
-        argument(found, at, what);
+fn refuse_in_dialect_23(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str) {
+    if checker.program.dialect == LadderDialect::Ldmicro23 {
+        check_default_argument(checker, at, what);
     }
 }
 
-fn timer(found: &mut Checker<'_>, at: At<'_>, name: &str, delay: &Operand, adjust: Option<&Operand>) {
+fn check_timer(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str, delay: &LadderOperand, adjust: Option<&LadderOperand>) {
     match adjust {
-        Some(Operand::Var(_)) => argument(found, at, "a variable as the adjust"),
+        Some(LadderOperand::Var(_)) => check_default_argument(checker, at, "a variable as the adjust"),
         // In release 2.3 one scan is taken off the delay, which LDmicro 5 writes as an adjust of -1.
-        Some(Operand::Const { value, .. }) if *value != -1 => only5(found, at, "an adjust other than -1"),
+        Some(LadderOperand::Const { value, .. }) if *value != -1 => refuse_in_dialect_23(checker, at, "an adjust other than -1"),
         _ => {}
     }
-    let cycle = i128::from(found.program.settings.cycle_us);
-    let Operand::Const { value, .. } = delay else {
-        return argument(found, at, "a variable as the delay");
+    let cycle = i128::from(checker.program.settings.cycle_us);
+    let LadderOperand::Const { value, .. } = delay else {
+        return check_default_argument(checker, at, "a variable as the delay");
     };
-    let p = widths::preset(found.program, delay, adjust);
+    let p = integer_widths::timer_preset(checker.program, delay, adjust);
     let delay = i128::from(*value);
     if delay < 0 {
         let cause = format!("the delay of {delay} us is negative");
-        return found.error(codes::TIMER_RANGE, at, cause, "choose a positive delay");
+        return checker.error(codes::TIMER_RANGE, at, cause, "choose a positive delay");
     }
     let Some(p) = p else { return };
-    let (scans, most) = (delay / cycle, widths::largest(found.widths.of(name)));
+    let (scans, most) = (delay / cycle, integer_widths::max_value(checker.widths.bytes_of_symbol(name)));
     if !(1..=most).contains(&p) {
         // The longest delay is the last microsecond that is still rounded down to the largest count.
         let taken = scans - p;
@@ -157,7 +157,7 @@ fn timer(found: &mut Checker<'_>, at: At<'_>, name: &str, delay: &Operand, adjus
         let cause = format!(
             "a delay of {delay} us at a cycle of {cycle} us gives P = {p}, allowed is 1 to {most}: {shortest} us to {longest} us"
         );
-        return found.error(codes::TIMER_RANGE, at, cause, "change the delay or CYCLE=");
+        return checker.error(codes::TIMER_RANGE, at, cause, "change the delay or CYCLE=");
     }
     if delay % cycle != 0 {
         let cause = format!(
@@ -165,21 +165,21 @@ fn timer(found: &mut Checker<'_>, at: At<'_>, name: &str, delay: &Operand, adjus
             scans * cycle
         );
         let hint = format!("write {} or {}", scans * cycle, (scans + 1) * cycle);
-        found.warning(codes::TRUNCATED, at, cause, hint);
+        checker.warning(codes::TRUNCATED, at, cause, hint);
     }
 }
 
-fn counter(found: &mut Checker<'_>, at: At<'_>, max: &Operand, init: Option<&Operand>, input: Option<char>) {
-    if let Operand::Var(_) = max {
-        only5(found, at, "a variable as the limit");
+fn check_counter(checker: &mut Checker<'_>, at: CheckedElement<'_>, max: &LadderOperand, init: Option<&LadderOperand>, input: Option<char>) {
+    if let LadderOperand::Var(_) = max {
+        refuse_in_dialect_23(checker, at, "a variable as the limit");
     }
     match init {
-        Some(Operand::Var(_)) => argument(found, at, "a variable as the start value"),
-        Some(Operand::Const { value, .. }) if *value != 0 => only5(found, at, "a start value other than 0"),
+        Some(LadderOperand::Var(_)) => check_default_argument(checker, at, "a variable as the start value"),
+        Some(LadderOperand::Const { value, .. }) if *value != 0 => refuse_in_dialect_23(checker, at, "a start value other than 0"),
         _ => {}
     }
     if input.is_some_and(|kind| kind != '/') {
-        only5(found, at, "an input kind other than /");
+        refuse_in_dialect_23(checker, at, "an input kind other than /");
     }
 }
 
@@ -202,17 +202,17 @@ pub(crate) const fn must_be_last(element: &Element) -> bool {
 }
 
 /// Walks a series whose right end is (or is not) the right rail.
-fn last(found: &mut Checker<'_>, series: &[Node], at_rail: bool, next: &mut ElementId) {
+fn check_last_elements(checker: &mut Checker<'_>, series: &[RungNode], at_rail: bool, next: &mut ElementId) {
     // A comment is no part of the circuit, so it does not separate an element from the rail.
-    let end = series.iter().rposition(|n| !matches!(n, Node::Leaf(Element::Comment(_), _)));
+    let end = series.iter().rposition(|n| !matches!(n, RungNode::Leaf(Element::Comment(_), _)));
     for (i, node) in series.iter().enumerate() {
         let at_rail = at_rail && end.is_none_or(|end| i >= end);
         match node {
-            Node::Leaf(element, pos) => {
+            RungNode::Leaf(element, pos) => {
                 if must_be_last(element) && !at_rail {
-                    let at = At { id: *next, element, pos: *pos };
+                    let at = CheckedElement { id: *next, element, pos: *pos };
                     let cause = "must be the last element before the right rail, but something follows it";
-                    found.error(
+                    checker.error(
                         codes::NOT_LAST,
                         at,
                         cause,
@@ -221,7 +221,7 @@ fn last(found: &mut Checker<'_>, series: &[Node], at_rail: bool, next: &mut Elem
                 }
                 next.index += 1;
             }
-            Node::Parallel(branches, _) => branches.iter().for_each(|b| last(found, b, at_rail, next)),
+            RungNode::Parallel(branches, _) => branches.iter().for_each(|b| check_last_elements(checker, b, at_rail, next)),
         }
     }
 }

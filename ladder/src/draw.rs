@@ -1,11 +1,11 @@
 //! Rungs as text, in the manner of LDmicro's own view: names over the wire, symbols in it, coils at the right rail.
 
-use crate::cell::{cell, printable};
-use crate::model::{Element, ElementId, Node, Program};
+use crate::element_symbol::{element_symbol, printable};
+use crate::model::{Element, ElementId, RungNode, LadderProgram};
 
 /// Where an element stands in the lines of its rung.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Cell {
+pub struct DrawnElement {
     /// Which element.
     pub id: ElementId,
     /// Index of the line with its symbol, from 0; the line before holds its name. For a comment, its first line.
@@ -22,64 +22,64 @@ pub struct Drawing {
     /// All of equal width, between the rails, with the rung's number at the first wire.
     pub lines: Vec<String>,
     /// Every element's place, in text order, so that power flow can be marked.
-    pub cells: Vec<Cell>,
+    pub elements: Vec<DrawnElement>,
 }
 
 /// Least width between the rails.
 const MIN_WIDTH: usize = 60;
 /// Rungs wider than this do not widen the others.
-const MAX_COMMON: usize = 2_000;
+const MAX_COMMON_WIDTH: usize = 2_000;
 /// A rung with more characters than this is not drawn.
 const MAX_AREA: usize = 8_000_000;
 /// Least width of an element with its wires.
-const MIN_CELL: usize = 11;
+const MIN_ELEMENT_WIDTH: usize = 11;
 
 /// The whole program: rungs parted by empty lines, and LDmicro's closing END rung. Ends with a line break.
 #[must_use]
-pub fn draw(program: &Program) -> String {
+pub fn draw(program: &LadderProgram) -> String {
     let width = common_width(program);
     let mut out = String::new();
     for index in 0..program.rungs.len() {
-        for line in rung(program, index, width).lines {
+        for line in draw_rung_lines(program, index, width).lines {
             out.push_str(line.trim_end());
             out.push('\n');
         }
-        out.push_str(&rails("", "", ' ', width));
+        out.push_str(&between_rails("", "", ' ', width));
         out.push('\n');
     }
     let end = format!("------[END]{}", "-".repeat(width.saturating_sub(11)));
-    out.push_str(&rails("", &end, '-', width));
+    out.push_str(&between_rails("", &end, '-', width));
     out.push('\n');
     out
 }
 
 /// One rung (index from 0) as [`draw`] shows it, with the places of its elements; nothing for an index beyond the last.
 #[must_use]
-pub fn draw_rung(program: &Program, rung_index: usize) -> Drawing {
-    rung(program, rung_index, common_width(program))
+pub fn draw_rung(program: &LadderProgram, rung_index: usize) -> Drawing {
+    draw_rung_lines(program, rung_index, common_width(program))
 }
 
-fn common_width(program: &Program) -> usize {
-    let widths = program.rungs.iter().map(|r| series_width(&r.series)).filter(|w| *w <= MAX_COMMON);
+fn common_width(program: &LadderProgram) -> usize {
+    let widths = program.rungs.iter().map(|r| series_width(&r.series)).filter(|w| *w <= MAX_COMMON_WIDTH);
     widths.max().unwrap_or(0).max(MIN_WIDTH)
 }
 
 /// A line between the rails; `number` stands before the left one.
-fn rails(number: &str, content: &str, fill: char, width: usize) -> String {
+fn between_rails(number: &str, content: &str, fill: char, width: usize) -> String {
     let missing = width.saturating_sub(content.chars().count());
     format!("{number:>5} ||{content}{}||", String::from(fill).repeat(missing))
 }
 
 /// Columns before the content of a line.
-const MARGIN: usize = 8;
+const LEFT_MARGIN: usize = 8;
 
-fn rung(program: &Program, index: usize, common: usize) -> Drawing {
-    let mut drawing = Drawing { lines: Vec::new(), cells: Vec::new() };
+fn draw_rung_lines(program: &LadderProgram, index: usize, common: usize) -> Drawing {
+    let mut drawing = Drawing { lines: Vec::new(), elements: Vec::new() };
     let Some(rung) = program.rungs.get(index) else { return drawing };
     let number = (index + 1).to_string();
     let width = series_width(&rung.series).max(common);
     let mut next = ElementId { rung: u32::try_from(index).unwrap_or(u32::MAX), index: 0 };
-    comments(&rung.series, &mut next, width, &mut drawing);
+    draw_comments(&rung.series, &mut next, width, &mut drawing);
     if !has_wire(&rung.series) {
         if let Some(first) = drawing.lines.first_mut() {
             *first = first.replacen("     ", &format!("{number:>5}"), 1);
@@ -89,35 +89,35 @@ fn rung(program: &Program, index: usize, common: usize) -> Drawing {
     let height = series_height(&rung.series);
     if width.saturating_mul(height) > MAX_AREA {
         let text = format!(" (too large to draw: {width} columns, {height} lines)");
-        drawing.lines.push(rails(&number, &text, ' ', common.max(text.chars().count())));
+        drawing.lines.push(between_rails(&number, &text, ' ', common.max(text.chars().count())));
         return drawing;
     }
     let mut canvas = Canvas { rows: vec![vec![' '; width]; height], cells: Vec::new() };
     next.index = 0;
-    canvas.series(&rung.series, Place { row: 0, column: 0, width, at_left: true, at_right: true }, &mut next);
+    canvas.series(&rung.series, DrawArea { row: 0, column: 0, width, at_left: true, at_right: true }, &mut next);
     let offset = drawing.lines.len();
-    drawing.cells.extend(canvas.cells.iter().map(|c| Cell { line: c.line + offset, column: c.column + MARGIN, ..*c }));
-    drawing.cells.sort_by_key(|c| c.id);
+    drawing.elements.extend(canvas.cells.iter().map(|c| DrawnElement { line: c.line + offset, column: c.column + LEFT_MARGIN, ..*c }));
+    drawing.elements.sort_by_key(|c| c.id);
     for (row, text) in canvas.rows.iter().enumerate() {
         let content: String = text.iter().collect();
-        drawing.lines.push(rails(if row == 1 { &number } else { "" }, &content, ' ', width));
+        drawing.lines.push(between_rails(if row == 1 { &number } else { "" }, &content, ' ', width));
     }
     drawing
 }
 
 /// All comments of a rung as lines of text above its wire.
-fn comments(series: &[Node], next: &mut ElementId, width: usize, drawing: &mut Drawing) {
+fn draw_comments(series: &[RungNode], next: &mut ElementId, width: usize, drawing: &mut Drawing) {
     for node in series {
         match node {
-            Node::Leaf(Element::Comment(text), _) => {
+            RungNode::Leaf(Element::Comment(text), _) => {
                 let wrapped = wrap(text, width.saturating_sub(2));
                 let first = wrapped.first().map_or(0, |l| l.chars().count());
-                drawing.cells.push(Cell { id: *next, line: drawing.lines.len(), column: MARGIN + 1, width: first });
-                drawing.lines.extend(wrapped.iter().map(|l| rails("", &format!(" {l}"), ' ', width)));
+                drawing.elements.push(DrawnElement { id: *next, line: drawing.lines.len(), column: LEFT_MARGIN + 1, width: first });
+                drawing.lines.extend(wrapped.iter().map(|l| between_rails("", &format!(" {l}"), ' ', width)));
                 next.index += 1;
             }
-            Node::Leaf(..) => next.index += 1,
-            Node::Parallel(branches, _) => branches.iter().for_each(|b| comments(b, next, width, drawing)),
+            RungNode::Leaf(..) => next.index += 1,
+            RungNode::Parallel(branches, _) => branches.iter().for_each(|b| draw_comments(b, next, width, drawing)),
         }
     }
 }
@@ -151,48 +151,48 @@ fn wrap(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-fn is_comment(node: &Node) -> bool {
-    matches!(node, Node::Leaf(Element::Comment(_), _))
+fn is_comment(node: &RungNode) -> bool {
+    matches!(node, RungNode::Leaf(Element::Comment(_), _))
 }
 
 /// True unless the rung holds comments only.
-fn has_wire(series: &[Node]) -> bool {
+fn has_wire(series: &[RungNode]) -> bool {
     series.iter().any(|n| !is_comment(n))
 }
 
-fn node_width(node: &Node) -> usize {
+fn node_width(node: &RungNode) -> usize {
     match node {
-        Node::Leaf(Element::Comment(_), _) => 0,
-        Node::Leaf(element, _) => {
-            let (top, bottom) = cell(element);
-            (top.chars().count().max(bottom.chars().count()) + 4).max(MIN_CELL)
+        RungNode::Leaf(Element::Comment(_), _) => 0,
+        RungNode::Leaf(element, _) => {
+            let (top, bottom) = element_symbol(element);
+            (top.chars().count().max(bottom.chars().count()) + 4).max(MIN_ELEMENT_WIDTH)
         }
         // One column on each side for the joints.
-        Node::Parallel(branches, _) => branches.iter().map(|b| series_width(b)).max().unwrap_or(0) + 2,
+        RungNode::Parallel(branches, _) => branches.iter().map(|b| series_width(b)).max().unwrap_or(0) + 2,
     }
 }
 
-fn series_width(series: &[Node]) -> usize {
+fn series_width(series: &[RungNode]) -> usize {
     series.iter().map(node_width).sum()
 }
 
-fn node_height(node: &Node) -> usize {
+fn node_height(node: &RungNode) -> usize {
     match node {
-        Node::Leaf(..) => 2,
+        RungNode::Leaf(..) => 2,
         // An empty line parts two branches.
-        Node::Parallel(branches, _) => {
+        RungNode::Parallel(branches, _) => {
             (branches.iter().map(|b| series_height(b) + 1).sum::<usize>()).saturating_sub(1).max(2)
         }
     }
 }
 
-fn series_height(series: &[Node]) -> usize {
+fn series_height(series: &[RungNode]) -> usize {
     series.iter().map(node_height).max().unwrap_or(2)
 }
 
 /// A rectangle to fill: its second row is the wire, and its sides may be the rails.
 #[derive(Clone, Copy)]
-struct Place {
+struct DrawArea {
     row: usize,
     column: usize,
     width: usize,
@@ -202,18 +202,18 @@ struct Place {
 
 struct Canvas {
     rows: Vec<Vec<char>>,
-    cells: Vec<Cell>,
+    cells: Vec<DrawnElement>,
 }
 
 impl Canvas {
-    fn put(&mut self, row: usize, column: usize, text: &str) {
+    fn put_text(&mut self, row: usize, column: usize, text: &str) {
         if let Some(line) = self.rows.get_mut(row) {
             line.iter_mut().skip(column).zip(text.chars()).for_each(|(slot, c)| *slot = c);
         }
     }
 
-    fn series(&mut self, series: &[Node], place: Place, next: &mut ElementId) {
-        self.put(place.row + 1, place.column, &"-".repeat(place.width));
+    fn series(&mut self, series: &[RungNode], place: DrawArea, next: &mut ElementId) {
+        self.put_text(place.row + 1, place.column, &"-".repeat(place.width));
         let spare = place.width.saturating_sub(series_width(series));
         let drawn = series.iter().filter(|n| !is_comment(n)).count();
         let mut column = place.column;
@@ -228,32 +228,32 @@ impl Canvas {
             let mut width = node_width(node);
             let mut at_left = place.at_left && first;
             let at_right = place.at_right && last;
-            if last && first && matches!(node, Node::Parallel(..)) {
+            if last && first && matches!(node, RungNode::Parallel(..)) {
                 width += spare;
             } else if last && place.at_right {
                 // What ends at the right rail is flush with it.
                 column += spare;
                 at_left &= spare == 0;
             }
-            let inner = Place { row: place.row, column, width, at_left, at_right };
+            let inner = DrawArea { row: place.row, column, width, at_left, at_right };
             match node {
-                Node::Leaf(element, _) => {
-                    self.leaf(element, inner, *next);
+                RungNode::Leaf(element, _) => {
+                    self.draw_element(element, inner, *next);
                     next.index += 1;
                 }
-                Node::Parallel(branches, _) => self.parallel(branches, inner, next),
+                RungNode::Parallel(branches, _) => self.parallel(branches, inner, next),
             }
             column += width;
         }
     }
 
-    fn parallel(&mut self, branches: &[Vec<Node>], place: Place, next: &mut ElementId) {
+    fn parallel(&mut self, branches: &[Vec<RungNode>], place: DrawArea, next: &mut ElementId) {
         let (left, right) = (usize::from(!place.at_left), usize::from(!place.at_right));
         let mut row = place.row;
         let mut last_wire = row + 1;
         for branch in branches {
             let width = place.width.saturating_sub(left + right);
-            self.series(branch, Place { row, column: place.column + left, width, ..place }, next);
+            self.series(branch, DrawArea { row, column: place.column + left, width, ..place }, next);
             last_wire = row + 1;
             row += series_height(branch) + 1;
         }
@@ -262,21 +262,21 @@ impl Canvas {
         for (_, column) in sides.iter().filter(|(joint, _)| *joint == 1) {
             let mut row = place.row;
             for line in place.row + 2..last_wire {
-                self.put(line, *column, "|");
+                self.put_text(line, *column, "|");
             }
             for branch in branches {
-                self.put(row + 1, *column, "+");
+                self.put_text(row + 1, *column, "+");
                 row += series_height(branch) + 1;
             }
         }
     }
 
-    fn leaf(&mut self, element: &Element, place: Place, id: ElementId) {
-        let (top, bottom) = cell(element);
+    fn draw_element(&mut self, element: &Element, place: DrawArea, id: ElementId) {
+        let (top, bottom) = element_symbol(element);
         let (above, width) = (top.chars().count(), bottom.chars().count());
         let column = place.column + place.width.saturating_sub(width) / 2;
-        self.put(place.row, place.column + place.width.saturating_sub(above) / 2, &top);
-        self.put(place.row + 1, column, &bottom);
-        self.cells.push(Cell { id, line: place.row + 1, column, width });
+        self.put_text(place.row, place.column + place.width.saturating_sub(above) / 2, &top);
+        self.put_text(place.row + 1, column, &bottom);
+        self.cells.push(DrawnElement { id, line: place.row + 1, column, width });
     }
 }

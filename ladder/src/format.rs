@@ -5,7 +5,7 @@ use diag::text::code_page_byte;
 
 /// What stands for one character that is sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Piece {
+pub enum StringPiece {
     /// This byte.
     Byte(u8),
     /// The sign place of the number; the digit places follow it at once.
@@ -26,7 +26,7 @@ pub enum Piece {
 #[error("{cause}")]
 pub struct BadEscape {
     /// The characters before its backslash.
-    pub at: usize,
+    pub char_offset: usize,
     /// What is wrong.
     pub cause: String,
     /// What may stand there.
@@ -54,24 +54,24 @@ const MAX_DIGITS: u32 = 5;
 /// assert_eq!(pieces("=\\-2\\r", true).as_deref(), Ok(wanted.as_slice()));
 /// assert!(pieces("\\q", true).is_err());
 /// ```
-pub fn pieces(text: &str, quoted: bool) -> Result<Vec<Piece>, BadEscape> {
+pub fn split_format_string(text: &str, quoted: bool) -> Result<Vec<StringPiece>, BadEscape> {
     let mut out = Vec::new();
     let mut chars = text.chars().enumerate().peekable();
     let mut number = false;
     while let Some((at, c)) = chars.next() {
-        let bad = |cause: String| BadEscape { at, cause, hint: ESCAPES };
+        let bad = |cause: String| BadEscape { char_offset: at, cause, hint: ESCAPES };
         let code = u32::from(c);
         if code < 32 && !quoted {
-            out.push(Piece::Byte(b'X'));
+            out.push(StringPiece::Byte(b'X'));
             continue;
         }
         if c != '\\' {
             let byte = code_page_byte(c).ok_or_else(|| BadEscape {
-                at,
+                char_offset: at,
                 cause: format!("`{c}` is no single byte"),
                 hint: "write the bytes of the character as \\xHH",
             })?;
-            out.push(Piece::Byte(byte));
+            out.push(StringPiece::Byte(byte));
             continue;
         }
         let Some((_, letter)) = chars.next() else {
@@ -98,16 +98,16 @@ pub fn pieces(text: &str, quoted: bool) -> Result<Vec<Piece>, BadEscape> {
                 };
                 let digits = digits.and_then(|d| d.to_digit(10)).filter(|d| (1..=MAX_DIGITS).contains(d));
                 let Some(digits) = digits else {
-                    let found = crate::reader::shown(&format!("\\{letter}"));
+                    let found = crate::reader::message_text(&format!("\\{letter}"));
                     return Err(bad(format!("`{found}` is no escape")));
                 };
                 if std::mem::replace(&mut number, true) {
                     return Err(bad("a second number stands in the text".to_owned()));
                 }
                 if sign {
-                    out.push(Piece::Sign);
+                    out.push(StringPiece::Sign);
                 }
-                out.extend((0..digits).map(|place| Piece::Digit {
+                out.extend((0..digits).map(|place| StringPiece::Digit {
                     divisor: 10_i32.pow(digits - 1 - place),
                     first: place == 0,
                     last: place + 1 == digits,
@@ -115,7 +115,7 @@ pub fn pieces(text: &str, quoted: bool) -> Result<Vec<Piece>, BadEscape> {
                 continue;
             }
         };
-        out.push(Piece::Byte(byte));
+        out.push(StringPiece::Byte(byte));
     }
     Ok(out)
 }

@@ -2,30 +2,30 @@
 //! `ladder-compile`.
 #![forbid(unsafe_code)]
 
-mod cell;
+mod element_symbol;
 mod check;
-mod chips;
+mod packages;
 mod codes;
 mod draw;
 pub mod format;
-mod head;
-mod leaf;
-mod lex;
+mod program_head;
+mod element_reader;
+mod lexer;
 pub mod model;
 mod parse;
-mod parts;
+mod peripheral_checks;
 mod reader;
-mod rows;
+mod element_keywords;
 pub mod symbols;
-mod table;
-mod whole;
-mod widths;
+mod counted_elements;
+mod program_checks;
+mod integer_widths;
 mod write;
 
 pub use check::check;
-pub use chips::{chip_of, knows_pins, package_pin};
+pub use packages::{chip_of, has_pin_table, package_pin};
 pub use codes::{CODES, REWRITTEN};
-pub use draw::{Cell, Drawing, draw, draw_rung};
+pub use draw::{DrawnElement, Drawing, draw, draw_rung};
 pub use model::*;
-pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_RUNGS, Options, Parsed, parse, parse_bytes, parse_with};
+pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_RUNGS, ParseOptions, ParsedProgram, parse, parse_bytes, parse_with};
 pub use write::{element_text, write, write_bytes};

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 /// Which set of meanings the elements have. Same text, different behaviour: a program always states its dialect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
-pub enum Dialect {
+pub enum LadderDialect {
     /// LDmicro release 2.3: 16-bit integers everywhere, unbounded CTU and CTD, RES to zero. Default for 0.1 files.
     #[serde(rename = "ldmicro-2.3")]
     Ldmicro23,
@@ -20,7 +20,7 @@ pub enum Dialect {
 
 /// The header of a `.ld` file; both spellings of every line are accepted under either.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
-pub enum Format {
+pub enum LdFormat {
     /// `LDmicro0.1`.
     V01,
     /// `LDmicro0.2`.
@@ -29,15 +29,15 @@ pub enum Format {
 
 /// A whole ladder program.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Program {
+pub struct LadderProgram {
     /// Name of the file it was read from, for messages; `-` for standard input.
     pub file: String,
     /// Header of the file.
-    pub format: Format,
+    pub format: LdFormat,
     /// Set of meanings.
-    pub dialect: Dialect,
+    pub dialect: LadderDialect,
     /// Lines of the head.
-    pub settings: Settings,
+    pub settings: ProgramSettings,
     /// `IO LIST`, in file order.
     pub io: Vec<IoEntry>,
     /// `VAR LIST`, in file order; `None` when the file has no such section (an empty section is `Some` of nothing).
@@ -50,7 +50,7 @@ pub struct Program {
 
 /// The head of a program. Text fields keep what was written so that writing gives it back.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Settings {
+pub struct ProgramSettings {
     /// `MICRO=`: LDmicro's exact name of the chip; `None` when none is chosen.
     pub micro: Option<String>,
     /// `CYCLE=`: time of one scan in microseconds; 0 is LDmicro 5's free-running scan.
@@ -101,19 +101,19 @@ pub struct VarEntry {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Rung {
     /// Elements and groups from left to right.
-    pub series: Vec<Node>,
+    pub series: Vec<RungNode>,
     /// Line of the `RUNG` keyword.
     pub pos: Pos,
 }
 
 /// Something in a series.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Node {
+pub enum RungNode {
     /// One element and the place of its line.
     Leaf(Element, Pos),
     /// Parallel branches, top to bottom, at least one; each is a series of at least one node. In the text a branch of
     /// one leaf is written without `SERIES`.
-    Parallel(Vec<Vec<Node>>, Pos),
+    Parallel(Vec<Vec<RungNode>>, Pos),
 }
 
 /// Names one element of a program: the `index`-th leaf (from 0, in text order) of rung `rung` (from 0).
@@ -135,7 +135,7 @@ impl std::fmt::Display for ElementId {
 
 /// An operand that is a variable or a constant.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub enum Operand {
+pub enum LadderOperand {
     /// An integer variable (also a timer's or counter's accumulator).
     Var(String),
     /// A constant, -32768 to 32767 in dialect 2.3, of 32 bits in ldmicro-5.
@@ -246,9 +246,9 @@ pub enum Element {
         /// Accumulator, counted in scans.
         name: String,
         /// Delay in microseconds (a variable only in LDmicro 5).
-        delay: Operand,
+        delay: LadderOperand,
         /// LDmicro 5's adjust, in scans, when written.
-        adjust: Option<Operand>,
+        adjust: Option<LadderOperand>,
     },
     /// `CTU|CTD|CTC name max [init kind]`.
     Counter {
@@ -257,9 +257,9 @@ pub enum Element {
         /// Accumulator.
         name: String,
         /// Limit (a variable only in LDmicro 5).
-        max: Operand,
+        max: LadderOperand,
         /// LDmicro 5's start value, when written.
-        init: Option<Operand>,
+        init: Option<LadderOperand>,
         /// LDmicro 5's input kind when written: `/` rising, `\` falling, `-` level, `o` inverted level.
         input: Option<char>,
     },
@@ -273,7 +273,7 @@ pub enum Element {
         /// Destination.
         dest: String,
         /// Source.
-        src: Operand,
+        src: LadderOperand,
     },
     /// `ADD|SUB|MUL|DIV dest op1 op2`.
     Math {
@@ -282,18 +282,18 @@ pub enum Element {
         /// Destination.
         dest: String,
         /// Left operand.
-        op1: Operand,
+        op1: LadderOperand,
         /// Right operand.
-        op2: Operand,
+        op2: LadderOperand,
     },
     /// `EQU|NEQ|GRT|GEQ|LES|LEQ op1 op2`.
     Compare {
         /// Which comparison.
         op: CompareOp,
         /// Left operand.
-        op1: Operand,
+        op1: LadderOperand,
         /// Right operand.
-        op2: Operand,
+        op2: LadderOperand,
     },
     /// `SHIFT_REGISTER name stages`: variables name0 to name(stages-1).
     ShiftRegister {
@@ -307,7 +307,7 @@ pub enum Element {
         /// Destination.
         dest: String,
         /// Index, from 0.
-        index: Operand,
+        index: LadderOperand,
         /// Shown as a string in LDmicro's editor; without meaning.
         as_string: bool,
         /// The table.
@@ -318,7 +318,7 @@ pub enum Element {
         /// Destination.
         dest: String,
         /// Where on the x axis.
-        index: Operand,
+        index: LadderOperand,
         /// The points, x strictly rising.
         points: Vec<(i64, i64)>,
     },
@@ -332,9 +332,9 @@ pub enum Element {
     /// `SET_PWM duty hertz [name resolution]`.
     SetPwm {
         /// Duty in percent.
-        duty: Operand,
+        duty: LadderOperand,
         /// Frequency in Hz.
-        hertz: Operand,
+        hertz: LadderOperand,
         /// LDmicro 5's output name and resolution, when written.
         output: Option<(String, String)>,
     },
@@ -398,7 +398,7 @@ impl SymbolKind {
 
 /// A symbol of a program.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Symbol {
+pub struct LadderSymbol {
     /// Full name with its first letter.
     pub name: String,
     /// What it is.
@@ -411,7 +411,7 @@ pub struct Symbol {
     pub bytes: u8,
 }
 
-impl Program {
+impl LadderProgram {
     /// All symbols that the rungs use, and inputs, outputs, relays and analog inputs of `IO LIST`, each once, sorted by kind
     /// and then by name.
     ///
@@ -419,15 +419,15 @@ impl Program {
     /// or counter element uses it as its accumulator (the first such element in text order decides), analog when
     /// READ_ADC names it, else a variable.
     #[must_use]
-    pub fn symbols(&self) -> Vec<Symbol> {
-        crate::symbols::symbols(self)
+    pub fn symbols(&self) -> Vec<LadderSymbol> {
+        crate::symbols::collect_symbols(self)
     }
 
     /// All elements with their identity, in text order, comments included.
     pub fn elements(&self) -> impl Iterator<Item = (ElementId, &Element, Pos)> {
         self.rungs.iter().enumerate().flat_map(|(r, rung)| {
             let mut leaves = Vec::new();
-            collect(&rung.series, &mut leaves);
+            collect_elements(&rung.series, &mut leaves);
             leaves
                 .into_iter()
                 .enumerate()
@@ -436,11 +436,11 @@ impl Program {
     }
 }
 
-fn collect<'a>(series: &'a [Node], out: &mut Vec<(&'a Element, Pos)>) {
+fn collect_elements<'a>(series: &'a [RungNode], out: &mut Vec<(&'a Element, Pos)>) {
     for node in series {
         match node {
-            Node::Leaf(element, pos) => out.push((element, *pos)),
-            Node::Parallel(branches, _) => branches.iter().for_each(|branch| collect(branch, out)),
+            RungNode::Leaf(element, pos) => out.push((element, *pos)),
+            RungNode::Parallel(branches, _) => branches.iter().for_each(|branch| collect_elements(branch, out)),
         }
     }
 }

@@ -1,14 +1,14 @@
 //! The reader of `.ld` text. It tells every error it can find, and says nothing about meaning: that is `check`.
 
-use diag::text::{self, Encoding};
+use diag::text::{self, TextEncoding};
 use diag::{Diagnostic, Pos, Severity, nearest};
 
 use crate::codes;
-use crate::head::{self, Head};
-use crate::leaf::leaf;
-use crate::lex::{self, Line};
-use crate::model::{Dialect, Format, Node, Program, Rung};
-use crate::reader::{Reader, shown};
+use crate::program_head::{self, ProgramHead};
+use crate::element_reader::read_element;
+use crate::lexer::{self, LdLine};
+use crate::model::{LadderDialect, LdFormat, RungNode, LadderProgram, Rung};
+use crate::reader::{LdReader, message_text};
 use crate::write::write;
 
 /// Most bytes of text.
@@ -22,28 +22,28 @@ pub const MAX_DEPTH: usize = 64;
 
 /// What the user may say about how to read a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Options {
+pub struct ParseOptions {
     /// The dialect, instead of the one that the header stands for.
-    pub dialect: Option<Dialect>,
+    pub dialect: Option<LadderDialect>,
 }
 
 /// A program that was read, with what is worth telling about it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Parsed {
+pub struct ParsedProgram {
     /// The program.
-    pub program: Program,
+    pub program: LadderProgram,
     /// Warnings and notes, in order of their places; never errors.
     pub warnings: Vec<Diagnostic>,
     /// How the file keeps its characters, for [`crate::write_bytes`].
-    pub encoding: Encoding,
+    pub encoding: TextEncoding,
 }
 
 /// Reads a program; the header decides about the dialect. `file` is the name used in messages.
 ///
 /// # Errors
 /// All errors (and warnings) that were found, in order of their places; at least one of them is an error.
-pub fn parse(file: &str, text: &str) -> Result<Parsed, Vec<Diagnostic>> {
-    parse_with(file, text, Options::default())
+pub fn parse(file: &str, text: &str) -> Result<ParsedProgram, Vec<Diagnostic>> {
+    parse_with(file, text, ParseOptions::default())
 }
 
 /// Reads a program from bytes: UTF-8, or any 8-bit code page, of which comments keep their bytes and are shown as code page 1252
@@ -51,92 +51,92 @@ pub fn parse(file: &str, text: &str) -> Result<Parsed, Vec<Diagnostic>> {
 ///
 /// # Errors
 /// As [`parse`], and LD002 where a character has two bytes.
-pub fn parse_bytes(file: &str, bytes: &[u8], options: Options) -> Result<Parsed, Vec<Diagnostic>> {
+pub fn parse_bytes(file: &str, bytes: &[u8], options: ParseOptions) -> Result<ParsedProgram, Vec<Diagnostic>> {
     if let Some(name) = text::wide_encoding(bytes) {
-        let mut reader = Reader::new(file);
+        let mut reader = LdReader::new(file);
         let hint = "save it as UTF-8 or in the code page of your system";
         reader.error(codes::BINARY, Pos::default(), format!("the file is written in {name}"), hint);
         return Err(reader.finish());
     }
-    let plain = text::plain(bytes);
-    let decoded = text::decode(&plain);
-    parse_text(file, &text::show(&decoded), text::encoding(&plain), bytes.starts_with(text::MARK), options)
+    let plain = text::strip_line_decorations(bytes);
+    let decoded = text::decode_text(&plain);
+    parse_text(file, &text::to_display_text(&decoded), text::encoding(&plain), bytes.starts_with(text::BYTE_ORDER_MARK), options)
 }
 
 /// Reads a program with options.
 ///
 /// # Errors
 /// As [`parse`].
-pub fn parse_with(file: &str, text: &str, options: Options) -> Result<Parsed, Vec<Diagnostic>> {
+pub fn parse_with(file: &str, text: &str, options: ParseOptions) -> Result<ParsedProgram, Vec<Diagnostic>> {
     let bare = text.strip_prefix('\u{feff}');
-    parse_text(file, bare.unwrap_or(text), Encoding::Utf8, bare.is_some(), options)
+    parse_text(file, bare.unwrap_or(text), TextEncoding::Utf8, bare.is_some(), options)
 }
 
 /// Reads a text without its byte order mark, if it was `marked` with one.
 fn parse_text(
     file: &str,
     text: &str,
-    encoding: Encoding,
+    encoding: TextEncoding,
     marked: bool,
-    options: Options,
-) -> Result<Parsed, Vec<Diagnostic>> {
-    let mut reader = Reader::new(file);
+    options: ParseOptions,
+) -> Result<ParsedProgram, Vec<Diagnostic>> {
+    let mut reader = LdReader::new(file);
     if marked {
         let (cause, hint) =
             ("the file begins with a byte order mark", "save it without the mark, which LDmicro does not read");
-        reader.tell(Severity::Note, codes::BOM, Pos::new(1, 1, 1), cause, hint);
+        reader.report(Severity::Note, codes::BOM, Pos::new(1, 1, 1), cause, hint);
     }
-    let program = read(&mut reader, text, options);
+    let program = read_program(&mut reader, text, options);
     let diagnostics = reader.finish();
     match program {
         Some(program) if !diagnostics.iter().any(Diagnostic::is_error) => {
             let mut warnings = diagnostics;
-            warnings.extend(rewritten(&program, text));
+            warnings.extend(rewritten_note(&program, text));
             warnings.sort_by_key(|d| d.pos);
-            Ok(Parsed { program, warnings, encoding })
+            Ok(ParsedProgram { program, warnings, encoding })
         }
         _ => Err(diagnostics),
     }
 }
 
-fn read(reader: &mut Reader<'_>, text: &str, options: Options) -> Option<Program> {
-    fitness(reader, text)?;
-    let mut lines = lex::lines(text);
+fn read_program(reader: &mut LdReader<'_>, text: &str, options: ParseOptions) -> Option<LadderProgram> {
+    check_text(reader, text)?;
+    let mut lines = lexer::split_lines(text);
     let Some(first) = lines.next() else {
         reader.error(codes::EMPTY, Pos::default(), "the file is empty", "a program begins with LDmicro0.1");
         return None;
     };
     let format = match first.text {
-        "LDmicro0.1" => Format::V01,
-        "LDmicro0.2" => Format::V02,
+        "LDmicro0.1" => LdFormat::V01,
+        "LDmicro0.2" => LdFormat::V02,
         other => {
-            let cause = format!("the file must begin with LDmicro0.1 or LDmicro0.2, found `{}`", shown(other));
+            let cause = format!("the file must begin with LDmicro0.1 or LDmicro0.2, found `{}`", message_text(other));
             reader.error(codes::NO_HEADER, first.pos, cause, "put LDmicro0.1 in the first line");
             // With a plausible first line of a .ld file the rest is worth reading; any other text would only make noise.
             if !other.starts_with("LDmicro") && !other.contains('=') && other != "IO LIST" {
                 return None;
             }
-            Format::V01
+            LdFormat::V01
         }
     };
     let default = match format {
-        Format::V01 => Dialect::Ldmicro23,
-        Format::V02 => Dialect::Ldmicro5,
+        LdFormat::V01 => LadderDialect::Ldmicro23,
+        LdFormat::V02 => LadderDialect::Ldmicro5,
     };
     reader.dialect = options.dialect.unwrap_or(default);
     // Where the header is missing, its place holds a line of the head.
     let kept = (!first.text.starts_with("LDmicro")).then_some(first);
     let mut lines = kept.into_iter().chain(lines);
-    let mut parts = Head::default();
-    if !head::head(reader, &mut lines, &mut parts) {
+    let mut parts = ProgramHead::default();
+    if !program_head::read_head(reader, &mut lines, &mut parts) {
         return None;
     }
-    let rungs = rungs(reader, &mut lines);
-    Some(parts.program(reader.file, format, reader.dialect, rungs))
+    let rungs = read_rungs(reader, &mut lines);
+    Some(parts.into_program(reader.file, format, reader.dialect, rungs))
 }
 
 /// Refuses what is no text of a sensible size. Control characters above ASCII are bytes that code page 1252 leaves undefined.
-fn fitness(reader: &mut Reader<'_>, text: &str) -> Option<()> {
+fn check_text(reader: &mut LdReader<'_>, text: &str) -> Option<()> {
     if text.len() > MAX_BYTES {
         let cause = format!("the file has {} bytes, at most {MAX_BYTES} are read", text.len());
         reader.error(codes::TOO_LARGE, Pos::default(), cause, "give a .ld file");
@@ -144,7 +144,7 @@ fn fitness(reader: &mut Reader<'_>, text: &str) -> Option<()> {
         text.char_indices().find(|(_, c)| c.is_ascii_control() && !matches!(c, '\t' | '\n' | '\r'))
     {
         let cause = format!("control character U+{:04X}: this is no text", bad as u32);
-        reader.error(codes::BINARY, end_of(text.get(..at).unwrap_or("")), cause, "give a .ld file");
+        reader.error(codes::BINARY, end_position(text.get(..at).unwrap_or("")), cause, "give a .ld file");
     } else {
         return Some(());
     }
@@ -152,52 +152,52 @@ fn fitness(reader: &mut Reader<'_>, text: &str) -> Option<()> {
 }
 
 /// The place just behind a text.
-fn end_of(text: &str) -> Pos {
+fn end_position(text: &str) -> Pos {
     let line = text.matches('\n').count() as u32 + 1;
     let column = text.rsplit('\n').next().map_or(0, |l| l.chars().count()) as u32 + 1;
     Pos::new(line, column, 1)
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum GroupKind {
     Rung,
     Parallel,
     Series,
 }
 
-impl Kind {
+impl GroupKind {
     const fn name(self) -> &'static str {
         match self {
-            Kind::Rung => "RUNG",
-            Kind::Parallel => "PARALLEL",
-            Kind::Series => "SERIES",
+            GroupKind::Rung => "RUNG",
+            GroupKind::Parallel => "PARALLEL",
+            GroupKind::Series => "SERIES",
         }
     }
 }
 
 /// A group whose END has not come yet.
-struct Open {
-    kind: Kind,
+struct OpenGroup {
+    kind: GroupKind,
     pos: Pos,
     /// Nodes of a rung or series, or the branches of PARALLEL.
-    nodes: Vec<Node>,
-    branches: Vec<Vec<Node>>,
+    nodes: Vec<RungNode>,
+    branches: Vec<Vec<RungNode>>,
     /// Something in it was refused, so that being empty is no second error.
-    broken: bool,
+    has_refused_part: bool,
 }
 
 /// The groups lie on a list instead of the call stack, so nesting cannot exhaust it.
-fn rungs<'a>(reader: &mut Reader<'_>, lines: &mut impl Iterator<Item = Line<'a>>) -> Vec<Rung> {
+fn read_rungs<'a>(reader: &mut LdReader<'_>, lines: &mut impl Iterator<Item = LdLine<'a>>) -> Vec<Rung> {
     let mut rungs = Vec::new();
-    let mut open: Vec<Open> = Vec::new();
+    let mut open: Vec<OpenGroup> = Vec::new();
     let mut elements = 0;
     for line in lines {
-        if reader.is_full() {
+        if reader.has_too_many_errors() {
             return rungs;
         }
         match line.keyword() {
             "RUNG" => {
-                unclosed(reader, &mut open);
+                report_unclosed_groups(reader, &mut open);
                 if rungs.len() == MAX_RUNGS {
                     let cause = format!("more than {MAX_RUNGS} rungs");
                     reader.error(codes::TOO_LARGE, line.pos, cause, "split the program");
@@ -208,25 +208,25 @@ fn rungs<'a>(reader: &mut Reader<'_>, lines: &mut impl Iterator<Item = Line<'a>>
                     Some(number) if number.text.chars().all(|c| c.is_ascii_digit()) => 2,
                     _ => 1,
                 };
-                nothing_after(reader, &line, extra);
-                open.push(begin(Kind::Rung, line.pos));
+                refuse_extra_words(reader, &line, extra);
+                open.push(open_group(GroupKind::Rung, line.pos));
             }
             "PARALLEL" | "SERIES" if !open.is_empty() => {
-                nothing_after(reader, &line, 1);
-                let kind = if line.keyword() == "SERIES" { Kind::Series } else { Kind::Parallel };
-                nesting(reader, &open, kind, line.pos);
-                open.push(begin(kind, line.pos));
+                refuse_extra_words(reader, &line, 1);
+                let kind = if line.keyword() == "SERIES" { GroupKind::Series } else { GroupKind::Parallel };
+                check_nesting(reader, &open, kind, line.pos);
+                open.push(open_group(kind, line.pos));
             }
             "END" => {
-                nothing_after(reader, &line, 1);
+                refuse_extra_words(reader, &line, 1);
                 match open.pop() {
-                    Some(group) => close(reader, group, &mut open, &mut rungs),
+                    Some(group) => close_group(reader, group, &mut open, &mut rungs),
                     None => reader.error(codes::STRAY_END, line.pos, "END closes nothing", "remove it"),
                 }
             }
             _ => match open.last_mut() {
                 None => {
-                    let cause = format!("`{}` stands outside a rung", shown(line.keyword()));
+                    let cause = format!("`{}` stands outside a rung", message_text(line.keyword()));
                     let hint = match nearest(line.keyword(), ["RUNG"].into_iter()) {
                         Some(near) => format!("did you mean {near}?"),
                         None => "put it between RUNG and END".to_owned(),
@@ -240,56 +240,56 @@ fn rungs<'a>(reader: &mut Reader<'_>, lines: &mut impl Iterator<Item = Line<'a>>
                         reader.error(codes::TOO_LARGE, line.pos, cause, "split the program");
                         return rungs;
                     }
-                    match leaf(reader, &line) {
-                        Some(element) => add(group, Node::Leaf(element, line.pos)),
-                        None => group.broken = true,
+                    match read_element(reader, &line) {
+                        Some(element) => add_node(group, RungNode::Leaf(element, line.pos)),
+                        None => group.has_refused_part = true,
                     }
                 }
             },
         }
     }
-    unclosed(reader, &mut open);
+    report_unclosed_groups(reader, &mut open);
     rungs
 }
 
-const fn begin(kind: Kind, pos: Pos) -> Open {
-    Open { kind, pos, nodes: Vec::new(), branches: Vec::new(), broken: false }
+const fn open_group(kind: GroupKind, pos: Pos) -> OpenGroup {
+    OpenGroup { kind, pos, nodes: Vec::new(), branches: Vec::new(), has_refused_part: false }
 }
 
-fn add(group: &mut Open, node: Node) {
+fn add_node(group: &mut OpenGroup, node: RungNode) {
     match group.kind {
-        Kind::Parallel => group.branches.push(vec![node]),
-        Kind::Rung | Kind::Series => group.nodes.push(node),
+        GroupKind::Parallel => group.branches.push(vec![node]),
+        GroupKind::Rung | GroupKind::Series => group.nodes.push(node),
     }
 }
 
 /// Complains of a group at a place where it may not stand; it is read all the same, to find errors in it.
-fn nesting(reader: &mut Reader<'_>, open: &[Open], kind: Kind, pos: Pos) {
-    let parent = open.last().map_or(Kind::Rung, |o| o.kind);
+fn check_nesting(reader: &mut LdReader<'_>, open: &[OpenGroup], kind: GroupKind, pos: Pos) {
+    let parent = open.last().map_or(GroupKind::Rung, |o| o.kind);
     // The rung is no group, so this is the number of groups with the new one.
     if open.len() == MAX_DEPTH + 1 {
         let cause = format!("more than {MAX_DEPTH} groups lie in each other");
         reader.error(codes::TOO_DEEP, pos, cause, "split the rung, with relays between the parts");
     }
-    if kind == Kind::Series && parent != Kind::Parallel {
+    if kind == GroupKind::Series && parent != GroupKind::Parallel {
         let cause = format!("SERIES stands in {}, it may only stand in PARALLEL", parent.name());
         reader.error(codes::NESTING, pos, cause, "remove SERIES and its END: the elements are in series already");
     }
-    if kind == Kind::Parallel && parent == Kind::Parallel {
+    if kind == GroupKind::Parallel && parent == GroupKind::Parallel {
         let cause = "PARALLEL stands directly in PARALLEL";
         reader.error(codes::NESTING, pos, cause, "put it into a SERIES of its own, or join the two");
     }
 }
 
-fn nothing_after(reader: &mut Reader<'_>, line: &Line<'_>, words: usize) {
+fn refuse_extra_words(reader: &mut LdReader<'_>, line: &LdLine<'_>, words: usize) {
     if let Some(extra) = line.tokens.get(words) {
-        let cause = format!("`{}` follows {}", shown(extra.text), line.keyword());
+        let cause = format!("`{}` follows {}", message_text(extra.text), line.keyword());
         reader.error(codes::TOO_MANY, extra.pos, cause, format!("let {} stand alone in its line", line.keyword()));
     }
 }
 
-fn close(reader: &mut Reader<'_>, group: Open, open: &mut [Open], rungs: &mut Vec<Rung>) {
-    let Open { kind, pos, nodes, branches, broken } = group;
+fn close_group(reader: &mut LdReader<'_>, group: OpenGroup, open: &mut [OpenGroup], rungs: &mut Vec<Rung>) {
+    let OpenGroup { kind, pos, nodes, branches, has_refused_part: broken } = group;
     if nodes.is_empty() && branches.is_empty() && !broken {
         let cause = format!("{} holds nothing", kind.name());
         reader.error(codes::EMPTY_GROUP, pos, cause, "write SHORT for a plain wire or OPEN for a cut one");
@@ -297,17 +297,17 @@ fn close(reader: &mut Reader<'_>, group: Open, open: &mut [Open], rungs: &mut Ve
     // Trees deeper than the bound are never built: to drop them would take a stack as deep.
     let too_deep = open.len() > MAX_DEPTH;
     match (kind, open.last_mut()) {
-        (Kind::Rung, _) => rungs.push(Rung { series: nodes, pos }),
-        (_, Some(parent)) if too_deep || broken || (nodes.is_empty() && branches.is_empty()) => parent.broken = true,
-        (Kind::Parallel, Some(parent)) => add(parent, Node::Parallel(branches, pos)),
+        (GroupKind::Rung, _) => rungs.push(Rung { series: nodes, pos }),
+        (_, Some(parent)) if too_deep || broken || (nodes.is_empty() && branches.is_empty()) => parent.has_refused_part = true,
+        (GroupKind::Parallel, Some(parent)) => add_node(parent, RungNode::Parallel(branches, pos)),
         // SERIES outside PARALLEL was refused above; its elements need no place.
-        (Kind::Series, Some(parent)) if parent.kind == Kind::Parallel => parent.branches.push(nodes),
-        (_, Some(parent)) => parent.broken = true,
+        (GroupKind::Series, Some(parent)) if parent.kind == GroupKind::Parallel => parent.branches.push(nodes),
+        (_, Some(parent)) => parent.has_refused_part = true,
         (_, None) => {}
     }
 }
 
-fn unclosed(reader: &mut Reader<'_>, open: &mut Vec<Open>) {
+fn report_unclosed_groups(reader: &mut LdReader<'_>, open: &mut Vec<OpenGroup>) {
     for group in open.drain(..) {
         let cause = format!("{} is not closed", group.kind.name());
         reader.error(codes::UNCLOSED, group.pos, cause, "put END after its last line");
@@ -315,25 +315,25 @@ fn unclosed(reader: &mut Reader<'_>, open: &mut Vec<Open>) {
 }
 
 /// A note where the writer would spell something otherwise than the file did.
-fn rewritten(program: &Program, text: &str) -> Option<Diagnostic> {
+fn rewritten_note(program: &LadderProgram, text: &str) -> Option<Diagnostic> {
     let written = write(program);
-    let mut after = lex::lines(&written);
-    for line in lex::lines(text) {
+    let mut after = lexer::split_lines(&written);
+    for line in lexer::split_lines(text) {
         let new = after.next();
-        let same = |new: &Line<'_>| {
-            let bare = |l: &Line<'_>| l.text.split_whitespace().collect::<String>();
+        let same = |new: &LdLine<'_>| {
+            let bare = |l: &LdLine<'_>| l.text.split_whitespace().collect::<String>();
             bare(new) == bare(&line)
         };
         if !new.as_ref().is_some_and(same) {
-            let now = new.map_or(String::new(), |l| shown(l.text));
+            let now = new.map_or(String::new(), |l| message_text(l.text));
             let cause =
-                format!("written back, the file differs from here on: `{now}` instead of `{}`", shown(line.text));
+                format!("written back, the file differs from here on: `{now}` instead of `{}`", message_text(line.text));
             let hint = "nothing of its meaning changes";
             return Some(Diagnostic::new(Severity::Note, codes::REWRITTEN, &program.file, line.pos, cause, hint));
         }
     }
     after.next().map(|line| {
-        let cause = format!("written back, the file gets one more line: `{}`", shown(line.text));
+        let cause = format!("written back, the file gets one more line: `{}`", message_text(line.text));
         let hint = "nothing of its meaning changes";
         Diagnostic::new(Severity::Note, codes::REWRITTEN, &program.file, Pos::default(), cause, hint)
     })

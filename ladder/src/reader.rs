@@ -5,40 +5,40 @@ use std::collections::BTreeSet;
 use diag::{Diagnostic, Pos, Severity};
 
 use crate::codes;
-use crate::lex::{self, Token};
-use crate::model::Dialect;
+use crate::lexer::{self, LdToken};
+use crate::model::LadderDialect;
 
 /// Most errors told about one file.
 const MAX_ERRORS: usize = 100;
 
 /// State of reading one file.
-pub(crate) struct Reader<'a> {
+pub(crate) struct LdReader<'a> {
     pub file: &'a str,
     /// How wide constants may be; 2.3 until the header is read.
-    pub dialect: Dialect,
+    pub dialect: LadderDialect,
     diagnostics: Vec<Diagnostic>,
     errors: usize,
     bits: BTreeSet<String>,
-    misused: Vec<(String, Pos, &'static str)>,
+    misused_names: Vec<(String, Pos, &'static str)>,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> LdReader<'a> {
     pub(crate) fn new(file: &'a str) -> Self {
-        Reader {
+        LdReader {
             file,
-            dialect: Dialect::Ldmicro23,
+            dialect: LadderDialect::Ldmicro23,
             diagnostics: Vec::new(),
             errors: 0,
             bits: BTreeSet::new(),
-            misused: Vec::new(),
+            misused_names: Vec::new(),
         }
     }
 
     pub(crate) fn error(&mut self, code: &'static str, pos: Pos, cause: impl Into<String>, hint: impl Into<String>) {
-        self.tell(Severity::Error, code, pos, cause, hint);
+        self.report(Severity::Error, code, pos, cause, hint);
     }
 
-    pub(crate) fn tell(
+    pub(crate) fn report(
         &mut self,
         severity: Severity,
         code: &'static str,
@@ -51,8 +51,8 @@ impl<'a> Reader<'a> {
     }
 
     /// True when so many errors stand that reading on is pointless.
-    pub(crate) fn is_full(&self) -> bool {
-        self.errors + self.misused.len() > 2 * MAX_ERRORS
+    pub(crate) fn has_too_many_errors(&self) -> bool {
+        self.errors + self.misused_names.len() > 2 * MAX_ERRORS
     }
 
     /// Notes that a contact, a coil or `IO LIST` uses the name as a bit.
@@ -61,19 +61,19 @@ impl<'a> Reader<'a> {
     }
 
     /// The range of constants.
-    pub(crate) const fn constants(&self) -> (i64, i64) {
+    pub(crate) const fn constant_range(&self) -> (i64, i64) {
         match self.dialect {
-            Dialect::Ldmicro23 => (i16::MIN as i64, i16::MAX as i64),
-            Dialect::Ldmicro5 => (i32::MIN as i64, i32::MAX as i64),
+            LadderDialect::Ldmicro23 => (i16::MIN as i64, i16::MAX as i64),
+            LadderDialect::Ldmicro5 => (i32::MIN as i64, i32::MAX as i64),
         }
     }
 
     /// A name of any kind.
-    pub(crate) fn name(&mut self, token: Token<'_>) -> Option<String> {
-        if lex::is_name(token.text) {
+    pub(crate) fn read_name(&mut self, token: LdToken<'_>) -> Option<String> {
+        if lexer::is_name(token.text) {
             return Some(token.text.to_owned());
         }
-        let shown = shown(token.text);
+        let shown = message_text(token.text);
         if token.text.starts_with('#') {
             self.error(
                 codes::LDMICRO5_ONLY,
@@ -93,19 +93,19 @@ impl<'a> Reader<'a> {
     }
 
     /// The name of an integer, by the element `keyword`; names of bits are judged at the end of the file.
-    pub(crate) fn integer(&mut self, keyword: &'static str, token: Token<'_>) -> Option<String> {
-        let name = self.name(token)?;
+    pub(crate) fn read_integer_name(&mut self, keyword: &'static str, token: LdToken<'_>) -> Option<String> {
+        let name = self.read_name(token)?;
         if name.starts_with(['X', 'Y', 'R']) {
-            self.misused.push((name, token.pos, keyword));
+            self.misused_names.push((name, token.pos, keyword));
             return None;
         }
         Some(name)
     }
 
     /// A number between `low` and `high`; `what` names it in the message.
-    pub(crate) fn number(&mut self, token: Token<'_>, what: &str, low: i64, high: i64) -> Option<i64> {
-        let shown = shown(token.text);
-        match lex::number(token.text) {
+    pub(crate) fn read_number(&mut self, token: LdToken<'_>, what: &str, low: i64, high: i64) -> Option<i64> {
+        let shown = message_text(token.text);
+        match lexer::parse_number(token.text) {
             None => {
                 self.error(
                     codes::NOT_A_NUMBER,
@@ -129,14 +129,14 @@ impl<'a> Reader<'a> {
     }
 
     /// A number that is stored as `u32`.
-    pub(crate) fn small(&mut self, token: Token<'_>, what: &str, low: u32, high: u32) -> Option<u32> {
-        let value = self.number(token, what, i64::from(low), i64::from(high))?;
+    pub(crate) fn read_u32(&mut self, token: LdToken<'_>, what: &str, low: u32, high: u32) -> Option<u32> {
+        let value = self.read_number(token, what, i64::from(low), i64::from(high))?;
         u32::try_from(value).ok()
     }
 
     /// All complaints in order of their places, at most [`MAX_ERRORS`] errors of them.
     pub(crate) fn finish(mut self) -> Vec<Diagnostic> {
-        for (name, pos, keyword) in std::mem::take(&mut self.misused) {
+        for (name, pos, keyword) in std::mem::take(&mut self.misused_names) {
             if self.bits.contains(&name) {
                 let cause = format!("{name} is used as a bit elsewhere, and {keyword} uses it as an integer");
                 self.error(codes::BIT_AND_INTEGER, pos, cause, "give one of the two another name");
@@ -164,7 +164,7 @@ impl<'a> Reader<'a> {
 }
 
 /// A word from the file as it may stand in a message: not endless, no control characters.
-pub(crate) fn shown(text: &str) -> String {
+pub(crate) fn message_text(text: &str) -> String {
     let mut short: String = text.chars().take(40).map(|c| if c.is_control() { '?' } else { c }).collect();
     if text.chars().nth(40).is_some() {
         short.push_str("..");

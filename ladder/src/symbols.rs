@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use crate::model::{Element, Operand, Program, Symbol, SymbolKind};
-use crate::widths::Widths;
+use crate::model::{Element, LadderOperand, LadderProgram, LadderSymbol, SymbolKind};
+use crate::integer_widths::IntegerWidths;
 
-pub(crate) fn symbols(program: &Program) -> Vec<Symbol> {
+pub(crate) fn collect_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
     let mut found: BTreeMap<String, SymbolKind> = BTreeMap::new();
     for (_, element, _) in program.elements() {
-        uses(element, &mut |name, kind| {
+        for_each_symbol_use(element, &mut |name, kind| {
             let slot = found.entry(name.to_owned()).or_insert(kind);
             // A plain use never hides that the name is an accumulator or an analog input.
             if *slot == SymbolKind::Variable {
@@ -18,19 +18,19 @@ pub(crate) fn symbols(program: &Program) -> Vec<Symbol> {
     }
     for entry in &program.io {
         // Pins of other kinds (a pulse width output of LDmicro 5) hold nothing that a program could read.
-        let kind = by_letter(&entry.name);
+        let kind = kind_by_letter(&entry.name);
         if kind != SymbolKind::Variable {
             found.entry(entry.name.clone()).or_insert(kind);
         }
     }
-    let widths = Widths::new(program);
+    let widths = IntegerWidths::new(program);
     let pins: BTreeMap<&str, u32> = program.io.iter().rev().map(|e| (e.name.as_str(), e.pin)).collect();
-    let mut list: Vec<Symbol> = found
+    let mut list: Vec<LadderSymbol> = found
         .into_iter()
         .map(|(name, kind)| {
             let pin = pins.get(name.as_str()).copied().unwrap_or(0);
-            let bytes = if kind.is_bit() { 0 } else { widths.of(&name) };
-            Symbol { name, kind, pin, bytes }
+            let bytes = if kind.is_bit() { 0 } else { widths.bytes_of_symbol(&name) };
+            LadderSymbol { name, kind, pin, bytes }
         })
         .collect();
     list.sort_by(|a, b| (a.kind, &a.name).cmp(&(b.kind, &b.name)));
@@ -39,7 +39,7 @@ pub(crate) fn symbols(program: &Program) -> Vec<Symbol> {
 
 /// The kind that a name's first letter gives where only its spelling is known (contacts, coils, `IO LIST`).
 #[must_use]
-pub fn by_letter(name: &str) -> SymbolKind {
+pub fn kind_by_letter(name: &str) -> SymbolKind {
     match name.chars().next() {
         Some('X') => SymbolKind::Input,
         Some('Y') => SymbolKind::Output,
@@ -50,10 +50,10 @@ pub fn by_letter(name: &str) -> SymbolKind {
 }
 
 /// Calls `each` for every name that `element` reads or writes, with the kind that this use gives it.
-pub fn uses(element: &Element, each: &mut dyn FnMut(&str, SymbolKind)) {
+pub fn for_each_symbol_use(element: &Element, each: &mut dyn FnMut(&str, SymbolKind)) {
     use SymbolKind::{Adc, Counter, Timer, Variable};
-    let operand = |o: &Operand, each: &mut dyn FnMut(&str, SymbolKind)| {
-        if let Operand::Var(name) = o {
+    let operand = |o: &LadderOperand, each: &mut dyn FnMut(&str, SymbolKind)| {
+        if let LadderOperand::Var(name) = o {
             each(name, Variable);
         }
     };
@@ -65,7 +65,7 @@ pub fn uses(element: &Element, each: &mut dyn FnMut(&str, SymbolKind)) {
         | Element::MasterRelay
         | Element::Osr
         | Element::Osf => {}
-        Element::Contacts { name, .. } | Element::Coil { name, .. } => each(name, by_letter(name)),
+        Element::Contacts { name, .. } | Element::Coil { name, .. } => each(name, kind_by_letter(name)),
         Element::Timer { name, delay, adjust, .. } => {
             each(name, Timer);
             operand(delay, each);

@@ -2,27 +2,27 @@
 
 use std::fmt::Write;
 
-use diag::text::{Encoding, to_code_page};
+use diag::text::{TextEncoding, to_code_page};
 
-use crate::model::{CompareOp, CounterKind, Element, Format, MathOp, Node, Operand, Program, Settings, TimerKind};
+use crate::model::{CompareOp, CounterKind, Element, LdFormat, MathOp, RungNode, LadderOperand, LadderProgram, ProgramSettings, TimerKind};
 
 /// The program as `.ld` text, as LDmicro lays it out: reading it again gives an equal program but for the positions.
 ///
 /// The text equals what was read up to white space, blank lines and lines that start with `;`, except where the reader
 /// told LD018.
 #[must_use]
-pub fn write(program: &Program) -> String {
+pub fn write(program: &LadderProgram) -> String {
     let mut out = String::new();
     out.push_str(match program.format {
-        Format::V01 => "LDmicro0.1\n",
-        Format::V02 => "LDmicro0.2\n",
+        LdFormat::V01 => "LDmicro0.1\n",
+        LdFormat::V02 => "LDmicro0.2\n",
     });
-    settings(&mut out, &program.settings);
+    write_settings(&mut out, &program.settings);
     if let Some(lines) = &program.pull_ups {
-        list(&mut out, "PULL-UP LIST", lines.iter().map(String::as_str));
+        write_list(&mut out, "PULL-UP LIST", lines.iter().map(String::as_str));
     }
     if let Some(vars) = &program.vars {
-        list(&mut out, "VAR LIST", vars.iter().map(|v| v.text.as_str()));
+        write_list(&mut out, "VAR LIST", vars.iter().map(|v| v.text.as_str()));
     }
     let io: Vec<String> = program
         .io
@@ -32,11 +32,11 @@ pub fn write(program: &Program) -> String {
             Some((slave, address)) => format!("{} at {} {slave} {address}", e.name, e.pin),
         })
         .collect();
-    list(&mut out, "IO LIST", io.iter().map(String::as_str));
+    write_list(&mut out, "IO LIST", io.iter().map(String::as_str));
     out.push_str("\nPROGRAM\n");
     for rung in &program.rungs {
         out.push_str("RUNG\n");
-        series(&mut out, &rung.series, 1);
+        write_series(&mut out, &rung.series, 1);
         out.push_str("END\n");
     }
     out
@@ -45,11 +45,11 @@ pub fn write(program: &Program) -> String {
 /// The program as [`write`] has it, in the encoding in which it was read; in UTF-8 where it has characters now that the code page
 /// lacks.
 #[must_use]
-pub fn write_bytes(program: &Program, encoding: Encoding) -> Vec<u8> {
+pub fn write_bytes(program: &LadderProgram, encoding: TextEncoding) -> Vec<u8> {
     let text = write(program);
     match encoding {
-        Encoding::Bytes => to_code_page(&text).unwrap_or_else(|| text.into_bytes()),
-        Encoding::Utf8 => text.into_bytes(),
+        TextEncoding::Bytes => to_code_page(&text).unwrap_or_else(|| text.into_bytes()),
+        TextEncoding::Utf8 => text.into_bytes(),
     }
 }
 
@@ -58,11 +58,11 @@ pub fn write_bytes(program: &Program, encoding: Encoding) -> Vec<u8> {
 pub fn element_text(element: &Element) -> String {
     let mut out = String::new();
     // Writing to a String cannot fail.
-    let _ = line(&mut out, element);
+    let _ = write_element(&mut out, element);
     out
 }
 
-fn settings(out: &mut String, settings: &Settings) {
+fn write_settings(out: &mut String, settings: &ProgramSettings) {
     let mut setting = |name: &str, value: String, rest: &str| {
         let gap = if rest.is_empty() { "" } else { " " };
         let _ = writeln!(out, "{name}={value}{gap}{rest}");
@@ -83,7 +83,7 @@ fn settings(out: &mut String, settings: &Settings) {
     }
 }
 
-fn list<'a>(out: &mut String, name: &str, lines: impl Iterator<Item = &'a str>) {
+fn write_list<'a>(out: &mut String, name: &str, lines: impl Iterator<Item = &'a str>) {
     let _ = writeln!(out, "\n{name}");
     for line in lines {
         let _ = writeln!(out, "    {line}");
@@ -91,21 +91,21 @@ fn list<'a>(out: &mut String, name: &str, lines: impl Iterator<Item = &'a str>) 
     out.push_str("END\n");
 }
 
-fn series(out: &mut String, nodes: &[Node], depth: usize) {
+fn write_series(out: &mut String, nodes: &[RungNode], depth: usize) {
     let indent = "    ".repeat(depth);
     for node in nodes {
         match node {
-            Node::Leaf(element, _) => {
+            RungNode::Leaf(element, _) => {
                 let _ = writeln!(out, "{indent}{}", element_text(element));
             }
-            Node::Parallel(branches, _) => {
+            RungNode::Parallel(branches, _) => {
                 let _ = writeln!(out, "{indent}PARALLEL");
                 for branch in branches {
-                    if let [Node::Leaf(..)] = branch.as_slice() {
-                        series(out, branch, depth + 1);
+                    if let [RungNode::Leaf(..)] = branch.as_slice() {
+                        write_series(out, branch, depth + 1);
                     } else {
                         let _ = writeln!(out, "{indent}    SERIES");
-                        series(out, branch, depth + 2);
+                        write_series(out, branch, depth + 2);
                         let _ = writeln!(out, "{indent}    END");
                     }
                 }
@@ -115,7 +115,7 @@ fn series(out: &mut String, nodes: &[Node], depth: usize) {
     }
 }
 
-fn line(out: &mut String, element: &Element) -> std::fmt::Result {
+fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
     match element {
         Element::Comment(text) if text.is_empty() => write!(out, "COMMENT"),
         Element::Comment(text) => {
@@ -136,28 +136,28 @@ fn line(out: &mut String, element: &Element) -> std::fmt::Result {
         Element::Osr => write!(out, "OSR"),
         Element::Osf => write!(out, "OSF"),
         Element::Timer { kind, name, delay, adjust } => {
-            write!(out, "{} {name} {}", timer(*kind), operand(delay))?;
-            adjust.iter().try_for_each(|a| write!(out, " {}", operand(a)))
+            write!(out, "{} {name} {}", timer_keyword(*kind), operand_text(delay))?;
+            adjust.iter().try_for_each(|a| write!(out, " {}", operand_text(a)))
         }
         Element::Counter { kind, name, max, init, input } => {
-            write!(out, "{} {name} {}", counter(*kind), operand(max))?;
-            init.iter().try_for_each(|i| write!(out, " {}", operand(i)))?;
+            write!(out, "{} {name} {}", counter_keyword(*kind), operand_text(max))?;
+            init.iter().try_for_each(|i| write!(out, " {}", operand_text(i)))?;
             input.iter().try_for_each(|k| write!(out, " {k}"))
         }
         Element::Res { name } => write!(out, "RES {name}"),
-        Element::Move { dest, src } => write!(out, "MOVE {dest} {}", operand(src)),
+        Element::Move { dest, src } => write!(out, "MOVE {dest} {}", operand_text(src)),
         Element::Math { op, dest, op1, op2 } => {
-            write!(out, "{} {dest} {} {}", math(*op), operand(op1), operand(op2))
+            write!(out, "{} {dest} {} {}", math_keyword(*op), operand_text(op1), operand_text(op2))
         }
-        Element::Compare { op, op1, op2 } => write!(out, "{} {} {}", compare(*op), operand(op1), operand(op2)),
+        Element::Compare { op, op1, op2 } => write!(out, "{} {} {}", compare_keyword(*op), operand_text(op1), operand_text(op2)),
         Element::ShiftRegister { name, stages } => write!(out, "SHIFT_REGISTER {name} {stages}"),
         Element::LookUpTable { dest, index, as_string, values } => {
             let flag = u8::from(*as_string);
-            write!(out, "LOOK_UP_TABLE {dest} {} {} {flag}", operand(index), values.len())?;
+            write!(out, "LOOK_UP_TABLE {dest} {} {} {flag}", operand_text(index), values.len())?;
             values.iter().try_for_each(|v| write!(out, " {v}"))
         }
         Element::PiecewiseLinear { dest, index, points } => {
-            write!(out, "PIECEWISE_LINEAR {dest} {} {}", operand(index), points.len())?;
+            write!(out, "PIECEWISE_LINEAR {dest} {} {}", operand_text(index), points.len())?;
             points.iter().try_for_each(|(x, y)| write!(out, " {x} {y}"))
         }
         Element::ReadAdc { name, refs } => {
@@ -165,11 +165,11 @@ fn line(out: &mut String, element: &Element) -> std::fmt::Result {
             refs.iter().try_for_each(|r| write!(out, " {r}"))
         }
         Element::SetPwm { duty, hertz, output } => {
-            write!(out, "SET_PWM {} {}", operand(duty), operand(hertz))?;
+            write!(out, "SET_PWM {} {}", operand_text(duty), operand_text(hertz))?;
             output.iter().try_for_each(|(name, resolution)| write!(out, " {name} {resolution}"))
         }
-        Element::UartRecv { name, rest } => uart(out, "UART_RECV", name, rest.as_ref()),
-        Element::UartSend { name, rest } => uart(out, "UART_SEND", name, rest.as_ref()),
+        Element::UartRecv { name, rest } => write_uart(out, "UART_RECV", name, rest.as_ref()),
+        Element::UartSend { name, rest } => write_uart(out, "UART_SEND", name, rest.as_ref()),
         Element::Persist { name } => write!(out, "PERSIST {name}"),
         Element::FormattedString { var, text, quoted } => {
             write!(out, "FORMATTED_STRING {}", var.as_deref().unwrap_or("(none)"))?;
@@ -182,20 +182,20 @@ fn line(out: &mut String, element: &Element) -> std::fmt::Result {
     }
 }
 
-fn uart(out: &mut String, keyword: &str, name: &str, rest: Option<&(u32, u32)>) -> std::fmt::Result {
+fn write_uart(out: &mut String, keyword: &str, name: &str, rest: Option<&(u32, u32)>) -> std::fmt::Result {
     write!(out, "{keyword} {name}")?;
     rest.iter().try_for_each(|(bytes, wait)| write!(out, " {bytes} {wait}"))
 }
 
 /// The operand as it was written.
-pub(crate) fn operand(operand: &Operand) -> &str {
+pub(crate) fn operand_text(operand: &LadderOperand) -> &str {
     match operand {
-        Operand::Var(name) => name,
-        Operand::Const { text, .. } => text,
+        LadderOperand::Var(name) => name,
+        LadderOperand::Const { text, .. } => text,
     }
 }
 
-pub(crate) const fn timer(kind: TimerKind) -> &'static str {
+pub(crate) const fn timer_keyword(kind: TimerKind) -> &'static str {
     match kind {
         TimerKind::Ton => "TON",
         TimerKind::Tof => "TOF",
@@ -203,7 +203,7 @@ pub(crate) const fn timer(kind: TimerKind) -> &'static str {
     }
 }
 
-pub(crate) const fn counter(kind: CounterKind) -> &'static str {
+pub(crate) const fn counter_keyword(kind: CounterKind) -> &'static str {
     match kind {
         CounterKind::Ctu => "CTU",
         CounterKind::Ctd => "CTD",
@@ -211,7 +211,7 @@ pub(crate) const fn counter(kind: CounterKind) -> &'static str {
     }
 }
 
-pub(crate) const fn math(op: MathOp) -> &'static str {
+pub(crate) const fn math_keyword(op: MathOp) -> &'static str {
     match op {
         MathOp::Add => "ADD",
         MathOp::Sub => "SUB",
@@ -220,7 +220,7 @@ pub(crate) const fn math(op: MathOp) -> &'static str {
     }
 }
 
-const fn compare(op: CompareOp) -> &'static str {
+const fn compare_keyword(op: CompareOp) -> &'static str {
     match op {
         CompareOp::Equ => "EQU",
         CompareOp::Neq => "NEQ",

@@ -5,37 +5,37 @@ use std::sync::Arc;
 
 use diag::{Diagnostic, Pos, Severity, nearest};
 
-use crate::codes::{NO_LEVEL, NO_NAME, NO_STEP, NO_TIME, NO_VALUE, NOT_HERE, OTHER};
-use crate::model::{Assign, Compare, Cond, Every, Named, Scenario, Step, Value, Verb, When};
-use crate::ops::{Act, Check, Checks, Info, Line, Op, Piece, Put};
-use crate::time::{Span, shown};
-use crate::world::{Input, Output, Site};
+use crate::codes::{IMPOSSIBLE_VALUE, UNKNOWN_NAME, WRONG_STEP, NOT_A_TIME, WRONG_VALUE, UNSUPPORTED_STEP, OTHER_PROGRAM_OR_CHIP};
+use crate::model::{Assignment, Comparison, ConditionList, Repetition, LocatedText, Scenario, ScenarioStep, ScenarioValue, StepAction, StepTime};
+use crate::play_ops::{PlayAction, OutputCheck, OutputChecks, StepInfo, PlayLine, PlayOp, LogPiece, InputWrite};
+use crate::time::{TimeSpan, message_text};
+use crate::world::{ScenarioInput, ScenarioOutput, NameResolver};
 
 /// Steps of a ramp, unless its `grain` says otherwise, and at most.
 const RAMP_STEPS: u64 = 100;
 const MAX_RAMP_STEPS: u64 = 10_000;
 
 /// When a scenario ends that says nothing of it.
-const LIMIT: &str = "60s";
+const DEFAULT_LIMIT: &str = "60s";
 
 /// A scenario on one machine, ready to be played.
 #[derive(Debug)]
-pub struct Bound {
+pub struct BoundScenario {
     pub(crate) file: String,
-    pub(crate) lines: Vec<Line>,
-    pub(crate) steps: Vec<Info>,
+    pub(crate) lines: Vec<PlayLine>,
+    pub(crate) steps: Vec<StepInfo>,
     /// What is toggled somewhere: the inputs that make it 0 and 1.
-    pub(crate) bits: Vec<[Input; 2]>,
+    pub(crate) toggled_inputs: Vec<[ScenarioInput; 2]>,
     /// Of those the ones whose level more than one step goes by or gives.
-    pub(crate) shared: Vec<bool>,
+    pub(crate) shared_bits: Vec<bool>,
     pub(crate) limit: u64,
     /// Bytes are sent in it.
-    pub sends: bool,
+    pub has_send_step: bool,
     /// Bits per second of what is sent, where it says so.
     pub baud: Option<u64>,
 }
 
-impl Bound {
+impl BoundScenario {
     /// Steps, those of repetitions once.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -50,25 +50,25 @@ impl Bound {
 
     /// Machine cycles that a run needs to come to its limit, where a cycle is so many ticks.
     #[must_use]
-    pub fn cycles(&self, ticks: u32) -> u64 {
+    pub fn max_cycles(&self, ticks: u32) -> u64 {
         // The limit itself is the scenario's to see.
         (self.limit / u64::from(ticks.max(1))).saturating_add(1 << 16)
     }
 
     /// More than one step goes by, or gives, the level of a bit that this one changes, of those that toggle.
-    pub(crate) fn shares(&self, act: &Act) -> bool {
-        act.bits().any(|bit| self.shared.get(bit) == Some(&true))
+    pub(crate) fn acts_on_shared_bit(&self, act: &PlayAction) -> bool {
+        act.toggled_bits().any(|bit| self.shared_bits.get(bit) == Some(&true))
     }
 
     /// The same of a single value.
-    pub(crate) fn shares_bit(&self, put: &Put) -> bool {
-        put.level.is_some_and(|(bit, _)| self.shared.get(bit) == Some(&true))
+    pub(crate) fn writes_shared_bit(&self, put: &InputWrite) -> bool {
+        put.level.is_some_and(|(bit, _)| self.shared_bits.get(bit) == Some(&true))
     }
 
     /// Ends at this tick at the latest, whatever the file says.
     #[must_use]
-    pub fn limited(self, limit: Option<u64>) -> Bound {
-        Bound { limit: limit.unwrap_or(self.limit), ..self }
+    pub fn with_limit(self, limit: Option<u64>) -> BoundScenario {
+        BoundScenario { limit: limit.unwrap_or(self.limit), ..self }
     }
 }
 
@@ -78,11 +78,11 @@ impl Bound {
 /// Everything that does not fit the machine.
 pub fn bind(
     scenario: &Scenario,
-    site: &mut dyn Site,
+    site: &mut dyn NameResolver,
     program: Option<&str>,
     mcu: Option<&str>,
-) -> Result<Bound, Vec<Diagnostic>> {
-    let mut binder = Binder {
+) -> Result<BoundScenario, Vec<Diagnostic>> {
+    let mut binder = ScenarioBinder {
         site,
         file: &scenario.file,
         faults: Vec::new(),
@@ -92,67 +92,67 @@ pub fn bind(
         names: HashMap::new(),
         sends: false,
     };
-    binder.meant("program", scenario.program.as_ref(), program);
-    binder.meant("mcu", scenario.mcu.as_ref(), mcu);
+    binder.check_target("program", scenario.program.as_ref(), program);
+    binder.check_target("mcu", scenario.mcu.as_ref(), mcu);
     if let Some((baud, pos)) = scenario.baud
-        && let Err(cause) = binder.site.rate(baud)
+        && let Err(cause) = binder.site.check_baud_rate(baud)
     {
-        binder.fault(NO_VALUE, pos, cause, "as in baud = 9600");
+        binder.report(WRONG_VALUE, pos, cause, "as in baud = 9600");
     }
     // Before any step is read, so that what is set anywhere is known to what toggles.
-    binder.toggled(&scenario.steps);
-    let usual = Span::read(LIMIT, Pos::default()).ok();
-    let limit = scenario.limit.as_ref().or(usual.as_ref()).map_or(0, |span| binder.ticks(span));
+    binder.collect_toggled(&scenario.steps);
+    let usual = TimeSpan::parse(DEFAULT_LIMIT, Pos::default()).ok();
+    let limit = scenario.limit.as_ref().or(usual.as_ref()).map_or(0, |span| binder.to_ticks(span));
     for step in &scenario.steps {
-        binder.step(step);
+        binder.bind_step(step);
     }
-    let Binder { mut faults, lines, steps, bits, sends, .. } = binder;
+    let ScenarioBinder { mut faults, lines, steps, bits, sends, .. } = binder;
     if faults.is_empty() {
         let baud = scenario.baud.map(|baud| baud.0);
-        let shared = shared(&lines, bits.len());
-        return Ok(Bound { file: scenario.file.clone(), lines, steps, bits, shared, limit, sends, baud });
+        let shared = find_shared_bits(&lines, bits.len());
+        return Ok(BoundScenario { file: scenario.file.clone(), lines, steps, toggled_inputs: bits, shared_bits: shared, limit, has_send_step: sends, baud });
     }
     faults.sort_by_key(|fault| fault.pos);
     faults.dedup();
     Err(faults)
 }
 
-struct Binder<'s> {
-    site: &'s mut dyn Site,
+struct ScenarioBinder<'s> {
+    site: &'s mut dyn NameResolver,
     file: &'s str,
     faults: Vec<Diagnostic>,
-    lines: Vec<Line>,
-    steps: Vec<Info>,
-    bits: Vec<[Input; 2]>,
+    lines: Vec<PlayLine>,
+    steps: Vec<StepInfo>,
+    bits: Vec<[ScenarioInput; 2]>,
     /// Numbers of what is toggled, by name.
     names: HashMap<String, usize>,
     sends: bool,
 }
 
-impl Binder<'_> {
-    fn fault(&mut self, code: &'static str, pos: Pos, cause: String, hint: &str) {
+impl ScenarioBinder<'_> {
+    fn report(&mut self, code: &'static str, pos: Pos, cause: String, hint: &str) {
         self.faults.push(Diagnostic::new(Severity::Error, code, self.file, pos, cause, hint));
     }
 
     /// What a scenario says that it is for, and what it is given to.
-    fn meant(&mut self, key: &str, wanted: Option<&Named>, found: Option<&str>) {
+    fn check_target(&mut self, key: &str, wanted: Option<&LocatedText>, found: Option<&str>) {
         let (Some(wanted), Some(found)) = (wanted, found) else { return };
         let last = |name: &str| name.rsplit(['/', '\\']).next().unwrap_or(name).to_ascii_lowercase();
         if last(&wanted.text) != last(found) {
-            let cause = format!("this scenario is for {}, not for {}", shown(&wanted.text), shown(found));
+            let cause = format!("this scenario is for {}, not for {}", message_text(&wanted.text), message_text(found));
             let hint =
-                format!("give it to {}, or remove the line `{key} =` if it is meant for both", shown(&wanted.text));
-            self.fault(OTHER, wanted.pos, cause, &hint);
+                format!("give it to {}, or remove the line `{key} =` if it is meant for both", message_text(&wanted.text));
+            self.report(OTHER_PROGRAM_OR_CHIP, wanted.pos, cause, &hint);
         }
     }
 
-    fn toggled(&mut self, steps: &[Step]) {
+    fn collect_toggled(&mut self, steps: &[ScenarioStep]) {
         for step in steps {
-            match &step.verb {
-                Verb::Toggle(names) => {
+            match &step.action {
+                StepAction::Toggle(names) => {
                     for name in names {
-                        let both = [0, 1].map(|bit| self.input(name, &Value::Number(bit), name.pos));
-                        let same = self.site.same(&name.text);
+                        let both = [0, 1].map(|bit| self.resolve_input(name, &ScenarioValue::Number(bit), name.pos));
+                        let same = self.site.canonical_name(&name.text);
                         if let [Some(zero), Some(one)] = both
                             && !self.names.contains_key(&same)
                         {
@@ -161,201 +161,201 @@ impl Binder<'_> {
                         }
                     }
                 }
-                Verb::Repeat(_, steps) => self.toggled(steps),
+                StepAction::Repeat(_, steps) => self.collect_toggled(steps),
                 _ => {}
             }
         }
     }
 
-    fn ticks(&mut self, span: &Span) -> u64 {
-        self.site.scale().ticks(span).unwrap_or_else(|(cause, hint)| {
-            self.fault(NO_TIME, span.pos, cause, hint);
+    fn to_ticks(&mut self, span: &TimeSpan) -> u64 {
+        self.site.time_scale().ticks(span).unwrap_or_else(|(cause, hint)| {
+            self.report(NOT_A_TIME, span.pos, cause, hint);
             0
         })
     }
 
-    fn input(&mut self, name: &Named, value: &Value, pos: Pos) -> Option<Input> {
-        match self.site.input(&name.text, value) {
+    fn resolve_input(&mut self, name: &LocatedText, value: &ScenarioValue, pos: Pos) -> Option<ScenarioInput> {
+        match self.site.resolve_input(&name.text, value) {
             Ok(input) => Some(input),
             Err((cause, true)) => {
-                self.no_name(name, cause);
+                self.report_unknown_name(name, cause);
                 None
             }
             Err((cause, false)) => {
-                self.fault(NO_LEVEL, pos, cause, "docs/scenario.md lists what can be given");
+                self.report(IMPOSSIBLE_VALUE, pos, cause, "docs/scenario.md lists what can be given");
                 None
             }
         }
     }
 
-    fn no_name(&mut self, name: &Named, cause: String) {
-        let names = self.site.names();
+    fn report_unknown_name(&mut self, name: &LocatedText, cause: String) {
+        let names = self.site.known_names();
         let near = nearest(&name.text, names.iter().map(String::as_str)).filter(|near| *near != name.text);
         let hint = near.map_or_else(|| "mend the name".to_owned(), |near| format!("did you mean `{near}`?"));
-        self.fault(NO_NAME, name.pos, cause, &hint);
+        self.report(UNKNOWN_NAME, name.pos, cause, &hint);
     }
 
     /// The number of what is toggled somewhere.
-    fn bit(&self, name: &Named) -> Option<usize> {
-        self.names.get(&self.site.same(&name.text)).copied()
+    fn toggled_bit(&self, name: &LocatedText) -> Option<usize> {
+        self.names.get(&self.site.canonical_name(&name.text)).copied()
     }
 
-    fn puts(&mut self, assigns: &[Assign]) -> Vec<Put> {
-        let puts = assigns.iter().filter_map(|assign| self.put(&assign.name, &assign.value, assign.pos));
+    fn bind_writes(&mut self, assigns: &[Assignment]) -> Vec<InputWrite> {
+        let puts = assigns.iter().filter_map(|assign| self.bind_write(&assign.name, &assign.value, assign.pos));
         puts.collect()
     }
 
-    fn put(&mut self, name: &Named, value: &Value, pos: Pos) -> Option<Put> {
-        let input = self.input(name, value, pos)?;
-        let bit = self.bit(name);
+    fn bind_write(&mut self, name: &LocatedText, value: &ScenarioValue, pos: Pos) -> Option<InputWrite> {
+        let input = self.resolve_input(name, value, pos)?;
+        let bit = self.toggled_bit(name);
         let level = match value {
-            Value::Number(level @ (0 | 1)) => bit.map(|bit| (bit, *level == 1)),
-            Value::Text(text) => {
+            ScenarioValue::Number(level @ (0 | 1)) => bit.map(|bit| (bit, *level == 1)),
+            ScenarioValue::Text(text) => {
                 let level = ["0", "1"].iter().position(|level| text.trim() == *level);
                 bit.zip(level).map(|(bit, level)| (bit, level == 1))
             }
             _ => None,
         };
-        Some(Put { input, level })
+        Some(InputWrite { input, level })
     }
 
-    fn checks(&mut self, cond: &Cond) -> Checks {
+    fn bind_checks(&mut self, cond: &ConditionList) -> OutputChecks {
         let mut checks = Vec::new();
         for test in cond {
-            match self.site.output(&test.name.text) {
+            match self.site.resolve_output(&test.name.text) {
                 Ok(output) => {
-                    if !can_be(output, test.compare) {
+                    if !is_possible(output, test.comparison) {
                         let (low, high) = output.range;
-                        let or = if output.floats { ", or z" } else { "" };
-                        let what = condition(&shown(&test.name.text), &shown(&test.text));
+                        let or = if output.can_float { ", or z" } else { "" };
+                        let what = condition_text(&message_text(&test.name.text), &message_text(&test.text));
                         let cause = format!("`{what}` never holds: its values are {low} to {high}{or}");
-                        self.fault(NO_LEVEL, test.pos, cause, "mend the value");
+                        self.report(IMPOSSIBLE_VALUE, test.pos, cause, "mend the value");
                     }
-                    checks.push(Check {
+                    checks.push(OutputCheck {
                         output: output.id,
-                        compare: test.compare,
+                        compare: test.comparison,
                         name: test.name.text.clone(),
                         wanted: test.text.clone(),
                     });
                 }
-                Err(cause) => self.no_name(&test.name, cause),
+                Err(cause) => self.report_unknown_name(&test.name, cause),
             }
         }
         checks.into()
     }
 
     /// Refuses a step for the reason that the machine gives.
-    fn needs(&mut self, pos: Pos, can: Result<(), String>, hint: &str) {
+    fn require(&mut self, pos: Pos, can: Result<(), String>, hint: &str) {
         if let Err(cause) = can {
-            self.fault(NOT_HERE, pos, cause, hint);
+            self.report(UNSUPPORTED_STEP, pos, cause, hint);
         }
     }
 
-    fn line(&mut self, op: Op, step: usize) {
-        self.lines.push(Line { op, step });
+    fn push_op(&mut self, op: PlayOp, step: usize) {
+        self.lines.push(PlayLine { op, step });
     }
 
-    fn step(&mut self, step: &Step) {
-        let text = step.name.clone().unwrap_or_else(|| words(&step.verb));
+    fn bind_step(&mut self, step: &ScenarioStep) {
+        let text = step.name.clone().unwrap_or_else(|| step_text(&step.action));
         let number = self.steps.len();
-        self.steps.push(Info { pos: step.pos, text });
-        match &step.when {
-            When::Next => {}
-            When::At(span) => {
-                let ticks = self.ticks(span);
-                self.line(Op::At(ticks), number);
+        self.steps.push(StepInfo { pos: step.pos, text });
+        match &step.time {
+            StepTime::Immediately => {}
+            StepTime::At(span) => {
+                let ticks = self.to_ticks(span);
+                self.push_op(PlayOp::At(ticks), number);
             }
-            When::After(span) => {
-                let ticks = self.ticks(span);
-                self.line(Op::After(ticks), number);
+            StepTime::AfterPrevious(span) => {
+                let ticks = self.to_ticks(span);
+                self.push_op(PlayOp::After(ticks), number);
             }
         }
-        let act = match &step.verb {
-            Verb::Pause => return,
-            Verb::Set(assigns) => Act::Put(self.puts(assigns)),
-            Verb::Pulse(assigns, length) => {
-                let after = self.ticks(length).max(1);
-                let back = assigns.iter().map(|assign| Assign {
-                    value: Value::Number(i64::from(assign.value == Value::Number(0))),
+        let act = match &step.action {
+            StepAction::Pause => return,
+            StepAction::Set(assigns) => PlayAction::Write(self.bind_writes(assigns)),
+            StepAction::Pulse(assigns, length) => {
+                let after = self.to_ticks(length).max(1);
+                let back = assigns.iter().map(|assign| Assignment {
+                    value: ScenarioValue::Number(i64::from(assign.value == ScenarioValue::Number(0))),
                     ..assign.clone()
                 });
-                let (there, back) = (self.puts(assigns), self.puts(&back.collect::<Vec<_>>()));
-                Act::Series(Arc::new([(0, there), (after, back)]))
+                let (there, back) = (self.bind_writes(assigns), self.bind_writes(&back.collect::<Vec<_>>()));
+                PlayAction::Ramp(Arc::new([(0, there), (after, back)]))
             }
-            Verb::Toggle(names) => Act::Toggle(names.iter().filter_map(|name| self.bit(name)).collect()),
-            Verb::Ramp { what, over, grain } => Act::Series(self.ramp(what, over, grain.as_ref())),
-            Verb::Send(bytes) => {
+            StepAction::Toggle(names) => PlayAction::Toggle(names.iter().filter_map(|name| self.toggled_bit(name)).collect()),
+            StepAction::Ramp { targets: what, over, grain } => PlayAction::Ramp(self.bind_ramp(what, over, grain.as_ref())),
+            StepAction::Send(bytes) => {
                 self.sends = true;
-                let can = self.site.sends();
-                self.needs(bytes.pos, can, "send bytes only where they can be received");
-                Act::Send(bytes.bytes.clone())
+                let can = self.site.check_can_send();
+                self.require(bytes.pos, can, "send bytes only where they can be received");
+                PlayAction::Send(bytes.bytes.clone())
             }
-            Verb::Expect(cond, None) => Act::Check(self.checks(cond)),
-            Verb::Log(text) => Act::Log(self.pieces(text)),
-            Verb::Snapshot(file) => {
-                let can = self.site.snapshots();
-                self.needs(step.pos, can, "remove the step, or play it with `emu run`");
-                Act::Snapshot(file.text.clone())
+            StepAction::Expect(cond, None) => PlayAction::Check(self.bind_checks(cond)),
+            StepAction::Log(text) => PlayAction::Log(self.log_pieces(text)),
+            StepAction::Snapshot(file) => {
+                let can = self.site.check_can_snapshot();
+                self.require(step.pos, can, "remove the step, or play it with `emu run`");
+                PlayAction::Snapshot(file.text.clone())
             }
-            Verb::PowerCycle => {
-                let can = self.site.power_cycles();
-                self.needs(step.pos, can, "remove the step");
-                Act::Power
+            StepAction::PowerCycle => {
+                let can = self.site.check_can_power_cycle();
+                self.require(step.pos, can, "remove the step");
+                PlayAction::Power
             }
-            Verb::Expect(cond, Some(window)) => return self.guard(cond, true, Some(window), step.pos, number),
-            Verb::Never(cond, window) => return self.guard(cond, false, window.as_ref(), step.pos, number),
-            Verb::ExpectUart(bytes, within) => {
-                let can = self.site.receives();
-                self.needs(bytes.pos, can, "expect bytes only where some are sent");
-                let within = within.as_ref().map(|span| self.ticks(span));
-                return self.line(Op::Hear(bytes.bytes.clone(), within), number);
+            StepAction::Expect(cond, Some(window)) => return self.bind_guard(cond, true, Some(window), step.pos, number),
+            StepAction::Never(cond, window) => return self.bind_guard(cond, false, window.as_ref(), step.pos, number),
+            StepAction::ExpectUart(bytes, within) => {
+                let can = self.site.check_can_receive();
+                self.require(bytes.pos, can, "expect bytes only where some are sent");
+                let within = within.as_ref().map(|span| self.to_ticks(span));
+                return self.push_op(PlayOp::ExpectBytes(bytes.bytes.clone(), within), number);
             }
-            Verb::Wait(cond, within) => {
-                let checks = self.checks(cond);
-                let within = within.as_ref().map(|span| self.ticks(span));
-                return self.line(Op::Wait(checks, within), number);
+            StepAction::Wait(cond, within) => {
+                let checks = self.bind_checks(cond);
+                let within = within.as_ref().map(|span| self.to_ticks(span));
+                return self.push_op(PlayOp::Wait(checks, within), number);
             }
-            Verb::Repeat(rounds, steps) => {
-                self.line(Op::Repeat(*rounds), number);
-                steps.iter().for_each(|step| self.step(step));
-                return self.line(Op::Again, number);
-            }
-        };
-        let op = match &step.every {
-            None => Op::Do(act),
-            Some(Every { period, times, until }) => {
-                let (period, until) = (self.ticks(period).max(1), until.as_ref().map(|span| self.ticks(span)));
-                Op::Every { period, times: *times, until, act }
+            StepAction::Repeat(rounds, steps) => {
+                self.push_op(PlayOp::Repeat(*rounds), number);
+                steps.iter().for_each(|step| self.bind_step(step));
+                return self.push_op(PlayOp::RepeatEnd, number);
             }
         };
-        self.line(op, number);
+        let op = match &step.repetition {
+            None => PlayOp::Do(act),
+            Some(Repetition { period, times, until }) => {
+                let (period, until) = (self.to_ticks(period).max(1), until.as_ref().map(|span| self.to_ticks(span)));
+                PlayOp::Every { period, times: *times, until, act }
+            }
+        };
+        self.push_op(op, number);
     }
 
-    fn guard(&mut self, cond: &Cond, wanted: bool, window: Option<&(Span, Span)>, pos: Pos, step: usize) {
-        let checks = self.checks(cond);
-        let window = window.map(|(from, to)| (self.ticks(from), self.ticks(to)));
+    fn bind_guard(&mut self, cond: &ConditionList, wanted: bool, window: Option<&(TimeSpan, TimeSpan)>, pos: Pos, step: usize) {
+        let checks = self.bind_checks(cond);
+        let window = window.map(|(from, to)| (self.to_ticks(from), self.to_ticks(to)));
         if window.is_some_and(|(from, to)| from > to) {
             let hint = "give the earlier time first";
-            self.fault(NO_STEP, pos, "`between` ends before it begins".to_owned(), hint);
+            self.report(WRONG_STEP, pos, "`between` ends before it begins".to_owned(), hint);
         }
-        self.line(Op::Guard { checks, wanted, window }, step);
+        self.push_op(PlayOp::Guard { checks, wanted, window }, step);
     }
 
-    fn ramp(
+    fn bind_ramp(
         &mut self,
-        what: &[(Named, Value, Value, Pos)],
-        over: &Span,
-        grain: Option<&Span>,
-    ) -> Arc<[(u64, Vec<Put>)]> {
-        let whole = self.ticks(over);
+        what: &[(LocatedText, ScenarioValue, ScenarioValue, Pos)],
+        over: &TimeSpan,
+        grain: Option<&TimeSpan>,
+    ) -> Arc<[(u64, Vec<InputWrite>)]> {
+        let whole = self.to_ticks(over);
         let grain = match grain {
             None => whole.div_ceil(RAMP_STEPS).max(1),
             Some(span) => {
-                let ticks = self.ticks(span).max(1);
+                let ticks = self.to_ticks(span).max(1);
                 if whole.div_ceil(ticks) > MAX_RAMP_STEPS {
                     let cause =
-                        format!("a ramp has at most {MAX_RAMP_STEPS} steps, one by `{}` has more", shown(&span.text));
-                    self.fault(NO_STEP, span.pos, cause, "give a longer `grain`, or a shorter `over`");
+                        format!("a ramp has at most {MAX_RAMP_STEPS} steps, one by `{}` has more", message_text(&span.text));
+                    self.report(WRONG_STEP, span.pos, cause, "give a longer `grain`, or a shorter `over`");
                     return Arc::new([]);
                 }
                 ticks
@@ -363,26 +363,26 @@ impl Binder<'_> {
         };
         let mut at: Vec<u64> = (0..whole).step_by(usize::try_from(grain).unwrap_or(usize::MAX)).collect();
         at.push(whole);
-        let mut series: Vec<(u64, Vec<Put>)> = at.into_iter().map(|at| (at, Vec::new())).collect();
+        let mut series: Vec<(u64, Vec<InputWrite>)> = at.into_iter().map(|at| (at, Vec::new())).collect();
         for (name, from, to, pos) in what {
-            let (Some((from, unit)), Some((to, other))) = (scaled(from), scaled(to)) else {
+            let (Some((from, unit)), Some((to, other))) = (parse_scaled(from), parse_scaled(to)) else {
                 let hint = "as in [0, 1023] or [\"0V\", \"5V\"]";
-                self.fault(NO_LEVEL, *pos, format!("`{}` cannot go from {from} to {to}", shown(&name.text)), hint);
+                self.report(IMPOSSIBLE_VALUE, *pos, format!("`{}` cannot go from {from} to {to}", message_text(&name.text)), hint);
                 continue;
             };
             if unit != other {
                 let hint = "give both with the same unit";
-                self.fault(NO_LEVEL, *pos, "a ramp from one unit to another".to_owned(), hint);
+                self.report(IMPOSSIBLE_VALUE, *pos, "a ramp from one unit to another".to_owned(), hint);
                 continue;
             }
             for (at, puts) in &mut series {
                 let part = i128::from(to - from) * i128::from(*at) / i128::from(whole.max(1));
                 let value = if whole == 0 { to } else { from + part as i64 };
                 let value = match unit {
-                    "" => Value::Number(value),
-                    unit => Value::Text(format!("{value}{unit}")),
+                    "" => ScenarioValue::Number(value),
+                    unit => ScenarioValue::Text(format!("{value}{unit}")),
                 };
-                let Some(put) = self.put(name, &value, *pos) else { break };
+                let Some(put) = self.bind_write(name, &value, *pos) else { break };
                 puts.push(put);
             }
         }
@@ -390,52 +390,52 @@ impl Binder<'_> {
     }
 
     /// The pieces of a line: text, and values of what stands in braces.
-    fn pieces(&mut self, text: &Named) -> Vec<Piece> {
+    fn log_pieces(&mut self, text: &LocatedText) -> Vec<LogPiece> {
         let mut pieces = Vec::new();
         let mut rest = text.text.as_str();
         while let Some((before, (name, after))) =
             rest.split_once('{').and_then(|(before, rest)| Some((before, rest.split_once('}')?)))
         {
-            pieces.push(Piece::Text(before.to_owned()));
-            match self.site.output(name) {
-                Ok(output) => pieces.push(Piece::Value(output.id)),
-                Err(cause) => self.no_name(&Named { text: name.to_owned(), pos: text.pos }, cause),
+            pieces.push(LogPiece::Text(before.to_owned()));
+            match self.site.resolve_output(name) {
+                Ok(output) => pieces.push(LogPiece::Value(output.id)),
+                Err(cause) => self.report_unknown_name(&LocatedText { text: name.to_owned(), pos: text.pos }, cause),
             }
             rest = after;
         }
-        pieces.push(Piece::Text(rest.to_owned()));
+        pieces.push(LogPiece::Text(rest.to_owned()));
         pieces
     }
 }
 
 /// Of so many toggled bits those of which more than one step goes by the level, or gives it.
-fn shared(lines: &[Line], bits: usize) -> Vec<bool> {
+fn find_shared_bits(lines: &[PlayLine], bits: usize) -> Vec<bool> {
     let mut steps: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); bits];
     for line in lines {
-        if let Op::Do(act) | Op::Every { act, .. } = &line.op {
-            act.bits().for_each(|bit| steps.get_mut(bit).into_iter().for_each(|steps| _ = steps.insert(line.step)));
+        if let PlayOp::Do(act) | PlayOp::Every { act, .. } = &line.op {
+            act.toggled_bits().for_each(|bit| steps.get_mut(bit).into_iter().for_each(|steps| _ = steps.insert(line.step)));
         }
     }
     steps.iter().map(|steps| steps.len() > 1).collect()
 }
 
 /// Something may be as a condition wants it.
-fn can_be(output: Output, compare: Compare) -> bool {
+fn is_possible(output: ScenarioOutput, compare: Comparison) -> bool {
     let (low, high) = output.range;
     match compare {
-        Compare::Floating => output.floats,
-        Compare::Is(wanted) => (low..=high).contains(&wanted),
-        Compare::Not(_) => true,
-        Compare::Within(from, to) => from <= high && to >= low,
+        Comparison::Floating => output.can_float,
+        Comparison::Equal(wanted) => (low..=high).contains(&wanted),
+        Comparison::NotEqual(_) => true,
+        Comparison::Within(from, to) => from <= high && to >= low,
     }
 }
 
 /// A number and its unit; voltages in millivolts.
-fn scaled(value: &Value) -> Option<(i64, &'static str)> {
+fn parse_scaled(value: &ScenarioValue) -> Option<(i64, &'static str)> {
     let text = match value {
-        Value::Number(number) if number.unsigned_abs() < 1 << 40 => return Some((*number, "")),
-        Value::Number(_) => return None,
-        Value::Text(text) => text.trim(),
+        ScenarioValue::Number(number) if number.unsigned_abs() < 1 << 40 => return Some((*number, "")),
+        ScenarioValue::Number(_) => return None,
+        ScenarioValue::Text(text) => text.trim(),
     };
     if let Some(count) = text.strip_suffix("counts") {
         return Some((count.trim().parse::<u16>().ok()?.into(), "counts"));
@@ -451,44 +451,44 @@ fn scaled(value: &Value) -> Option<(i64, &'static str)> {
 }
 
 /// What a step does, for messages.
-fn words(verb: &Verb) -> String {
-    let assigns = |assigns: &[Assign]| {
+fn step_text(verb: &StepAction) -> String {
+    let assigns = |assigns: &[Assignment]| {
         let each: Vec<_> = assigns.iter().map(|a| format!("{} = {}", a.name.text, a.value)).collect();
         each.join(", ")
     };
-    let cond = |cond: &Cond| {
-        let each: Vec<_> = cond.iter().map(|test| condition(&test.name.text, &test.text)).collect();
+    let cond = |cond: &ConditionList| {
+        let each: Vec<_> = cond.iter().map(|test| condition_text(&test.name.text, &test.text)).collect();
         each.join(", ")
     };
     match verb {
-        Verb::Pause => "a pause".to_owned(),
-        Verb::Set(what) => format!("set {}", assigns(what)),
-        Verb::Pulse(what, length) => format!("pulse {} for {}", assigns(what), length.text),
-        Verb::Toggle(names) => {
+        StepAction::Pause => "a pause".to_owned(),
+        StepAction::Set(what) => format!("set {}", assigns(what)),
+        StepAction::Pulse(what, length) => format!("pulse {} for {}", assigns(what), length.text),
+        StepAction::Toggle(names) => {
             format!("toggle {}", names.iter().map(|n| n.text.as_str()).collect::<Vec<_>>().join(", "))
         }
-        Verb::Ramp { what, .. } => {
+        StepAction::Ramp { targets: what, .. } => {
             format!("ramp {}", what.iter().map(|w| w.0.text.as_str()).collect::<Vec<_>>().join(", "))
         }
-        Verb::Send(bytes) => format!("uart-send {}", quoted(&bytes.bytes)),
-        Verb::Expect(what, _) => format!("expect {}", cond(what)),
-        Verb::ExpectUart(bytes, _) => format!("expect-uart {}", quoted(&bytes.bytes)),
-        Verb::Wait(what, _) => format!("wait {}", cond(what)),
-        Verb::Never(what, _) => format!("never {}", cond(what)),
-        Verb::Repeat(rounds, _) => format!("repeat {rounds}"),
-        Verb::Snapshot(file) => format!("snapshot {}", file.text),
-        Verb::Log(_) => "log".to_owned(),
-        Verb::PowerCycle => "power-cycle".to_owned(),
+        StepAction::Send(bytes) => format!("uart-send {}", quote_bytes(&bytes.bytes)),
+        StepAction::Expect(what, _) => format!("expect {}", cond(what)),
+        StepAction::ExpectUart(bytes, _) => format!("expect-uart {}", quote_bytes(&bytes.bytes)),
+        StepAction::Wait(what, _) => format!("wait {}", cond(what)),
+        StepAction::Never(what, _) => format!("never {}", cond(what)),
+        StepAction::Repeat(rounds, _) => format!("repeat {rounds}"),
+        StepAction::Snapshot(file) => format!("snapshot {}", file.text),
+        StepAction::Log(_) => "log".to_owned(),
+        StepAction::PowerCycle => "power-cycle".to_owned(),
     }
 }
 
 /// `Yarc = 1`, `Cparts > 5`.
-pub(crate) fn condition(name: &str, wanted: &str) -> String {
+pub(crate) fn condition_text(name: &str, wanted: &str) -> String {
     let sign = wanted.starts_with(['<', '>', '!', '=']);
     if sign { format!("{name} {wanted}") } else { format!("{name} = {wanted}") }
 }
 
 /// Bytes as text in quotes.
-pub(crate) fn quoted(bytes: &[u8]) -> String {
+pub(crate) fn quote_bytes(bytes: &[u8]) -> String {
     format!("\"{}\"", bytes.escape_ascii())
 }

@@ -6,11 +6,11 @@ use diag::{Diagnostic, Pos, Severity, nearest};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::codes::{NO_KEY, NO_STEP, NO_TIME, NO_TOML, NO_VALUE};
-use crate::keys::{KEYS, Key, STEP_KEYS};
-use crate::model::{Assign, Bytes, Cond, Every, Named, Scenario, Step, Test, Value, Verb, When};
-use crate::time::{Span, shown};
-use crate::values::{compare, kind, number};
+use crate::codes::{UNKNOWN_KEY, WRONG_STEP, NOT_A_TIME, NOT_TOML, WRONG_VALUE};
+use crate::step_keys::{KEYS, StepKey, STEP_KEYS};
+use crate::model::{Assignment, LocatedBytes, ConditionList, Repetition, LocatedText, Scenario, ScenarioStep, ValueCondition, ScenarioValue, StepAction, StepTime};
+use crate::time::{TimeSpan, message_text};
+use crate::toml_values::{parse_comparison, kind_name, parse_number};
 
 /// Rounds of a repetition at most, and how deep they nest.
 const MAX_ROUNDS: i64 = 1_000_000;
@@ -20,7 +20,7 @@ const MAX_DEPTH: u32 = 8;
 const TIME_HINT: &str = "write a number and us, ms, s, cycles or scans, as in \"10ms\"";
 
 /// A value with its place.
-pub(crate) type Item<'a> = Spanned<DeValue<'a>>;
+pub(crate) type LocatedItem<'a> = Spanned<DeValue<'a>>;
 
 /// Reads a scenario, which must be UTF-8.
 ///
@@ -35,7 +35,7 @@ pub fn parse_bytes(file: &str, bytes: &[u8]) -> Result<Scenario, Vec<Diagnostic>
     let line = before.matches('\n').count() as u32 + 1;
     let column = before.rsplit('\n').next().unwrap_or_default().chars().count() as u32 + 1;
     let (cause, hint) = ("this is no TOML: bytes that are no UTF-8", "save the file as UTF-8");
-    Err(vec![Diagnostic::new(Severity::Error, NO_TOML, file, Pos::new(line, column, 1), cause.to_owned(), hint)])
+    Err(vec![Diagnostic::new(Severity::Error, NOT_TOML, file, Pos::new(line, column, 1), cause.to_owned(), hint)])
 }
 
 /// What to do about a name that TOML takes apart.
@@ -47,21 +47,21 @@ const QUOTES: &str = "names with a colon or a point stand in quotes: \"P1.0\" = 
 /// Everything that is wrong in the file.
 pub fn parse(file: &str, text: &str) -> Result<Scenario, Vec<Diagnostic>> {
     let starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
-    let mut reader = Reader { file, text, starts, faults: Vec::new() };
+    let mut reader = ScenarioReader { file, text, starts, faults: Vec::new() };
     let table = match DeTable::parse(text) {
         Ok(table) => table,
         Err(error) => {
             let span = error.span().unwrap_or(0..0);
-            let cause = shown(error.message().lines().next().unwrap_or_default());
+            let cause = message_text(error.message().lines().next().unwrap_or_default());
             let hint = match error.message().contains("unquoted key") {
                 true => QUOTES,
                 false => "docs/scenario.md has examples",
             };
-            reader.fault(NO_TOML, span, format!("this is no TOML: {cause}"), hint);
+            reader.report(NOT_TOML, span, format!("this is no TOML: {cause}"), hint);
             return Err(reader.faults);
         }
     };
-    let scenario = reader.scenario(table.get_ref());
+    let scenario = reader.read_scenario(table.get_ref());
     if reader.faults.is_empty() {
         return Ok(scenario);
     }
@@ -69,7 +69,7 @@ pub fn parse(file: &str, text: &str) -> Result<Scenario, Vec<Diagnostic>> {
     Err(reader.faults)
 }
 
-struct Reader<'t> {
+struct ScenarioReader<'t> {
     file: &'t str,
     text: &'t str,
     /// Where its lines begin.
@@ -77,7 +77,7 @@ struct Reader<'t> {
     faults: Vec<Diagnostic>,
 }
 
-impl Reader<'_> {
+impl ScenarioReader<'_> {
     fn pos(&self, span: Range<usize>) -> Pos {
         let line = self.starts.partition_point(|start| *start <= span.start);
         let start = self.starts.get(line.saturating_sub(1)).copied().unwrap_or_default();
@@ -87,31 +87,31 @@ impl Reader<'_> {
         Pos::new(line, column, marked.chars().count().clamp(1, 200) as u32)
     }
 
-    fn fault(&mut self, code: &'static str, span: Range<usize>, cause: String, hint: &str) {
+    fn report(&mut self, code: &'static str, span: Range<usize>, cause: String, hint: &str) {
         let pos = self.pos(span);
         self.faults.push(Diagnostic::new(Severity::Error, code, self.file, pos, cause, hint));
     }
 
-    fn no_value(&mut self, item: &Item<'_>, key: &str, wanted: &str, hint: &str) {
-        let cause = format!("`{}` takes {wanted}, not {}", shown(key), kind(item.get_ref()));
-        self.fault(NO_VALUE, item.span(), cause, hint);
+    fn report_wrong_value(&mut self, item: &LocatedItem<'_>, key: &str, wanted: &str, hint: &str) {
+        let cause = format!("`{}` takes {wanted}, not {}", message_text(key), kind_name(item.get_ref()));
+        self.report(WRONG_VALUE, item.span(), cause, hint);
     }
 
-    fn scenario(&mut self, table: &DeTable<'_>) -> Scenario {
+    fn read_scenario(&mut self, table: &DeTable<'_>) -> Scenario {
         let mut out = Scenario { file: self.file.to_owned(), ..Scenario::default() };
         for (key, item) in table.iter() {
             match key.get_ref().as_ref() {
-                "program" => out.program = self.text_of("program", item),
-                "mcu" => out.mcu = self.text_of("mcu", item),
-                "limit" => out.limit = self.span("limit", item),
+                "program" => out.program = self.read_text("program", item),
+                "mcu" => out.mcu = self.read_text("mcu", item),
+                "limit" => out.limit = self.read_time("limit", item),
                 "baud" => {
-                    let rate = number(item).and_then(|rate| u64::try_from(rate).ok()).filter(|rate| *rate > 0);
+                    let rate = parse_number(item).and_then(|rate| u64::try_from(rate).ok()).filter(|rate| *rate > 0);
                     match rate {
                         Some(rate) => out.baud = Some((rate, self.pos(item.span()))),
-                        None => self.no_value(item, "baud", "a whole number of bits per second", "as in baud = 9600"),
+                        None => self.report_wrong_value(item, "baud", "a whole number of bits per second", "as in baud = 9600"),
                     }
                 }
-                "step" => out.steps = self.steps(item, 0),
+                "step" => out.steps = self.read_steps(item, 0),
                 other => {
                     let other = other.to_owned();
                     let keys = || KEYS.iter().copied();
@@ -123,37 +123,37 @@ impl Reader<'_> {
                         }
                         None => format!("keys are {}", keys().collect::<Vec<_>>().join(", ")),
                     };
-                    self.fault(NO_KEY, key.span(), format!("a scenario has no key `{}`", shown(&other)), &hint);
+                    self.report(UNKNOWN_KEY, key.span(), format!("a scenario has no key `{}`", message_text(&other)), &hint);
                 }
             }
         }
         out
     }
 
-    fn steps(&mut self, item: &Item<'_>, depth: u32) -> Vec<Step> {
+    fn read_steps(&mut self, item: &LocatedItem<'_>, depth: u32) -> Vec<ScenarioStep> {
         let DeValue::Array(items) = item.get_ref() else {
-            self.no_value(item, "step", "tables", "begin each step with a line [[step]]");
+            self.report_wrong_value(item, "step", "tables", "begin each step with a line [[step]]");
             return Vec::new();
         };
         let mut steps = Vec::new();
         for item in items.iter() {
             match item.get_ref() {
-                DeValue::Table(table) => steps.extend(self.step(table, item.span(), depth)),
-                _ => self.no_value(item, "steps", "steps in braces", "as in steps = [{ set = { Xa = 1 } }]"),
+                DeValue::Table(table) => steps.extend(self.read_step(table, item.span(), depth)),
+                _ => self.report_wrong_value(item, "steps", "steps in braces", "as in steps = [{ set = { Xa = 1 } }]"),
             }
         }
         steps
     }
 
     /// One step; nothing where it has a fault.
-    fn step(&mut self, table: &DeTable<'_>, span: Range<usize>, depth: u32) -> Option<Step> {
+    fn read_step(&mut self, table: &DeTable<'_>, span: Range<usize>, depth: u32) -> Option<ScenarioStep> {
         let faults = self.faults.len();
         let mut entries: Vec<_> = table.iter().collect();
         entries.sort_by_key(|(key, _)| key.span().start);
-        let mut verbs: Vec<(&Key, Range<usize>, &Item<'_>)> = Vec::new();
+        let mut verbs: Vec<(&StepKey, Range<usize>, &LocatedItem<'_>)> = Vec::new();
         for (key, item) in &entries {
             match STEP_KEYS.iter().find(|known| known.name == key.get_ref().as_ref()) {
-                Some(known) if known.verb => verbs.push((known, key.span(), item)),
+                Some(known) if known.is_action => verbs.push((known, key.span(), item)),
                 Some(_) => {}
                 None => {
                     let name = key.get_ref().to_string();
@@ -165,297 +165,297 @@ impl Reader<'_> {
                         },
                         |near| format!("did you mean `{near}`?"),
                     );
-                    self.fault(NO_KEY, key.span(), format!("a step has no key `{}`", shown(&name)), &hint);
+                    self.report(UNKNOWN_KEY, key.span(), format!("a step has no key `{}`", message_text(&name)), &hint);
                 }
             }
         }
         if let [(first, ..), (second, at, _), ..] = verbs.as_slice() {
             let cause = format!("a step has one verb; this one has `{}` and `{}`", first.name, second.name);
-            self.fault(NO_STEP, at.clone(), cause, "put [[step]] on a line above the second");
+            self.report(WRONG_STEP, at.clone(), cause, "put [[step]] on a line above the second");
         }
         let verb = verbs.first();
         for (key, _) in &entries {
             let name = key.get_ref().as_ref();
-            let known = STEP_KEYS.iter().any(|known| known.name == name && !known.verb);
+            let known = STEP_KEYS.iter().any(|known| known.name == name && !known.is_action);
             let always = matches!(name, "name" | "at" | "after");
             if known
                 && !always
-                && !verb.is_some_and(|(verb, ..)| verb.with.contains(&name))
+                && !verb.is_some_and(|(verb, ..)| verb.allowed_with.contains(&name))
                 && self.faults.len() == faults
             {
-                let with: Vec<_> = STEP_KEYS.iter().filter(|k| k.with.contains(&name)).map(|k| k.name).collect();
+                let with: Vec<_> = STEP_KEYS.iter().filter(|k| k.allowed_with.contains(&name)).map(|k| k.name).collect();
                 let cause = format!("`{name}` does not go with {}", verb.map_or("a pause", |(verb, ..)| verb.name));
-                self.fault(NO_STEP, key.span(), cause, &format!("it goes with {}", with.join(", ")));
+                self.report(WRONG_STEP, key.span(), cause, &format!("it goes with {}", with.join(", ")));
             }
         }
         let get = |name: &str| entries.iter().find(|(key, _)| key.get_ref() == name).map(|(_, item)| *item);
-        let name = get("name").and_then(|item| self.text_of("name", item)).map(|name| name.text);
+        let name = get("name").and_then(|item| self.read_text("name", item)).map(|name| name.text);
         let when = match (get("at"), get("after")) {
             (Some(_), Some(after)) => {
                 let cause = "`at` and `after` exclude each other".to_owned();
-                self.fault(NO_STEP, after.span(), cause, "keep one of them");
-                When::Next
+                self.report(WRONG_STEP, after.span(), cause, "keep one of them");
+                StepTime::Immediately
             }
-            (Some(at), None) => self.span("at", at).map_or(When::Next, When::At),
-            (None, Some(after)) => self.span("after", after).map_or(When::Next, When::After),
-            (None, None) => When::Next,
+            (Some(at), None) => self.read_time("at", at).map_or(StepTime::Immediately, StepTime::At),
+            (None, Some(after)) => self.read_time("after", after).map_or(StepTime::Immediately, StepTime::AfterPrevious),
+            (None, None) => StepTime::Immediately,
         };
         if let (Some(_), Some(every)) = (get("between"), get("every")) {
             let hint = "between looks all the time; remove `every`";
-            self.fault(NO_STEP, every.span(), "`every` and `between` exclude each other".to_owned(), hint);
+            self.report(WRONG_STEP, every.span(), "`every` and `between` exclude each other".to_owned(), hint);
         }
-        let every = self.every(&get);
+        let every = self.read_repetition(&get);
         let pos =
             self.pos(verb.map_or_else(
                 || entries.first().map_or(span.clone(), |(key, _)| key.span()),
                 |(_, span, _)| span.clone(),
             ));
         let verb = match verb {
-            Some((key, at, item)) => self.verb(key.name, at.clone(), item, &get, depth),
-            None if when == When::Next && self.faults.len() == faults => {
+            Some((key, at, item)) => self.read_action(key.name, at.clone(), item, &get, depth),
+            None if when == StepTime::Immediately && self.faults.len() == faults => {
                 let hint = "give it a verb, such as set or expect, or a time, such as after = \"1s\"";
-                self.fault(NO_STEP, span, "this step does nothing".to_owned(), hint);
+                self.report(WRONG_STEP, span, "this step does nothing".to_owned(), hint);
                 None
             }
-            None => Some(Verb::Pause),
+            None => Some(StepAction::Pause),
         };
-        verb.filter(|_| self.faults.len() == faults).map(|verb| Step { pos, name, when, every, verb })
+        verb.filter(|_| self.faults.len() == faults).map(|verb| ScenarioStep { pos, name, time: when, repetition: every, action: verb })
     }
 
-    fn every<'i, 'd: 'i>(&mut self, get: &dyn Fn(&str) -> Option<&'i Item<'d>>) -> Option<Every> {
+    fn read_repetition<'i, 'd: 'i>(&mut self, get: &dyn Fn(&str) -> Option<&'i LocatedItem<'d>>) -> Option<Repetition> {
         let Some(every) = get("every") else {
             for name in ["times", "until"] {
                 if let Some(item) = get(name) {
                     let hint = format!("say how often, as in every = \"100ms\", or remove `{name}`");
-                    self.fault(NO_STEP, item.span(), format!("`{name}` goes with `every`"), &hint);
+                    self.report(WRONG_STEP, item.span(), format!("`{name}` goes with `every`"), &hint);
                 }
             }
             return None;
         };
-        let period = self.span("every", every)?;
+        let period = self.read_time("every", every)?;
         if period.mantissa == 0 {
-            self.fault(NO_TIME, every.span(), "a step cannot be done every 0".to_owned(), "give a time above 0");
+            self.report(NOT_A_TIME, every.span(), "a step cannot be done every 0".to_owned(), "give a time above 0");
         }
-        let times = get("times").and_then(|item| self.count("times", item));
-        let until = get("until").and_then(|item| self.span("until", item));
-        Some(Every { period, times, until })
+        let times = get("times").and_then(|item| self.read_count("times", item));
+        let until = get("until").and_then(|item| self.read_time("until", item));
+        Some(Repetition { period, times, until })
     }
 
-    fn verb<'i, 'd: 'i>(
+    fn read_action<'i, 'd: 'i>(
         &mut self,
         verb: &str,
         at: Range<usize>,
-        item: &Item<'_>,
-        get: &dyn Fn(&str) -> Option<&'i Item<'d>>,
+        item: &LocatedItem<'_>,
+        get: &dyn Fn(&str) -> Option<&'i LocatedItem<'d>>,
         depth: u32,
-    ) -> Option<Verb> {
-        let within = |this: &mut Self| get("within").map(|item| this.span("within", item));
+    ) -> Option<StepAction> {
+        let within = |this: &mut Self| get("within").map(|item| this.read_time("within", item));
         Some(match verb {
-            "set" => Verb::Set(self.assigns(verb, item)?),
+            "set" => StepAction::Set(self.read_assignments(verb, item)?),
             "pulse" => {
-                let length = self.needs(verb, at, "for", "pulse = { Xstart = 1 }, for = \"50ms\"", get)?;
-                Verb::Pulse(self.bits(verb, item)?, length)
+                let length = self.required_time(verb, at, "for", "pulse = { Xstart = 1 }, for = \"50ms\"", get)?;
+                StepAction::Pulse(self.read_bit_assignments(verb, item)?, length)
             }
-            "toggle" => Verb::Toggle(self.list(verb, item)?),
+            "toggle" => StepAction::Toggle(self.read_names(verb, item)?),
             "ramp" => {
-                let over = self.needs(verb, at, "over", "ramp = { Alevel = [0, 1023] }, over = \"1s\"", get)?;
+                let over = self.required_time(verb, at, "over", "ramp = { Alevel = [0, 1023] }, over = \"1s\"", get)?;
                 let grain = match get("grain") {
-                    Some(item) => Some(self.span("grain", item)?),
+                    Some(item) => Some(self.read_time("grain", item)?),
                     None => None,
                 };
-                Verb::Ramp { what: self.ramp(item)?, over, grain }
+                StepAction::Ramp { targets: self.read_ramp(item)?, over, grain }
             }
-            "uart-send" => Verb::Send(self.bytes(verb, item)?),
-            "expect" => Verb::Expect(self.cond(verb, item)?, self.between(get)?),
+            "uart-send" => StepAction::Send(self.read_bytes(verb, item)?),
+            "expect" => StepAction::Expect(self.read_conditions(verb, item)?, self.read_window(get)?),
             "expect-uart" => {
-                let bytes = self.bytes(verb, item)?;
-                Verb::ExpectUart(bytes, within(self).map_or(Some(None), |span| span.map(Some))?)
+                let bytes = self.read_bytes(verb, item)?;
+                StepAction::ExpectUart(bytes, within(self).map_or(Some(None), |span| span.map(Some))?)
             }
             "wait" => {
-                let cond = self.cond(verb, item)?;
-                Verb::Wait(cond, within(self).map_or(Some(None), |span| span.map(Some))?)
+                let cond = self.read_conditions(verb, item)?;
+                StepAction::Wait(cond, within(self).map_or(Some(None), |span| span.map(Some))?)
             }
-            "never" => Verb::Never(self.cond(verb, item)?, self.between(get)?),
+            "never" => StepAction::Never(self.read_conditions(verb, item)?, self.read_window(get)?),
             "repeat" => {
-                let rounds = self.count(verb, item)?;
+                let rounds = self.read_count(verb, item)?;
                 let Some(steps) = get("steps") else {
                     let hint = "as in repeat = 3, steps = [{ toggle = \"Xa\" }, { after = \"1s\" }]";
-                    self.fault(NO_STEP, at, "`repeat` needs `steps`".to_owned(), hint);
+                    self.report(WRONG_STEP, at, "`repeat` needs `steps`".to_owned(), hint);
                     return None;
                 };
                 if depth >= MAX_DEPTH {
                     let cause = format!("repetitions nest at most {MAX_DEPTH} deep");
-                    self.fault(NO_STEP, at, cause, "write the inner steps out");
+                    self.report(WRONG_STEP, at, cause, "write the inner steps out");
                     return None;
                 }
-                let inner = self.steps(steps, depth + 1);
+                let inner = self.read_steps(steps, depth + 1);
                 if matches!(steps.get_ref(), DeValue::Array(items) if items.is_empty()) {
-                    self.no_value(steps, "steps", "steps in braces", "as in steps = [{ set = { Xa = 1 } }]");
+                    self.report_wrong_value(steps, "steps", "steps in braces", "as in steps = [{ set = { Xa = 1 } }]");
                 }
-                Verb::Repeat(rounds, inner)
+                StepAction::Repeat(rounds, inner)
             }
-            "snapshot" => Verb::Snapshot(self.text_of(verb, item)?),
-            "log" => Verb::Log(self.text_of(verb, item)?),
+            "snapshot" => StepAction::Snapshot(self.read_text(verb, item)?),
+            "log" => StepAction::Log(self.read_text(verb, item)?),
             "power-cycle" => match item.get_ref() {
-                DeValue::Boolean(true) => Verb::PowerCycle,
+                DeValue::Boolean(true) => StepAction::PowerCycle,
                 _ => {
-                    self.no_value(item, verb, "true", "write power-cycle = true");
+                    self.report_wrong_value(item, verb, "true", "write power-cycle = true");
                     return None;
                 }
             },
-            _ => Verb::Pause,
+            _ => StepAction::Pause,
         })
     }
 
     /// The time that a verb cannot do without.
-    fn needs<'i, 'd: 'i>(
+    fn required_time<'i, 'd: 'i>(
         &mut self,
         verb: &str,
         at: Range<usize>,
         key: &str,
         example: &str,
-        get: &dyn Fn(&str) -> Option<&'i Item<'d>>,
-    ) -> Option<Span> {
+        get: &dyn Fn(&str) -> Option<&'i LocatedItem<'d>>,
+    ) -> Option<TimeSpan> {
         match get(key) {
-            Some(item) => self.span(key, item),
+            Some(item) => self.read_time(key, item),
             None => {
-                self.fault(NO_STEP, at, format!("`{verb}` needs `{key}`"), &format!("as in {example}"));
+                self.report(WRONG_STEP, at, format!("`{verb}` needs `{key}`"), &format!("as in {example}"));
                 None
             }
         }
     }
 
     /// The window of `between`; nothing at all where it has a fault.
-    fn between<'i, 'd: 'i>(&mut self, get: &dyn Fn(&str) -> Option<&'i Item<'d>>) -> Option<Option<(Span, Span)>> {
+    fn read_window<'i, 'd: 'i>(&mut self, get: &dyn Fn(&str) -> Option<&'i LocatedItem<'d>>) -> Option<Option<(TimeSpan, TimeSpan)>> {
         let Some(item) = get("between") else { return Some(None) };
         let pair = match item.get_ref() {
             DeValue::Array(items) if items.len() == 2 => Some((items.first()?, items.get(1)?)),
             _ => None,
         };
         let Some((from, to)) = pair else {
-            self.no_value(item, "between", "two times", "as in between = [\"1s\", \"2s\"]");
+            self.report_wrong_value(item, "between", "two times", "as in between = [\"1s\", \"2s\"]");
             return None;
         };
-        Some(Some((self.span("between", from)?, self.span("between", to)?)))
+        Some(Some((self.read_time("between", from)?, self.read_time("between", to)?)))
     }
 
-    fn span(&mut self, key: &str, item: &Item<'_>) -> Option<Span> {
+    fn read_time(&mut self, key: &str, item: &LocatedItem<'_>) -> Option<TimeSpan> {
         let DeValue::String(text) = item.get_ref() else {
-            let cause = format!("`{key}` takes a time, not {}", kind(item.get_ref()));
-            self.fault(NO_TIME, item.span(), cause, TIME_HINT);
+            let cause = format!("`{key}` takes a time, not {}", kind_name(item.get_ref()));
+            self.report(NOT_A_TIME, item.span(), cause, TIME_HINT);
             return None;
         };
         let pos = self.pos(item.span());
-        Span::read(text, pos).map_err(|cause| self.fault(NO_TIME, item.span(), cause, TIME_HINT)).ok()
+        TimeSpan::parse(text, pos).map_err(|cause| self.report(NOT_A_TIME, item.span(), cause, TIME_HINT)).ok()
     }
 
-    fn text_of(&mut self, key: &str, item: &Item<'_>) -> Option<Named> {
+    fn read_text(&mut self, key: &str, item: &LocatedItem<'_>) -> Option<LocatedText> {
         match item.get_ref() {
             DeValue::String(text) if !text.is_empty() => {
-                Some(Named { text: text.to_string(), pos: self.pos(item.span()) })
+                Some(LocatedText { text: text.to_string(), pos: self.pos(item.span()) })
             }
             _ => {
-                self.no_value(item, key, "a text", "write one in double quotes");
+                self.report_wrong_value(item, key, "a text", "write one in double quotes");
                 None
             }
         }
     }
 
-    fn count(&mut self, key: &str, item: &Item<'_>) -> Option<u64> {
-        match number(item) {
+    fn read_count(&mut self, key: &str, item: &LocatedItem<'_>) -> Option<u64> {
+        match parse_number(item) {
             Some(count @ 1..=MAX_ROUNDS) => Some(count as u64),
             _ => {
-                self.no_value(item, key, &format!("a whole number from 1 to {MAX_ROUNDS}"), "as in 3");
+                self.report_wrong_value(item, key, &format!("a whole number from 1 to {MAX_ROUNDS}"), "as in 3");
                 None
             }
         }
     }
 
-    fn list(&mut self, verb: &str, item: &Item<'_>) -> Option<Vec<Named>> {
+    fn read_names(&mut self, verb: &str, item: &LocatedItem<'_>) -> Option<Vec<LocatedText>> {
         match item.get_ref() {
-            DeValue::Array(items) if !items.is_empty() => items.iter().map(|item| self.text_of(verb, item)).collect(),
-            _ => Some(vec![self.text_of(verb, item)?]),
+            DeValue::Array(items) if !items.is_empty() => items.iter().map(|item| self.read_text(verb, item)).collect(),
+            _ => Some(vec![self.read_text(verb, item)?]),
         }
     }
 
-    fn bytes(&mut self, verb: &str, item: &Item<'_>) -> Option<Bytes> {
+    fn read_bytes(&mut self, verb: &str, item: &LocatedItem<'_>) -> Option<LocatedBytes> {
         let bytes = match item.get_ref() {
             DeValue::String(text) => Some(text.as_bytes().to_vec()),
-            DeValue::Array(items) => items.iter().map(|item| number(item)?.try_into().ok()).collect(),
+            DeValue::Array(items) => items.iter().map(|item| parse_number(item)?.try_into().ok()).collect(),
             _ => None,
         };
         match bytes {
-            Some(bytes) if !bytes.is_empty() => Some(Bytes { bytes, pos: self.pos(item.span()) }),
+            Some(bytes) if !bytes.is_empty() => Some(LocatedBytes { bytes, pos: self.pos(item.span()) }),
             _ => {
-                self.no_value(item, verb, "a text, or a list of bytes", "as in \"ok\\n\" or [0x41, 13]");
+                self.report_wrong_value(item, verb, "a text, or a list of bytes", "as in \"ok\\n\" or [0x41, 13]");
                 None
             }
         }
     }
 
     /// The entries of a table in braces, in the order of the file.
-    fn entries<'i, 'd>(&mut self, verb: &str, item: &'i Item<'d>) -> Option<Vec<(Named, &'i Item<'d>)>> {
+    fn read_entries<'i, 'd>(&mut self, verb: &str, item: &'i LocatedItem<'d>) -> Option<Vec<(LocatedText, &'i LocatedItem<'d>)>> {
         match item.get_ref() {
             DeValue::Table(table) if !table.is_empty() => {
                 let mut entries: Vec<_> = table.iter().collect();
                 entries.sort_by_key(|(key, _)| key.span().start);
                 let mut out = Vec::new();
                 for (key, item) in entries {
-                    out.push((Named { text: key.get_ref().to_string(), pos: self.pos(key.span()) }, item));
+                    out.push((LocatedText { text: key.get_ref().to_string(), pos: self.pos(key.span()) }, item));
                 }
                 Some(out)
             }
             _ => {
-                self.no_value(item, verb, "names and values in braces", &format!("as in {verb} = {{ Xstart = 1 }}"));
+                self.report_wrong_value(item, verb, "names and values in braces", &format!("as in {verb} = {{ Xstart = 1 }}"));
                 None
             }
         }
     }
 
-    fn assigns(&mut self, verb: &str, item: &Item<'_>) -> Option<Vec<Assign>> {
-        let entries = self.entries(verb, item)?;
+    fn read_assignments(&mut self, verb: &str, item: &LocatedItem<'_>) -> Option<Vec<Assignment>> {
+        let entries = self.read_entries(verb, item)?;
         let assigns = entries.into_iter().map(|(name, item)| {
-            let value = self.value(&name.text, item)?;
-            Some(Assign { name, value, pos: self.pos(item.span()) })
+            let value = self.read_value(&name.text, item)?;
+            Some(Assignment { name, value, pos: self.pos(item.span()) })
         });
         // Not stopped by the first fault, so that all are told.
         assigns.collect::<Vec<_>>().into_iter().collect()
     }
 
     /// Assignments of 0 and 1 alone.
-    fn bits(&mut self, verb: &str, item: &Item<'_>) -> Option<Vec<Assign>> {
-        let entries = self.entries(verb, item)?;
-        let assigns = self.assigns(verb, item)?;
+    fn read_bit_assignments(&mut self, verb: &str, item: &LocatedItem<'_>) -> Option<Vec<Assignment>> {
+        let entries = self.read_entries(verb, item)?;
+        let assigns = self.read_assignments(verb, item)?;
         for ((_, item), assign) in entries.iter().zip(&assigns) {
-            if !matches!(assign.value, Value::Number(0 | 1)) {
-                self.no_value(item, &assign.name.text, "0 or 1 in a pulse", "only bits have an opposite");
+            if !matches!(assign.value, ScenarioValue::Number(0 | 1)) {
+                self.report_wrong_value(item, &assign.name.text, "0 or 1 in a pulse", "only bits have an opposite");
                 return None;
             }
         }
         Some(assigns)
     }
 
-    fn value(&mut self, name: &str, item: &Item<'_>) -> Option<Value> {
+    fn read_value(&mut self, name: &str, item: &LocatedItem<'_>) -> Option<ScenarioValue> {
         match item.get_ref() {
-            DeValue::Integer(_) => number(item).map(Value::Number).or_else(|| {
-                self.no_value(item, name, "a number of 64 bits", "write a smaller one");
+            DeValue::Integer(_) => parse_number(item).map(ScenarioValue::Number).or_else(|| {
+                self.report_wrong_value(item, name, "a number of 64 bits", "write a smaller one");
                 None
             }),
-            DeValue::Boolean(bit) => Some(Value::Number((*bit).into())),
-            DeValue::String(text) => Some(Value::Text(text.to_string())),
+            DeValue::Boolean(bit) => Some(ScenarioValue::Number((*bit).into())),
+            DeValue::String(text) => Some(ScenarioValue::Text(text.to_string())),
             _ => {
                 let hint = match item.get_ref() {
                     DeValue::Table(_) => QUOTES,
                     _ => "a voltage is a text with its unit, as in \"1.25V\"",
                 };
-                self.no_value(item, name, "a whole number or a text", hint);
+                self.report_wrong_value(item, name, "a whole number or a text", hint);
                 None
             }
         }
     }
 
-    fn ramp(&mut self, item: &Item<'_>) -> Option<Vec<(Named, Value, Value, Pos)>> {
-        let entries = self.entries("ramp", item)?;
+    fn read_ramp(&mut self, item: &LocatedItem<'_>) -> Option<Vec<(LocatedText, ScenarioValue, ScenarioValue, Pos)>> {
+        let entries = self.read_entries("ramp", item)?;
         let mut out = Vec::new();
         for (name, item) in entries {
             let ends = match item.get_ref() {
@@ -463,29 +463,29 @@ impl Reader<'_> {
                 _ => None,
             };
             let Some((from, to)) = ends else {
-                self.no_value(item, &name.text, "a first and a last value", "as in { Alevel = [0, 1023] }");
+                self.report_wrong_value(item, &name.text, "a first and a last value", "as in { Alevel = [0, 1023] }");
                 return None;
             };
-            let (from, to) = (self.value(&name.text, from)?, self.value(&name.text, to)?);
+            let (from, to) = (self.read_value(&name.text, from)?, self.read_value(&name.text, to)?);
             out.push((name, from, to, self.pos(item.span())));
         }
         Some(out)
     }
 
-    fn cond(&mut self, verb: &str, item: &Item<'_>) -> Option<Cond> {
-        let entries = self.entries(verb, item)?;
+    fn read_conditions(&mut self, verb: &str, item: &LocatedItem<'_>) -> Option<ConditionList> {
+        let entries = self.read_entries(verb, item)?;
         let tests = entries.into_iter().map(|(name, item)| {
-            let value = self.value(&name.text, item)?;
-            let Some(compare) = compare(&value) else {
+            let value = self.read_value(&name.text, item)?;
+            let Some(compare) = parse_comparison(&value) else {
                 let wanted = "a number or a comparison";
-                self.no_value(item, &name.text, wanted, "as in 1, \"> 5\", \">= 5\", \"!= 0\", \"3..7\" or \"z\"");
+                self.report_wrong_value(item, &name.text, wanted, "as in 1, \"> 5\", \">= 5\", \"!= 0\", \"3..7\" or \"z\"");
                 return None;
             };
             let text = match &value {
-                Value::Number(number) => number.to_string(),
-                Value::Text(text) => text.trim().to_owned(),
+                ScenarioValue::Number(number) => number.to_string(),
+                ScenarioValue::Text(text) => text.trim().to_owned(),
             };
-            Some(Test { name, compare, text, pos: self.pos(item.span()) })
+            Some(ValueCondition { name, comparison: compare, text, pos: self.pos(item.span()) })
         });
         tests.collect::<Vec<_>>().into_iter().collect()
     }

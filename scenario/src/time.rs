@@ -10,7 +10,7 @@ const MAX_DIGITS: usize = 18;
 
 /// The unit of a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Unit {
+pub enum TimeUnit {
     /// 10 to minus this many seconds: 0, 3, 6, 9.
     Second(u32),
     /// Machine cycles; of a ladder program periods of its CRYSTAL=.
@@ -23,61 +23,61 @@ pub enum Unit {
 
 /// A length of time, exact.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Span {
+pub struct TimeSpan {
     /// The number without its point.
     pub mantissa: u64,
     /// Digits behind the point; none with cycles, clocks and scans.
     pub decimals: u32,
     /// The unit.
-    pub unit: Unit,
+    pub unit: TimeUnit,
     /// As it was written.
     pub text: String,
     /// Its place.
     pub pos: Pos,
     /// A time within a tick counts as the end of the tick, whatever the machine does elsewhere.
-    pub up: bool,
+    pub round_up: bool,
 }
 
-impl Span {
+impl TimeSpan {
     /// Reads `10ms`, `2.5us`, `1000 cycles`, `5 scans`.
     ///
     /// # Errors
     /// What is wrong, in a sentence.
-    pub fn read(text: &str, pos: Pos) -> Result<Span, String> {
+    pub fn parse(text: &str, pos: Pos) -> Result<TimeSpan, String> {
         let trimmed = text.trim();
         let end = trimmed.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(trimmed.len());
         let (number, unit) = trimmed.split_at(end);
         let whole = |digits: &str| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
         let (units, tenths) = number.split_once('.').map_or((number, None), |(units, tenths)| (units, Some(tenths)));
         if !whole(units) || tenths.is_some_and(|tenths| !whole(tenths)) {
-            return Err(format!("`{}` is no time", shown(text)));
+            return Err(format!("`{}` is no time", message_text(text)));
         }
         let digits = format!("{units}{}", tenths.unwrap_or_default());
         if digits.trim_start_matches('0').len() > MAX_DIGITS || digits.len() > 4 * MAX_DIGITS {
-            return Err(format!("`{}` has more than {MAX_DIGITS} digits", shown(text)));
+            return Err(format!("`{}` has more than {MAX_DIGITS} digits", message_text(text)));
         }
         let decimals = tenths.map_or(0, str::len) as u32;
         let found = match unit.trim() {
-            "s" => Unit::Second(0),
-            "ms" => Unit::Second(3),
-            "us" => Unit::Second(6),
-            "ns" => Unit::Second(9),
-            "c" | "cycle" | "cycles" => Unit::Cycle,
-            "clock" | "clocks" => Unit::Clock,
-            "scan" | "scans" => Unit::Scan,
-            "" => return Err(format!("`{}` has no unit", shown(text))),
-            other => return Err(format!("`{}` is no unit of time", shown(other))),
+            "s" => TimeUnit::Second(0),
+            "ms" => TimeUnit::Second(3),
+            "us" => TimeUnit::Second(6),
+            "ns" => TimeUnit::Second(9),
+            "c" | "cycle" | "cycles" => TimeUnit::Cycle,
+            "clock" | "clocks" => TimeUnit::Clock,
+            "scan" | "scans" => TimeUnit::Scan,
+            "" => return Err(format!("`{}` has no unit", message_text(text))),
+            other => return Err(format!("`{}` is no unit of time", message_text(other))),
         };
-        if decimals > 0 && !matches!(found, Unit::Second(_)) {
-            return Err(format!("`{}` is no whole number of {}", shown(text), unit.trim()));
+        if decimals > 0 && !matches!(found, TimeUnit::Second(_)) {
+            return Err(format!("`{}` is no whole number of {}", message_text(text), unit.trim()));
         }
         let mantissa = digits.parse().unwrap_or(0);
-        Ok(Span { mantissa, decimals, unit: found, text: trimmed.to_owned(), pos, up: false })
+        Ok(TimeSpan { mantissa, decimals, unit: found, text: trimmed.to_owned(), pos, round_up: false })
     }
 }
 
 /// A word as it may stand in a message.
-pub(crate) fn shown(text: &str) -> String {
+pub(crate) fn message_text(text: &str) -> String {
     let clean = |c: char| if c.is_control() { '?' } else { c };
     let short: String = text.chars().take(40).map(clean).collect();
     if text.chars().count() > 40 { short + ".." } else { short }
@@ -85,7 +85,7 @@ pub(crate) fn shown(text: &str) -> String {
 
 /// How long a tick of a machine is: each unit in ticks, as a fraction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Scale {
+pub struct TimeScale {
     /// Ticks of a second, as numerator and denominator; both above 0, as below.
     pub second: (u64, u64),
     /// Ticks of a cycle.
@@ -95,34 +95,34 @@ pub struct Scale {
     /// Ticks of a scan, where there are scans.
     pub scan: Option<u64>,
     /// A time within a tick counts as the end of the tick; else as its start.
-    pub up: bool,
+    pub round_up: bool,
 }
 
-impl Scale {
+impl TimeScale {
     /// A ladder program whose scans are this many microseconds apart, with an oscillator of so many Hz: a tick is a scan.
     #[must_use]
-    pub fn scans(cycle_us: u64, hz: u64) -> Scale {
+    pub fn for_scans(cycle_us: u64, hz: u64) -> TimeScale {
         let (cycle_us, hz) = (cycle_us.max(1), hz.max(1));
         let clock = (1_000_000, cycle_us.saturating_mul(hz));
-        Scale { second: (1_000_000, cycle_us), cycle: clock, clock, scan: Some(1), up: true }
+        TimeScale { second: (1_000_000, cycle_us), cycle: clock, clock, scan: Some(1), round_up: true }
     }
 
     /// A machine with an oscillator of `hz`, `clocks` of which are a cycle: a tick is a clock.
     #[must_use]
-    pub fn clocks(hz: u64, clocks: u32) -> Scale {
-        Scale { second: (hz.max(1), 1), cycle: (clocks.into(), 1), clock: (1, 1), scan: None, up: false }
+    pub fn for_clocks(hz: u64, clocks: u32) -> TimeScale {
+        TimeScale { second: (hz.max(1), 1), cycle: (clocks.into(), 1), clock: (1, 1), scan: None, round_up: false }
     }
 
     /// The ticks of a time.
     ///
     /// # Errors
     /// There are no such ticks, or too many: a sentence and a hint.
-    pub fn ticks(&self, span: &Span) -> Result<u64, (String, &'static str)> {
+    pub fn ticks(&self, span: &TimeSpan) -> Result<u64, (String, &'static str)> {
         let (num, den) = match span.unit {
-            Unit::Second(_) => self.second,
-            Unit::Cycle => self.cycle,
-            Unit::Clock => self.clock,
-            Unit::Scan => match self.scan {
+            TimeUnit::Second(_) => self.second,
+            TimeUnit::Cycle => self.cycle,
+            TimeUnit::Clock => self.clock,
+            TimeUnit::Scan => match self.scan {
                 Some(scan) => (scan, 1),
                 None => {
                     let why = format!("`{}`: an image has no scans, only a ladder program has", span.text);
@@ -130,12 +130,12 @@ impl Scale {
                 }
             },
         };
-        let places = span.decimals + if let Unit::Second(places) = span.unit { places } else { 0 };
+        let places = span.decimals + if let TimeUnit::Second(places) = span.unit { places } else { 0 };
         let too_long = || (format!("`{}` is longer than 2^62 ticks, the most", span.text), "give a shorter time");
         let num = u128::from(span.mantissa) * u128::from(num);
         // What does not fit in 128 bits is more than any numerator.
         let den = 10u128.checked_pow(places).and_then(|p| p.checked_mul(den.max(1).into())).unwrap_or(u128::MAX);
-        let ticks = if self.up || span.up { num.div_ceil(den) } else { num / den };
+        let ticks = if self.round_up || span.round_up { num.div_ceil(den) } else { num / den };
         u64::try_from(ticks).ok().filter(|ticks| *ticks <= MAX_TICKS).ok_or_else(too_long)
     }
 }
@@ -173,9 +173,9 @@ mod tests {
     fn times() {
         for row in TIMES.lines().filter(|row| row.contains('|')) {
             let cells: Vec<&str> = row.split('|').map(str::trim).collect();
-            let scales = [Scale::scans(10_000, 4_000_000), Scale::clocks(4_000_000, 4)];
+            let scales = [TimeScale::for_scans(10_000, 4_000_000), TimeScale::for_clocks(4_000_000, 4)];
             for (scale, wanted) in scales.iter().zip(&cells[1..]) {
-                let found = Span::read(cells[0], Pos::default()).ok().and_then(|span| scale.ticks(&span).ok());
+                let found = TimeSpan::parse(cells[0], Pos::default()).ok().and_then(|span| scale.ticks(&span).ok());
                 assert_eq!(found.map_or("-".to_owned(), |ticks| ticks.to_string()), **wanted, "{}", cells[0]);
             }
         }

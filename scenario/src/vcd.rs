@@ -6,9 +6,9 @@ use std::io::{self, BufReader, Read};
 use diag::{Diagnostic, Pos, Severity};
 use vcd::{Command, IdCode, Parser, TimescaleUnit};
 
-use crate::codes::{NO_VCD, STRANGE_WIRES, TWO_WIRES};
-use crate::model::{Assign, Named, Scenario, Step, Value, Verb, When};
-use crate::time::{Span, Unit};
+use crate::codes::{NOT_VCD, UNKNOWN_WIRES, AMBIGUOUS_WIRES};
+use crate::model::{Assignment, LocatedText, Scenario, ScenarioStep, ScenarioValue, StepAction, StepTime};
+use crate::time::{TimeSpan, TimeUnit};
 
 /// Changes at most, so that a file of any size fits in memory.
 const MAX_CHANGES: usize = 5_000_000;
@@ -21,27 +21,27 @@ pub struct Waveform {
     pub wires: Vec<String>,
     /// The line on which each is declared.
     lines: Vec<u32>,
-    changes: Vec<Change>,
+    changes: Vec<WireChange>,
     /// A unit of the file: a number, and 10 to minus this many seconds.
     scale: (u64, u32),
     /// Something of it was passed over: x, a real number or a text.
-    unclear: bool,
+    has_skipped_values: bool,
 }
 
 /// A wire gets a value.
 #[derive(Debug, Clone)]
-struct Change {
+struct WireChange {
     /// In units of the file.
     time: u64,
     /// By position.
     wire: usize,
-    value: Value,
+    value: ScenarioValue,
     line: u32,
 }
 
 /// What changes under a code.
 #[derive(Default)]
-struct Coded {
+struct WireCode {
     bits: u32,
     /// The wires of it, by position.
     wires: Vec<usize>,
@@ -49,19 +49,19 @@ struct Coded {
 
 /// A text with white space behind its last word, where its last line lacks its end: the parser wants some behind every word.
 #[derive(Debug)]
-pub struct WholeLines<R> {
+pub struct NewlineTerminated<R> {
     input: R,
     last: u8,
 }
 
-impl<R: Read> WholeLines<R> {
+impl<R: Read> NewlineTerminated<R> {
     /// What is read of `input`.
-    pub fn new(input: R) -> WholeLines<R> {
-        WholeLines { input, last: b'\n' }
+    pub fn new(input: R) -> NewlineTerminated<R> {
+        NewlineTerminated { input, last: b'\n' }
     }
 }
 
-impl<R: Read> Read for WholeLines<R> {
+impl<R: Read> Read for NewlineTerminated<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.input.read(buffer)?;
         if let Some(last) = buffer.get(..count).and_then(|read| read.last()) {
@@ -80,14 +80,14 @@ impl<R: Read> Read for WholeLines<R> {
 /// The first line that cannot be read.
 pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
     let mut wave = Waveform { file: file.to_owned(), scale: (1, 9), ..Waveform::default() };
-    let mut codes: HashMap<IdCode, Coded> = HashMap::new();
+    let mut codes: HashMap<IdCode, WireCode> = HashMap::new();
     let mut known: HashSet<(IdCode, String)> = HashSet::new();
-    let mut parser = Parser::new(BufReader::new(WholeLines::new(bytes)));
+    let mut parser = Parser::new(BufReader::new(NewlineTerminated::new(bytes)));
     let (mut now, mut defined, mut depth) = (0, false, 0u32);
     let fault = |line: u64, cause: String| {
         let pos = Pos::new(u32::try_from(line).unwrap_or(0), 0, 0);
         let hint = "give a value change dump, as --vcd writes one";
-        Diagnostic::new(Severity::Error, NO_VCD, file, pos, cause, hint)
+        Diagnostic::new(Severity::Error, NOT_VCD, file, pos, cause, hint)
     };
     if bytes.starts_with(b"\xEF\xBB\xBF") {
         return Err(fault(1, "the file begins with the mark U+FEFF, which is no part of a waveform".to_owned()));
@@ -105,7 +105,7 @@ pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
         let (code, value) = match command {
             Command::Timescale(0, _) => return Err(fault(parser.line(), "the time scale is 0".to_owned())),
             Command::Timescale(number, unit) => {
-                wave.scale = (u64::from(number), places(unit));
+                wave.scale = (u64::from(number), decimal_places(unit));
                 continue;
             }
             Command::ScopeDef(..) => {
@@ -142,7 +142,7 @@ pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
                 now = time;
                 continue;
             }
-            Command::ChangeScalar(code, value) => (code, level(value)),
+            Command::ChangeScalar(code, value) => (code, to_level(value)),
             Command::ChangeVector(code, vector) => {
                 let bits: Vec<vcd::Value> = vector.iter().collect();
                 let front = bits.len().saturating_sub(codes.get(&code).map_or(0, |coded| coded.bits as usize));
@@ -151,27 +151,27 @@ pub fn read_vcd(file: &str, bytes: &[u8]) -> Result<Waveform, Diagnostic> {
                     return Err(fault(parser.line(), cause));
                 }
                 match bits.get(front..) {
-                    Some(&[bit]) => (code, level(bit)),
-                    bits => (code, bits.and_then(integer)),
+                    Some(&[bit]) => (code, to_level(bit)),
+                    bits => (code, bits.and_then(to_integer)),
                 }
             }
             Command::ChangeReal(code, _) | Command::ChangeString(code, _) => (code, None),
             _ => continue,
         };
-        let Some(Coded { wires, .. }) = codes.get(&code).filter(|_| defined) else {
+        let Some(WireCode { wires, .. }) = codes.get(&code).filter(|_| defined) else {
             return Err(fault(parser.line(), "a wire changes that was not declared".to_owned()));
         };
         match value {
             Some(value) => {
                 let line = u32::try_from(parser.line()).unwrap_or(0);
-                wave.changes.extend(wires.iter().map(|wire| Change {
+                wave.changes.extend(wires.iter().map(|wire| WireChange {
                     time: now,
                     wire: *wire,
                     value: value.clone(),
                     line,
                 }));
             }
-            None => wave.unclear = true,
+            None => wave.has_skipped_values = true,
         }
         if wave.changes.len() > MAX_CHANGES {
             return Err(fault(parser.line(), format!("there are more than {MAX_CHANGES} changes")));
@@ -188,49 +188,49 @@ impl Waveform {
     ///
     /// # Errors
     /// Two signals of one name are wanted.
-    pub fn scenario(
+    pub fn to_scenario(
         &self,
         wanted: &mut dyn FnMut(&str) -> bool,
     ) -> Result<(Scenario, Vec<Diagnostic>), Vec<Diagnostic>> {
         let takes: Vec<bool> = self.wires.iter().map(|wire| wanted(wire)).collect();
-        let twice = self.twice(&takes);
+        let twice = self.duplicate_wires(&takes);
         if !twice.is_empty() {
             return Err(twice);
         }
         let other = self.wires.iter().zip(&takes).filter(|(_, takes)| !**takes).map(|(wire, _)| wire.as_str());
         let other: Vec<&str> = other.collect();
-        let mut told = Vec::new();
-        let mut tell = |cause: String, hint: &str| {
-            told.push(Diagnostic::new(Severity::Warning, STRANGE_WIRES, &self.file, Pos::default(), cause, hint));
+        let mut warnings = Vec::new();
+        let mut warn = |cause: String, hint: &str| {
+            warnings.push(Diagnostic::new(Severity::Warning, UNKNOWN_WIRES, &self.file, Pos::default(), cause, hint));
         };
         if !other.is_empty() {
             let some = other.iter().take(8).copied().collect::<Vec<_>>().join(", ");
             let more = other.len().saturating_sub(8);
             let more = if more > 0 { format!(" and {more} more") } else { String::new() };
-            tell(format!("wires that drive nothing here: {some}{more}"), "name wires as what they are to drive");
+            warn(format!("wires that drive nothing here: {some}{more}"), "name wires as what they are to drive");
         }
-        if self.unclear {
-            tell("some changes to x, to real numbers or texts are passed over".to_owned(), "use 0, 1 and z");
+        if self.has_skipped_values {
+            warn("some changes to x, to real numbers or texts are passed over".to_owned(), "use 0, 1 and z");
         }
         let steps = self.changes.iter().filter(|change| takes.get(change.wire) == Some(&true));
-        let steps = steps.map(|Change { time, wire, value, line }| {
+        let steps = steps.map(|WireChange { time, wire, value, line }| {
             let pos = Pos::new(*line, 0, 0);
-            let name = Named { text: self.wires.get(*wire).cloned().unwrap_or_default(), pos };
-            let verb = Verb::Set(vec![Assign { name, value: value.clone(), pos }]);
-            Step { pos, name: None, when: When::At(self.span(*time)), every: None, verb }
+            let name = LocatedText { text: self.wires.get(*wire).cloned().unwrap_or_default(), pos };
+            let verb = StepAction::Set(vec![Assignment { name, value: value.clone(), pos }]);
+            ScenarioStep { pos, name: None, time: StepTime::At(self.to_time_span(*time)), repetition: None, action: verb }
         });
-        Ok((Scenario { file: self.file.clone(), steps: steps.collect(), ..Scenario::default() }, told))
+        Ok((Scenario { file: self.file.clone(), steps: steps.collect(), ..Scenario::default() }, warnings))
     }
 
     /// Wires that are taken and have the name of one before them.
-    fn twice(&self, takes: &[bool]) -> Vec<Diagnostic> {
+    fn duplicate_wires(&self, takes: &[bool]) -> Vec<Diagnostic> {
         let mut first: HashMap<&str, u32> = HashMap::new();
         let mut faults = Vec::new();
         for ((wire, line), _) in self.wires.iter().zip(&self.lines).zip(takes).filter(|(_, takes)| **takes) {
             if let Some(before) = first.get(wire.as_str()) {
                 let cause = format!("`{wire}` is the name of two wires, of this and of that of line {before}");
                 let (pos, hint) = (Pos::new(*line, 0, 0), "rename the one that is not to drive it");
-                faults.push(Diagnostic::new(Severity::Error, TWO_WIRES, &self.file, pos, cause, hint));
+                faults.push(Diagnostic::new(Severity::Error, AMBIGUOUS_WIRES, &self.file, pos, cause, hint));
             } else {
                 first.insert(wire, *line);
             }
@@ -239,14 +239,14 @@ impl Waveform {
     }
 
     /// A moment of the file: it counts from the first tick on that does not begin before it.
-    fn span(&self, time: u64) -> Span {
+    fn to_time_span(&self, time: u64) -> TimeSpan {
         let mantissa = time.saturating_mul(self.scale.0);
         let text = format!("#{time}");
-        Span { mantissa, decimals: 0, unit: Unit::Second(self.scale.1), text, pos: Pos::default(), up: true }
+        TimeSpan { mantissa, decimals: 0, unit: TimeUnit::Second(self.scale.1), text, pos: Pos::default(), round_up: true }
     }
 }
 
-fn places(unit: TimescaleUnit) -> u32 {
+fn decimal_places(unit: TimescaleUnit) -> u32 {
     match unit {
         TimescaleUnit::S => 0,
         TimescaleUnit::MS => 3,
@@ -257,21 +257,21 @@ fn places(unit: TimescaleUnit) -> u32 {
     }
 }
 
-fn level(value: vcd::Value) -> Option<Value> {
+fn to_level(value: vcd::Value) -> Option<ScenarioValue> {
     match value {
-        vcd::Value::V0 => Some(Value::Number(0)),
-        vcd::Value::V1 => Some(Value::Number(1)),
-        vcd::Value::Z => Some(Value::Text("z".to_owned())),
+        vcd::Value::V0 => Some(ScenarioValue::Number(0)),
+        vcd::Value::V1 => Some(ScenarioValue::Number(1)),
+        vcd::Value::Z => Some(ScenarioValue::Text("z".to_owned())),
         vcd::Value::X => None,
     }
 }
 
 /// Bits, the highest first, without a sign; nothing where one of them is neither 0 nor 1, or there are too many.
-fn integer(bits: &[vcd::Value]) -> Option<Value> {
+fn to_integer(bits: &[vcd::Value]) -> Option<ScenarioValue> {
     let number = bits.iter().try_fold(0i64, |number, bit| match bit {
         vcd::Value::V0 => number.checked_mul(2),
         vcd::Value::V1 => number.checked_mul(2)?.checked_add(1),
         vcd::Value::X | vcd::Value::Z => None,
     });
-    number.map(Value::Number)
+    number.map(ScenarioValue::Number)
 }

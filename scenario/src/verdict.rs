@@ -6,7 +6,7 @@ use crate::codes;
 
 /// How a scenario ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
+pub enum ScenarioOutcome {
     /// All steps were done and everything was as expected.
     Passed,
     /// An expectation was not met.
@@ -17,9 +17,9 @@ pub enum Outcome {
 
 /// How a scenario ended, and where.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Verdict {
+pub struct ScenarioVerdict {
     /// How.
-    pub outcome: Outcome,
+    pub outcome: ScenarioOutcome,
     /// The step that decided, from 1 in the order of the file; nothing where it passed.
     pub step: Option<usize>,
     /// That step in words.
@@ -31,26 +31,26 @@ pub struct Verdict {
     /// When.
     pub tick: u64,
     /// The same in words.
-    pub moment: String,
+    pub tick_text: String,
 }
 
-impl Verdict {
+impl ScenarioVerdict {
     /// That of no scenario: it passes.
     #[must_use]
-    pub fn nothing() -> Verdict {
+    pub fn without_scenario() -> ScenarioVerdict {
         let (text, why, moment) = (String::new(), String::new(), String::new());
-        Verdict { outcome: Outcome::Passed, step: None, text, pos: Pos::default(), why, tick: 0, moment }
+        ScenarioVerdict { outcome: ScenarioOutcome::Passed, step: None, text, pos: Pos::default(), why, tick: 0, tick_text: moment }
     }
 
     /// The complaint about a scenario that did not pass, at its step.
     #[must_use]
-    pub fn complaint(&self, file: &str) -> Option<Diagnostic> {
+    pub fn to_diagnostic(&self, file: &str) -> Option<Diagnostic> {
         let (code, hint) = match self.outcome {
-            Outcome::Passed => return None,
-            Outcome::Failed => (codes::FAILED, "look at the machine at that moment"),
-            Outcome::NoResult => (codes::LIMIT, "give it a `within`, or raise the limit"),
+            ScenarioOutcome::Passed => return None,
+            ScenarioOutcome::Failed => (codes::FAILED, "look at the machine at that moment"),
+            ScenarioOutcome::NoResult => (codes::LIMIT, "give it a `within`, or raise the limit"),
         };
-        let cause = format!("{} at {}", self.why, self.moment);
+        let cause = format!("{} at {}", self.why, self.tick_text);
         Some(Diagnostic::new(Severity::Error, code, file, self.pos, cause, hint))
     }
 }

@@ -1,76 +1,76 @@
 //! What a machine has to do for a scenario, and to tell.
 
-use crate::model::Value;
-use crate::time::Scale;
+use crate::model::ScenarioValue;
+use crate::time::TimeScale;
 
 /// Something that can be given a value, with the value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Input {
+pub struct ScenarioInput {
     /// What the site calls it.
     pub id: usize,
     /// It can be told before its time ([`World::ahead`]).
-    pub ahead: bool,
+    pub can_be_queued: bool,
 }
 
 /// Something that can be looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Output {
+pub struct ScenarioOutput {
     /// What the site calls it.
     pub id: usize,
     /// The least and the most that it can be.
     pub range: (i64, i64),
     /// Nothing may drive it.
-    pub floats: bool,
+    pub can_float: bool,
 }
 
 /// What something is at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reading {
+pub enum OutputReading {
     /// A number; of a pin 0 or 1.
     Value(i64),
     /// A pin that nothing drives.
     Floating,
 }
 
-impl std::fmt::Display for Reading {
+impl std::fmt::Display for OutputReading {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Reading::Value(value) => write!(f, "{value}"),
-            Reading::Floating => f.write_str("z"),
+            OutputReading::Value(value) => write!(f, "{value}"),
+            OutputReading::Floating => f.write_str("z"),
         }
     }
 }
 
 /// A machine before it runs: what has which name, and how its time is counted.
-pub trait Site {
+pub trait NameResolver {
     /// Its ticks.
-    fn scale(&self) -> Scale;
+    fn time_scale(&self) -> TimeScale;
     /// Something and the value that it will be given.
     ///
     /// # Errors
     /// Why not: a sentence, and true where it is the name that is wrong.
-    fn input(&mut self, name: &str, value: &Value) -> Result<Input, (String, bool)>;
+    fn resolve_input(&mut self, name: &str, value: &ScenarioValue) -> Result<ScenarioInput, (String, bool)>;
     /// One name for all names of the same thing.
-    fn same(&self, name: &str) -> String {
+    fn canonical_name(&self, name: &str) -> String {
         name.to_owned()
     }
     /// Something that can be looked at.
     ///
     /// # Errors
     /// Why not, a sentence.
-    fn output(&mut self, name: &str) -> Result<Output, String>;
+    fn resolve_output(&mut self, name: &str) -> Result<ScenarioOutput, String>;
     /// All names that are worth proposing for one that is wrong.
-    fn names(&self) -> Vec<String>;
+    fn known_names(&self) -> Vec<String>;
     /// Bytes can be sent to the machine.
     ///
     /// # Errors
     /// Why not, a sentence.
-    fn sends(&mut self) -> Result<(), String>;
+    fn check_can_send(&mut self) -> Result<(), String>;
     /// Bytes can be sent at a rate that a scenario gives, in bits per second; of a ladder program that is not asked.
     ///
     /// # Errors
     /// Why not, a sentence.
-    fn rate(&self, baud: u64) -> Result<(), String> {
+    fn check_baud_rate(&self, baud: u64) -> Result<(), String> {
         let _ = baud;
         Ok(())
     }
@@ -78,34 +78,34 @@ pub trait Site {
     ///
     /// # Errors
     /// Why not, a sentence.
-    fn receives(&mut self) -> Result<(), String>;
+    fn check_can_receive(&mut self) -> Result<(), String>;
     /// Snapshots can be written.
     ///
     /// # Errors
     /// Why not, a sentence.
-    fn snapshots(&mut self) -> Result<(), String>;
+    fn check_can_snapshot(&mut self) -> Result<(), String>;
     /// The supply can go off and on.
     ///
     /// # Errors
     /// Why not, a sentence.
-    fn power_cycles(&mut self) -> Result<(), String>;
+    fn check_can_power_cycle(&mut self) -> Result<(), String>;
 }
 
 /// A machine as it runs. Identifiers are those of its [`Site`].
-pub trait World {
+pub trait ScenarioWorld {
     /// Now, in ticks since power-up.
     fn now(&self) -> u64;
     /// How many ticks ahead stimuli are wanted, so that each takes effect at its own tick.
-    fn ahead(&self) -> u64 {
+    fn queue_ahead_ticks(&self) -> u64 {
         0
     }
     /// Gives something its value at a tick: now, or at most [`World::ahead`] later.
     ///
     /// # Errors
     /// The machine cannot take it, a sentence.
-    fn put(&mut self, input: usize, at: u64) -> Result<(), String>;
+    fn set_input(&mut self, input: usize, at: u64) -> Result<(), String>;
     /// What something is at now.
-    fn read(&self, output: usize) -> Reading;
+    fn read_output(&self, output: usize) -> OutputReading;
     /// Sends bytes to the machine from a tick on, behind those sent before.
     ///
     /// # Errors
@@ -126,5 +126,5 @@ pub trait World {
     /// Tells a line.
     fn log(&mut self, line: &str);
     /// A tick in words, for messages: `scan 12 (120 ms)`.
-    fn moment(&self, tick: u64) -> String;
+    fn describe_tick(&self, tick: u64) -> String;
 }

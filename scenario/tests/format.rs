@@ -61,7 +61,7 @@ fn the_page_is_read() {
         }
     }
     let all = KEYS.iter().copied().filter(|key| *key != "step");
-    let verbs = STEP_KEYS.iter().filter(|key| key.verb).map(|key| key.name);
+    let verbs = STEP_KEYS.iter().filter(|key| key.is_action).map(|key| key.name);
     let missing: Vec<_> =
         all.chain(verbs).chain(["at", "after", "every", "between"]).filter(|key| !told.contains(*key)).collect();
     assert!(missing.is_empty(), "no row for {missing:?}");

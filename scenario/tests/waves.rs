@@ -1,6 +1,6 @@
 //! Waveforms as stimulus: what is read of one, and what is refused, with its line (IEEE 1364-2005, section 18).
 
-use scenario::{Value, Verb, read_vcd};
+use scenario::{ScenarioValue, StepAction, read_vcd};
 
 const HEAD: &str = "$timescale 1 us $end $scope module top $end $var wire 1 ! a $end $var reg 8 # b $end $upscope $end \
                     $enddefinitions $end\n";
@@ -26,12 +26,12 @@ fn found(text: &str) -> String {
         Ok(wave) => wave,
         Err(fault) => return format!("line {}", fault.pos.line),
     };
-    let (scenario, _) = wave.scenario(&mut |_| true).expect("one signal of each name");
-    let step = |step: &scenario::Step| {
-        let (scenario::When::At(span), Verb::Set(assigns)) = (&step.when, &step.verb) else { panic!("{step:?}") };
+    let (scenario, _) = wave.to_scenario(&mut |_| true).expect("one signal of each name");
+    let step = |step: &scenario::ScenarioStep| {
+        let (scenario::StepTime::At(span), StepAction::Set(assigns)) = (&step.time, &step.action) else { panic!("{step:?}") };
         let value = match &assigns[0].value {
-            Value::Number(number) => number.to_string(),
-            Value::Text(text) => text.clone(),
+            ScenarioValue::Number(number) => number.to_string(),
+            ScenarioValue::Text(text) => text.clone(),
         };
         assert!(step.pos.line > 1, "{text}");
         format!("{}us {}={value}", span.mantissa, assigns[0].name.text)

@@ -1,43 +1,43 @@
 //! Commands that go back in time.
 
-use emu_debug::debug::{Access, Action, Expr, Halt, Hit, Passed, Place, Scope, What, Why};
+use emu_debug::debug::{AccessKind, UserAction, DebugExpression, HaltResult, PointHit, PassedPosition, ExpressionPlace, NameScope, PointTrigger, HaltReason};
 
-use super::frames::{Calls, Frames};
-use super::numbers::brief;
-use super::shell::{Done, Shell};
+use super::frames::{CallScope, FrameSearch};
+use super::numbers::short_hex;
+use super::shell::{CommandResult, DebugShell};
 
-pub(super) fn stepi(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    let count = shell.count(args)?;
-    shell.go(out, |session, go_on| session.back_stepi(count, go_on));
+pub(super) fn stepi(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let count = shell.parse_count(args)?;
+    shell.run_and_report(out, |session, go_on| session.step_back(count, go_on));
     Ok(())
 }
 
-pub(super) fn go_on(shell: &mut Shell, _: &str, out: &mut String) -> Done {
-    shell.go(out, |session, go_on| session.back_run(go_on));
+pub(super) fn reverse_continue(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
+    shell.run_and_report(out, |session, go_on| session.run_back(go_on));
     Ok(())
 }
 
-pub(super) fn goto_cycle(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    let cycle = shell.cycle(args)?;
-    shell.go(out, |session, go_on| {
+pub(super) fn goto_cycle(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let cycle = shell.parse_cycle(args)?;
+    shell.run_and_report(out, |session, go_on| {
         let halt = session.goto_cycle(cycle, go_on);
         // That it came there is no news.
-        if halt.why == Why::Limit { Halt { why: Why::Done } } else { halt }
+        if halt.reason == HaltReason::Limit { HaltResult { reason: HaltReason::Done } } else { halt }
     });
     Ok(())
 }
 
 /// Says which positions are wanted.
-type Wanted = fn(&Scope, &Passed<'_>) -> bool;
+type PositionFilter = fn(&NameScope, &PassedPosition<'_>) -> bool;
 
 /// Goes back to the last position that `wanted` and that lies where `calls` says; `count` times.
-fn back_to(shell: &mut Shell, args: &str, calls: Calls, wanted: Wanted, out: &mut String) -> Done {
-    let count = shell.count(args)?;
-    shell.go(out, |session, go_on| {
-        let mut halt = Halt { why: Why::Done };
+fn reverse_search(shell: &mut DebugShell, args: &str, calls: CallScope, wanted: PositionFilter, out: &mut String) -> CommandResult {
+    let count = shell.parse_count(args)?;
+    shell.run_and_report(out, |session, go_on| {
+        let mut halt = HaltResult { reason: HaltReason::Done };
         for _ in 0..count {
-            halt = Frames::search(session, calls, wanted, go_on);
-            if halt.why != Why::Done {
+            halt = FrameSearch::search(session, calls, wanted, go_on);
+            if halt.reason != HaltReason::Done {
                 break;
             }
         }
@@ -47,44 +47,44 @@ fn back_to(shell: &mut Shell, args: &str, calls: Calls, wanted: Wanted, out: &mu
 }
 
 /// A source line begins at a position.
-fn begins(scope: &Scope, passed: &Passed<'_>) -> bool {
+fn begins_line(scope: &NameScope, passed: &PassedPosition<'_>) -> bool {
     let source = scope.source();
     let (pc, bytes) = (passed.target.pc(), scope.chip().word_bytes);
     let Some(line) = source.line_at(pc) else { return false };
-    let before = source.line_at(passed.from).map(|line| (&line.file, line.line));
+    let before = source.line_at(passed.from_word).map(|line| (&line.file, line.line));
     line.addr == pc * bytes && before != Some((&line.file, line.line))
 }
 
-fn has_lines(shell: &Shell) -> bool {
-    !shell.session.scope.lines.all().is_empty()
+fn has_lines(shell: &DebugShell) -> bool {
+    !shell.session.scope.lines.all_lines().is_empty()
 }
 
-pub(super) fn step(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn step(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if !has_lines(shell) {
-        return back_to(shell, args, Calls::Into, |_, _| true, out);
+        return reverse_search(shell, args, CallScope::Into, |_, _| true, out);
     }
-    back_to(shell, args, Calls::Into, begins, out)
+    reverse_search(shell, args, CallScope::Into, begins_line, out)
 }
 
-pub(super) fn next(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn next(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if !has_lines(shell) {
-        return back_to(shell, args, Calls::Over, |_, _| true, out);
+        return reverse_search(shell, args, CallScope::Over, |_, _| true, out);
     }
-    back_to(shell, args, Calls::Over, begins, out)
+    reverse_search(shell, args, CallScope::Over, begins_line, out)
 }
 
-pub(super) fn nexti(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    back_to(shell, args, Calls::Over, |_, _| true, out)
+pub(super) fn nexti(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    reverse_search(shell, args, CallScope::Over, |_, _| true, out)
 }
 
-pub(super) fn finish(shell: &mut Shell, _: &str, out: &mut String) -> Done {
-    if shell.frames().is_empty() {
+pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
+    if shell.return_addresses().is_empty() {
         return Err("there is nothing to go back out of: the stack tells of no call".to_owned());
     }
-    back_to(shell, "", Calls::Out, |_, _| true, out)
+    reverse_search(shell, "", CallScope::Out, |_, _| true, out)
 }
 
-pub(super) fn last_write(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn last_write(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (text, moves) = match args.strip_suffix(" go") {
         Some(text) => (text.trim(), true),
         None => (args.trim(), false),
@@ -92,24 +92,24 @@ pub(super) fn last_write(shell: &mut Shell, args: &str, out: &mut String) -> Don
     if text.is_empty() {
         return Err("whose last write? last-write buf, last-write PORTB.5, last-write data:0x100".to_owned());
     }
-    let here = shell.session.target().cycle();
-    let mut found = last(shell, text)?;
+    let here = shell.session.machine().cycle();
+    let mut found = last_change(shell, text)?;
     // It stands there already: the one before is meant.
     if moves && found.is_some_and(|(cycle, _)| cycle == here) {
-        shell.session.back_stepi(1, &mut || true);
-        found = last(shell, text)?;
+        shell.session.step_back(1, &mut || true);
+        found = last_change(shell, text)?;
         if found.is_none() {
             shell.session.goto_cycle(here, &mut || true);
         }
     }
-    let place = shell.expr(text)?.place(shell.session.target());
+    let place = shell.parse_expression(text)?.place(shell.session.machine());
     if let Some((cycle, value)) =
-        place.and_then(|place| by_hand(shell, place, if moves { here } else { here.saturating_add(1) }))
+        place.and_then(|place| last_set(shell, place, if moves { here } else { here.saturating_add(1) }))
         && found.is_none_or(|(last, _)| cycle >= last)
     {
-        out.push_str(&format!("{text} {}, set by hand at cycle {cycle}\n", brief(value)));
+        out.push_str(&format!("{text} {}, set by hand at cycle {cycle}\n", short_hex(value)));
         if moves {
-            shell.go(out, |session, go_on| session.goto_cycle(cycle, go_on));
+            shell.run_and_report(out, |session, go_on| session.goto_cycle(cycle, go_on));
         }
         return Ok(());
     }
@@ -118,39 +118,39 @@ pub(super) fn last_write(shell: &mut Shell, args: &str, out: &mut String) -> Don
         return Ok(());
     };
     let value = match (hit.old, hit.new) {
-        (Some(old), Some(new)) => format!("{} -> {}", brief(old), brief(new)),
-        (None, Some(new)) => brief(new),
+        (Some(old), Some(new)) => format!("{} -> {}", short_hex(old), short_hex(new)),
+        (None, Some(new)) => short_hex(new),
         _ => String::new(),
     };
     let instruction = shell.instruction(hit.pc).text;
-    out.push_str(&format!("{text} {value}, by {}: {instruction}, at cycle {cycle}\n", shell.spot(hit.pc)));
+    out.push_str(&format!("{text} {value}, by {}: {instruction}, at cycle {cycle}\n", shell.word_with_rung(hit.pc)));
     if moves {
-        shell.go(out, |session, go_on| session.goto_cycle(cycle, go_on));
+        shell.run_and_report(out, |session, go_on| session.goto_cycle(cycle, go_on));
     }
     Ok(())
 }
 
-pub(super) fn reverse_last(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn reverse_last(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     last_write(shell, &format!("{args} go"), out)
 }
 
 /// The last `set` of a place, or of a part of it, before a cycle.
-fn by_hand(shell: &Shell, place: Place, end: u64) -> Option<(u64, i64)> {
-    let bytes = |place: Place| match place {
-        Place::Memory { space, addr, bytes, .. } => Some((space, addr..addr + u32::from(bytes))),
-        Place::Bit { space, addr, .. } => Some((space, addr..addr + 1)),
+fn last_set(shell: &DebugShell, place: ExpressionPlace, end: u64) -> Option<(u64, i64)> {
+    let bytes = |place: ExpressionPlace| match place {
+        ExpressionPlace::Memory { space, addr, bytes, .. } => Some((space, addr..addr + u32::from(bytes))),
+        ExpressionPlace::Bit { space, addr, .. } => Some((space, addr..addr + 1)),
         _ => None,
     };
-    let touches = |other: Place| match (place, other, bytes(place), bytes(other)) {
-        (Place::RegBit { name, .. }, Place::Reg(of), ..) | (Place::Reg(of), Place::RegBit { name, .. }, ..) => {
+    let touches = |other: ExpressionPlace| match (place, other, bytes(place), bytes(other)) {
+        (ExpressionPlace::RegBit { name, .. }, ExpressionPlace::Reg(of), ..) | (ExpressionPlace::Reg(of), ExpressionPlace::RegBit { name, .. }, ..) => {
             name == of
         }
-        (Place::Bit { bit, .. }, Place::Bit { bit: set, .. }, one, two) => one == two && bit == set,
+        (ExpressionPlace::Bit { bit, .. }, ExpressionPlace::Bit { bit: set, .. }, one, two) => one == two && bit == set,
         (.., Some((space, own)), Some((of, set))) => space == of && own.start < set.end && set.start < own.end,
         _ => place == other,
     };
-    let sets = shell.session.deeds().filter_map(|(cycle, action)| match action {
-        Action::Set(set, _) if touches(*set) => Some(cycle),
+    let sets = shell.session.input_events().filter_map(|(cycle, action)| match action {
+        UserAction::Set(set, _) if touches(*set) => Some(cycle),
         _ => None,
     });
     let cycle = sets.filter(|cycle| *cycle < end).last()?;
@@ -159,32 +159,32 @@ fn by_hand(shell: &Shell, place: Place, end: u64) -> Option<(u64, i64)> {
 }
 
 /// The last change of a place, and where there is none the last write to its bytes.
-fn last(shell: &mut Shell, text: &str) -> Result<Option<(u64, Hit)>, String> {
+fn last_change(shell: &mut DebugShell, text: &str) -> Result<Option<(u64, PointHit)>, String> {
     let interrupted = |_| "interrupted".to_owned();
-    let expr = shell.expr(text)?;
-    let place = expr.place(shell.session.target()).ok_or_else(|| format!("`{text}` is no place that is written"))?;
+    let expr = shell.parse_expression(text)?;
+    let place = expr.place(shell.session.machine()).ok_or_else(|| format!("`{text}` is no place that is written"))?;
     let bytes = match place {
-        Place::Memory { space, addr, bytes, .. } => Some((space, addr, u32::from(bytes))),
-        Place::Bit { space, addr, .. } => Some((space, addr, 1)),
-        Place::Pin(_) | Place::Reg(_) | Place::RegBit { .. } => None,
-        Place::Pc | Place::Cycle | Place::Instructions => {
+        ExpressionPlace::Memory { space, addr, bytes, .. } => Some((space, addr, u32::from(bytes))),
+        ExpressionPlace::Bit { space, addr, .. } => Some((space, addr, 1)),
+        ExpressionPlace::Pin(_) | ExpressionPlace::Reg(_) | ExpressionPlace::RegBit { .. } => None,
+        ExpressionPlace::Pc | ExpressionPlace::Cycle | ExpressionPlace::Instructions => {
             return Err(format!("`{text}` changes with every instruction"));
         }
     };
-    let by_bytes = |shell: &mut Shell| {
+    let by_bytes = |shell: &mut DebugShell| {
         let Some((space, addr, bytes)) = bytes else { return Ok(None) };
-        let width = shell.session.scope.chip().width(space).max(1);
-        let range = emu_debug::Range { space, start: addr / width, end: (addr + bytes).div_ceil(width) };
-        shell.session.last(What::Access(range, Access::Write), &mut shell.go_on()).map_err(interrupted)
+        let width = shell.session.scope.chip().bytes_per_address(space).max(1);
+        let range = emu_debug::AddressRange { space, start: addr / width, end: (addr + bytes).div_ceil(width) };
+        shell.session.last_access(PointTrigger::Access(range, AccessKind::Write), &mut shell.keep_running()).map_err(interrupted)
     };
-    let by_value = |shell: &mut Shell| {
-        let found = shell.session.last(What::Change(Expr::Place(place)), &mut shell.go_on()).map_err(interrupted)?;
+    let by_value = |shell: &mut DebugShell| {
+        let found = shell.session.last_access(PointTrigger::Change(DebugExpression::Place(place)), &mut shell.keep_running()).map_err(interrupted)?;
         Ok::<_, String>(
-            found.map(|(cycle, hit)| (cycle, Hit { pc: shell.session.writer(cycle).unwrap_or(hit.pc), ..hit })),
+            found.map(|(cycle, hit)| (cycle, PointHit { pc: shell.session.step_ending_at(cycle).unwrap_or(hit.pc), ..hit })),
         )
     };
     // Of a bit the byte is written for others too; of a register of the chip the value changes without a write.
-    if matches!(place, Place::Memory { .. }) {
+    if matches!(place, ExpressionPlace::Memory { .. }) {
         let found = by_bytes(shell)?;
         return if found.is_some() { Ok(found) } else { by_value(shell) };
     }

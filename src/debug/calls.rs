@@ -2,10 +2,10 @@
 
 use emu_debug::debug::{CallFrame, ObjectExpr};
 
-use super::shell::{Done, Shell};
+use super::shell::{CommandResult, DebugShell};
 
 /// The calls that led here; a count shows so many, `full` the variables of each too.
-pub(super) fn backtrace(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn backtrace(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (mut count, mut full) = (usize::MAX, false);
     for word in args.split_whitespace() {
         match word.parse::<usize>() {
@@ -33,35 +33,35 @@ fn indented(lines: &str) -> String {
     lines.lines().map(|line| format!("        {line}\n")).collect()
 }
 
-pub(super) fn frame(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn frame(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let args = args.strip_prefix("level ").unwrap_or(args).trim();
     if args.is_empty() {
-        return shell.look_at(shell.level, out);
+        return shell.select_frame(shell.level, out);
     }
-    let level = shell.value(args)?;
+    let level = shell.integer_value(args)?;
     let level = usize::try_from(level).map_err(|_| format!("there is no call {level}; bt lists them"))?;
-    shell.look_at(level, out)
+    shell.select_frame(level, out)
 }
 
-pub(super) fn up(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    let count = usize::try_from(shell.count(args)?).unwrap_or(usize::MAX);
+pub(super) fn up(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let count = usize::try_from(shell.parse_count(args)?).unwrap_or(usize::MAX);
     let last = shell.calls().len().saturating_sub(1);
     if shell.level >= last {
         return Err("this is the outermost call; you cannot go up".to_owned());
     }
-    shell.look_at(shell.level.saturating_add(count).min(last), out)
+    shell.select_frame(shell.level.saturating_add(count).min(last), out)
 }
 
-pub(super) fn down(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    let count = usize::try_from(shell.count(args)?).unwrap_or(usize::MAX);
+pub(super) fn down(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let count = usize::try_from(shell.parse_count(args)?).unwrap_or(usize::MAX);
     if shell.level == 0 {
         return Err("this is the innermost call; you cannot go down".to_owned());
     }
-    shell.look_at(shell.level.saturating_sub(count), out)
+    shell.select_frame(shell.level.saturating_sub(count), out)
 }
 
 /// `info locals` and `info args`.
-pub(super) fn info_variables(shell: &Shell, parameters: bool, out: &mut String) -> Done {
+pub(super) fn info_variables(shell: &DebugShell, parameters: bool, out: &mut String) -> CommandResult {
     let found = shell.variables(shell.level, parameters);
     let nothing = if parameters { "No arguments.\n" } else { "No locals.\n" };
     out.push_str(if found.is_empty() { nothing } else { &found });
@@ -69,20 +69,20 @@ pub(super) fn info_variables(shell: &Shell, parameters: bool, out: &mut String) 
 }
 
 /// `info frame`.
-pub(super) fn info_frame(shell: &Shell, out: &mut String) -> Done {
+pub(super) fn info_frame(shell: &DebugShell, out: &mut String) -> CommandResult {
     let frames = shell.calls();
     let (scope, chip) = (&shell.session.scope, shell.session.scope.chip());
     let frame = frames.get(shell.level).ok_or("there is no such call any more; bt lists them")?;
     let cfa = frame.cfa.map_or(String::new(), |cfa| format!(", frame at 0x{cfa:x}"));
     out.push_str(&format!("Stack level {}{cfa}:\n", shell.level));
-    out.push_str(&format!(" pc = {}", scope.source().place(frame.word)));
+    out.push_str(&format!(" pc = {}", scope.source().describe_word(frame.word)));
     match frames.get(shell.level + 1) {
         Some(caller) => {
-            out.push_str(&format!("; saved pc = {}\n", scope.source().place(caller.word)));
-            out.push_str(&format!(" called by {}\n", shell.called(caller)));
-            let saved = (0..).zip(caller.saved.iter().zip(&frame.saved)).filter(|(_, (now, before))| now != before);
+            out.push_str(&format!("; saved pc = {}\n", scope.source().describe_word(caller.word)));
+            out.push_str(&format!(" called by {}\n", shell.describe_call(caller)));
+            let saved = (0..).zip(caller.saved_registers.iter().zip(&frame.saved_registers)).filter(|(_, (now, before))| now != before);
             let saved: Vec<String> =
-                saved.filter_map(|(n, (addr, _))| Some(format!("r{n} at {}:0x{:x}", chip.ram, (*addr)?))).collect();
+                saved.filter_map(|(n, (addr, _))| Some(format!("r{n} at {}:0x{:x}", chip.ram_space, (*addr)?))).collect();
             if !saved.is_empty() {
                 out.push_str(&format!(" Saved registers: {}\n", saved.join(", ")));
             }
@@ -93,14 +93,14 @@ pub(super) fn info_frame(shell: &Shell, out: &mut String) -> Done {
     Ok(())
 }
 
-impl Shell {
+impl DebugShell {
     /// Looks at the call of a level, and tells which that is.
-    fn look_at(&mut self, level: usize, out: &mut String) -> Done {
+    fn select_frame(&mut self, level: usize, out: &mut String) -> CommandResult {
         let frames = self.calls();
         let frame = frames.get(level).ok_or_else(|| format!("there is no call {level}; bt lists them"))?;
         (self.level, self.listed) = (level, None);
         out.push_str(&self.frame_line(level, frame));
-        if let Some((file, number)) = self.present_line()
+        if let Some((file, number)) = self.current_line()
             && let Some(lines) = self.sources.file(&self.session.scope.lines, &file)
             && let Some(text) = (number as usize).checked_sub(1).and_then(|at| lines.get(at))
         {
@@ -111,55 +111,55 @@ impl Shell {
 
     /// A call as gdb writes it, with its parameters where the program tells of them; else its place.
     fn frame_line(&self, level: usize, frame: &CallFrame) -> String {
-        let place = self.called(frame);
+        let place = self.describe_call(frame);
         match self.is_described(frame) {
             true if level == 0 => format!("#0  {place}\n"),
-            true if frame.left_out > 0 => format!("#{level}  {place}\n"),
+            true if frame.inlined_skipped > 0 => format!("#{level}  {place}\n"),
             true => {
                 let address = self.session.scope.chip().code_address(frame.word);
                 format!("#{level}  0x{address:04x} in {place}\n")
             }
-            false => format!("#{level}  {}\n", self.session.scope.source().place(frame.word)),
+            false => format!("#{level}  {}\n", self.session.scope.source().describe_word(frame.word)),
         }
     }
 
     /// The source line that a call is at: of a function in which another was put in place of its call, that call.
     pub(super) fn line_of_frame(&self, frame: &CallFrame) -> Option<(String, u32)> {
         let scope = &self.session.scope;
-        let own = scope.source().line_at(frame.at).map(|line| (line.file.to_string(), line.line));
-        let Some((_, Some((file, line)))) = scope.calls().named(self.session.target(), frame) else { return own };
+        let own = scope.source().line_at(frame.call_word).map(|line| (line.file.to_string(), line.line));
+        let Some((_, Some((file, line)))) = scope.calls().frame_name(self.session.machine(), frame) else { return own };
         let is = |known: &str| known.rsplit('/').next() == Some(file.as_str());
-        let file = scope.lines.all().iter().map(|line| &*line.file).find(|known| is(known));
+        let file = scope.lines.all_lines().iter().map(|line| &*line.file).find(|known| is(known));
         file.map(|file| (file.to_owned(), *line)).or(own)
     }
 
     fn is_described(&self, frame: &CallFrame) -> bool {
-        let byte = frame.at.saturating_mul(self.session.scope.chip().word_bytes);
+        let byte = frame.call_word.saturating_mul(self.session.scope.chip().word_bytes);
         self.session.scope.calls().info.function_at(byte).is_some()
     }
 
     /// `total (of=0x8ee, count=3) at main.c:13`.
-    fn called(&self, frame: &CallFrame) -> String {
+    fn describe_call(&self, frame: &CallFrame) -> String {
         let scope = &self.session.scope;
-        let Some((name, _)) = scope.calls().named(self.session.target(), frame) else {
-            return scope.source().place(frame.word);
+        let Some((name, _)) = scope.calls().frame_name(self.session.machine(), frame) else {
+            return scope.source().describe_word(frame.word);
         };
         let level = self.calls().iter().position(|known| known == frame).unwrap_or(0);
         let value = |(name, object): (String, ObjectExpr)| {
             // As short as gdb has it: structs and arrays are left out.
             let text =
-                if object.is_scalar() { object.bare_text(scope, self.session.target()) } else { "...".to_owned() };
+                if object.is_scalar() { object.text_without_type(scope, self.session.machine()) } else { "...".to_owned() };
             format!("{name}={text}")
         };
-        let parameters: Vec<String> = scope.locals(self.session.target(), level, true).into_iter().map(value).collect();
+        let parameters: Vec<String> = scope.locals(self.session.machine(), level, true).into_iter().map(value).collect();
         let line = self.line_of_frame(frame).map_or(String::new(), |(file, line)| format!(" at {file}:{line}"));
         format!("{name} ({}){line}", parameters.join(", "))
     }
 
     /// Parameters or other variables of a call, a line each.
     fn variables(&self, level: usize, parameters: bool) -> String {
-        let (scope, target) = (&self.session.scope, self.session.target());
+        let (scope, target) = (&self.session.scope, self.session.machine());
         let found = scope.locals(target, level, parameters).into_iter();
-        found.map(|(name, object)| format!("{name} = {}\n", object.bare_text(scope, target))).collect()
+        found.map(|(name, object)| format!("{name} = {}\n", object.text_without_type(scope, target))).collect()
     }
 }

@@ -1,28 +1,28 @@
 //! Commands about the program: instructions, source lines, the calls that led here.
 
-use emu_core::chip::Family;
+use emu_core::chip::ChipFamily;
 use emu_debug::debug::CallFrame;
-use ladder_view::View;
+use ladder_view::LadderView;
 
-use super::shell::{Done, Shell};
+use super::shell::{CommandResult, DebugShell};
 
 /// Instructions and lines that are shown at once.
-const SHOWN: u32 = 10;
+const LINES_SHOWN: u32 = 10;
 
 /// Words before the next instruction in which a function begins that `disas` shows from its beginning.
-const NEAR: u32 = 24;
+const MAX_FUNCTION_DISTANCE: u32 = 24;
 
-pub(super) fn disas(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn disas(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (place, count) = match args.rsplit_once(char::is_whitespace) {
-        Some((place, count)) if count.parse::<u32>().is_ok() => (place.trim(), count.parse().unwrap_or(SHOWN)),
-        _ => (args, SHOWN),
+        Some((place, count)) if count.parse::<u32>().is_ok() => (place.trim(), count.parse().unwrap_or(LINES_SHOWN)),
+        _ => (args, LINES_SHOWN),
     };
     let word = if !place.is_empty() {
-        shell.location(place)?.first().copied().unwrap_or_default()
-    } else if let Some(next) = shell.disassembled() {
+        shell.parse_location(place)?.first().copied().unwrap_or_default()
+    } else if let Some(next) = shell.next_disassembly() {
         next
     } else {
-        shell.beginning()
+        shell.function_start()
     };
     let (text, next) = shell.instructions(word, count);
     shell.set_disassembled(next);
@@ -30,41 +30,41 @@ pub(super) fn disas(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     Ok(())
 }
 
-impl Shell {
+impl DebugShell {
     /// Where `disas` went on last, if the machine has not moved since.
-    fn disassembled(&self) -> Option<u32> {
-        self.disassembly.filter(|(at, _)| *at == self.session.target().cycle()).map(|(_, next)| next)
+    fn next_disassembly(&self) -> Option<u32> {
+        self.disassembly.filter(|(at, _)| *at == self.session.machine().cycle()).map(|(_, next)| next)
     }
 
     fn set_disassembled(&mut self, next: u32) {
-        self.disassembly = Some((self.session.target().cycle(), next));
+        self.disassembly = Some((self.session.machine().cycle(), next));
     }
 
     /// Where the function of the next instruction begins, if that is near.
-    fn beginning(&self) -> u32 {
-        let (pc, chip) = (self.session.target().pc(), self.session.scope.chip());
-        let symbols = self.session.scope.symbols.iter().filter(|symbol| symbol.space == chip.code);
+    fn function_start(&self) -> u32 {
+        let (pc, chip) = (self.session.machine().pc(), self.session.scope.chip());
+        let symbols = self.session.scope.symbols.iter().filter(|symbol| symbol.space == chip.code_space);
         let words = symbols.map(|symbol| symbol.addr / chip.word_bytes).filter(|word| *word <= pc);
-        words.max().filter(|word| pc - word <= NEAR).unwrap_or(pc)
+        words.max().filter(|word| pc - word <= MAX_FUNCTION_DISTANCE).unwrap_or(pc)
     }
 
     /// Some instructions as text, and the word behind them.
     pub(super) fn instructions(&self, from: u32, count: u32) -> (String, u32) {
         let (chip, source) = (self.session.scope.chip(), self.session.scope.source());
-        let (mut text, mut word, pc) = (String::new(), from, self.session.target().pc());
-        let end = chip.flash / chip.word_bytes.max(1);
+        let (mut text, mut word, pc) = (String::new(), from, self.session.machine().pc());
+        let end = chip.flash_bytes / chip.word_bytes.max(1);
         for _ in 0..count {
             if word >= end {
                 break;
             }
             let labels = source.names.symbols.iter();
-            let labels = labels.filter(|s| s.space == chip.code && s.addr == word * chip.word_bytes);
+            let labels = labels.filter(|s| s.space == chip.code_space && s.addr == word * chip.word_bytes);
             labels.for_each(|label| text.push_str(&format!("{}:\n", label.name)));
-            let rung = self.view.iter().flat_map(View::rung_words).find(|(_, start)| *start == word);
+            let rung = self.view.iter().flat_map(LadderView::rung_words).find(|(_, start)| *start == word);
             rung.iter().for_each(|(rung, _)| text.push_str(&format!("; rung {rung}\n")));
             let line = self.instruction(word);
             let here = if word == pc { "=>" } else { "  " };
-            let meant = source.operands(&line.operands).join(", ");
+            let meant = source.describe_operands(&line.operands).join(", ");
             let meant = if meant.is_empty() { meant } else { format!("  ; {meant}") };
             text.push_str(&format!("{here} 0x{:04x}  {}{meant}\n", chip.code_address(word), line.text));
             word += line.len.max(1) as u32;
@@ -74,11 +74,11 @@ impl Shell {
 
     /// The calls that are not over, the innermost first.
     pub(super) fn calls(&self) -> Vec<CallFrame> {
-        self.session.scope.calls().frames(self.session.target())
+        self.session.scope.calls().frames(self.session.machine())
     }
 
     /// Return addresses of open calls, as program words, the innermost first.
-    pub(super) fn frames(&self) -> Vec<u32> {
+    pub(super) fn return_addresses(&self) -> Vec<u32> {
         let calls = self.calls();
         let real = calls
             .iter()
@@ -89,30 +89,30 @@ impl Shell {
 
     /// There may be something to return to: a call, or an interrupt, of which the stack does not tell.
     pub(super) fn may_return(&self) -> bool {
-        let (chip, target) = (self.session.scope.chip(), self.session.target());
-        if !self.frames().is_empty() {
+        let (chip, target) = (self.session.scope.chip(), self.session.machine());
+        if !self.return_addresses().is_empty() {
             return true;
         }
         let sp = target.reg("SP").unwrap_or(0);
         match chip.family {
             // An entry clears the flag I, and leaves two bytes.
-            Family::Avr => {
+            ChipFamily::Avr => {
                 let end = u32::from(chip.ram_start) + u32::from(chip.ram_len);
                 sp != 0 && sp + 2 < end && target.reg("SREG").unwrap_or(0) & 0x80 == 0
             }
-            Family::Mcs51 => sp > 0x08 && target.peek("sfr", 0xA8).unwrap_or(0) & 0x80 != 0,
-            Family::Pic16 => target.depth() > 0,
-            Family::Ap101 => false,
+            ChipFamily::Mcs51 => sp > 0x08 && target.peek("sfr", 0xA8).unwrap_or(0) & 0x80 != 0,
+            ChipFamily::Pic16 => target.stack_depth() > 0,
+            ChipFamily::Ap101 => false,
         }
     }
 }
 
-pub(super) fn list(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn list(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if shell.view.is_some() {
         return super::rungs::list(shell, args, out);
     }
-    let (file, first, count) = shell.listed_lines(args)?;
-    let pc = shell.session.scope.source().line_at(shell.session.target().pc()).cloned();
+    let (file, first, count) = shell.parse_list_range(args)?;
+    let pc = shell.session.scope.source().line_at(shell.session.machine().pc()).cloned();
     let here = pc.filter(|line| *line.file == *file).map(|line| line.line);
     let lines = shell.sources.file(&shell.session.scope.lines, &file);
     let lines = lines.ok_or_else(|| format!("the source file {file} is not found"))?;
@@ -130,39 +130,39 @@ pub(super) fn list(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     Ok(())
 }
 
-impl Shell {
+impl DebugShell {
     /// The file, the first line and the count of lines that `list` shows: the next ones, `-` for those before, a line, two lines
     /// with a comma, a location, or where the call that is looked at is.
-    fn listed_lines(&self, args: &str) -> Result<(String, u32, u32), String> {
-        let around = |(file, line): (String, u32)| (file, line.saturating_sub(SHOWN / 2).max(1), SHOWN);
+    fn parse_list_range(&self, args: &str) -> Result<(String, u32, u32), String> {
+        let around = |(file, line): (String, u32)| (file, line.saturating_sub(LINES_SHOWN / 2).max(1), LINES_SHOWN);
         match (args, self.listed.clone()) {
-            ("", Some((file, next))) => return Ok((file, next, SHOWN)),
+            ("", Some((file, next))) => return Ok((file, next, LINES_SHOWN)),
             ("-", Some((file, next))) => {
-                let end = next.saturating_sub(SHOWN).max(1);
-                let first = end.saturating_sub(SHOWN).max(1);
+                let end = next.saturating_sub(LINES_SHOWN).max(1);
+                let first = end.saturating_sub(LINES_SHOWN).max(1);
                 return Ok((file, first, end - first));
             }
             ("" | "-", _) => {
-                let here = self.present_line().or_else(|| self.main_line());
+                let here = self.current_line().or_else(|| self.main_line());
                 let here = here.ok_or("there is no source line here; disas shows the instructions")?;
                 return Ok(around(here));
             }
             _ => {}
         }
         if let Some((first, last)) = args.split_once(',') {
-            let (file, first) = self.line_of(first.trim())?;
+            let (file, first) = self.parse_line(first.trim())?;
             let last = match last.trim() {
-                "" => first + SHOWN - 1,
-                last => self.line_of(last)?.1,
+                "" => first + LINES_SHOWN - 1,
+                last => self.parse_line(last)?.1,
             };
             return Ok((file, first, last.saturating_sub(first).saturating_add(1)));
         }
-        self.line_of(args).map(around)
+        self.parse_line(args).map(around)
     }
 
     /// The file and line of a location.
-    pub(super) fn line_of(&self, text: &str) -> Result<(String, u32), String> {
-        if let Some(found) = self.plain_line(text) {
+    pub(super) fn parse_line(&self, text: &str) -> Result<(String, u32), String> {
+        if let Some(found) = self.parse_line_number(text) {
             return Ok(found);
         }
         // A line without code is a line all the same.
@@ -171,39 +171,39 @@ impl Shell {
         {
             return Ok((known, line));
         }
-        let word = self.location(text)?.first().copied().unwrap_or_default();
+        let word = self.parse_location(text)?.first().copied().unwrap_or_default();
         let line = self.session.scope.source().line_at(word).cloned();
         let line = line.ok_or_else(|| format!("there is no source line at {text}; disas shows the instructions"))?;
         Ok((line.file.to_string(), line.line))
     }
 
     /// A number alone: a line of the file that is looked at, as gdb has it; `+1` and `-1` count from the line that is. Nothing where the program has no lines.
-    pub(super) fn plain_line(&self, text: &str) -> Option<(String, u32)> {
+    pub(super) fn parse_line_number(&self, text: &str) -> Option<(String, u32)> {
         if let Some(by) = text.strip_prefix(['+', '-']).and_then(|by| by.parse::<u32>().ok()) {
-            let (file, line) = self.present_line()?;
+            let (file, line) = self.current_line()?;
             let line = if text.starts_with('+') { line.checked_add(by)? } else { line.checked_sub(by)? };
             return Some((file, line));
         }
         let line = text.parse().ok().filter(|_| text.bytes().all(|byte| byte.is_ascii_digit()))?;
-        let here = self.listed.clone().or_else(|| self.present_line()).or_else(|| self.main_line());
+        let here = self.listed.clone().or_else(|| self.current_line()).or_else(|| self.main_line());
         here.map(|(file, _)| (file, line))
     }
 
     /// The line of the call that is looked at.
-    pub(super) fn present_line(&self) -> Option<(String, u32)> {
+    pub(super) fn current_line(&self) -> Option<(String, u32)> {
         self.line_of_frame(self.calls().get(self.level)?)
     }
 
     /// Where `main` begins: what is listed before the program has come to a line.
     pub(super) fn main_line(&self) -> Option<(String, u32)> {
         let source = self.session.scope.source();
-        let line = source.line_at(source.words("main").ok()?.first().copied()?)?;
+        let line = source.line_at(source.parse_words("main").ok()?.first().copied()?)?;
         Some((line.file.to_string(), line.line))
     }
 
     /// A source file of the program by its name or the end of its path.
     pub(super) fn source_file(&self, name: &str) -> Option<String> {
-        let lines = self.session.scope.lines.all();
+        let lines = self.session.scope.lines.all_lines();
         let is = |file: &str| file == name || file.strip_suffix(name).is_some_and(|before| before.ends_with('/'));
         let mut found: Vec<&str> = lines.iter().map(|line| &*line.file).filter(|file| is(file)).collect();
         found.sort_unstable();

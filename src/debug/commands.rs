@@ -2,23 +2,23 @@
 
 use diag::nearest;
 
-use super::shell::{Done, Shell};
+use super::shell::{CommandResult, DebugShell};
 use super::{back, calls, code, data, files, info, points, record, rungs, running, texts, types};
 
 /// What an empty line does after a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Repeat {
+pub enum RepeatKind {
     /// Nothing.
     No,
     /// The same again.
     Same,
     /// It goes on where it was.
-    On,
+    Continue,
 }
 
 /// What a group of commands is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Group {
+pub enum CommandGroup {
     /// Running.
     Run,
     /// Breakpoints and watchpoints.
@@ -35,21 +35,21 @@ pub enum Group {
     Session,
 }
 
-impl Group {
+impl CommandGroup {
     /// All, in their order.
-    pub const ALL: &[(Group, &'static str)] = &[
-        (Group::Run, "Running"),
-        (Group::Points, "Breakpoints and watchpoints"),
-        (Group::Data, "Values"),
-        (Group::Code, "The program"),
-        (Group::Ladder, "Ladder programs"),
-        (Group::Back, "Back in time"),
-        (Group::Session, "The session"),
+    pub const ALL: &[(CommandGroup, &'static str)] = &[
+        (CommandGroup::Run, "Running"),
+        (CommandGroup::Points, "Breakpoints and watchpoints"),
+        (CommandGroup::Data, "Values"),
+        (CommandGroup::Code, "The program"),
+        (CommandGroup::Ladder, "Ladder programs"),
+        (CommandGroup::Back, "Back in time"),
+        (CommandGroup::Session, "The session"),
     ];
 }
 
 /// A command.
-pub struct Command {
+pub struct DebugCommand {
     /// Its name; any beginning of it that no other has will do.
     pub name: &'static str,
     /// Other names.
@@ -59,38 +59,38 @@ pub struct Command {
     /// What it does, in a line.
     pub help: &'static str,
     /// What it is about.
-    pub group: Group,
+    pub group: CommandGroup,
     /// What an empty line does after it.
-    pub repeat: Repeat,
+    pub repeat: RepeatKind,
     /// Does it.
-    pub run: fn(&mut Shell, &str, &mut String) -> Done,
+    pub run: fn(&mut DebugShell, &str, &mut String) -> CommandResult,
 }
 
 const fn command(
-    group: Group,
+    group: CommandGroup,
     name: &'static str,
     aliases: &'static [&'static str],
     syntax: &'static str,
-    repeat: Repeat,
-    run: fn(&mut Shell, &str, &mut String) -> Done,
+    repeat: RepeatKind,
+    run: fn(&mut DebugShell, &str, &mut String) -> CommandResult,
     help: &'static str,
-) -> Command {
-    Command { name, aliases, syntax, help, group, repeat, run }
+) -> DebugCommand {
+    DebugCommand { name, aliases, syntax, help, group, repeat, run }
 }
 
-use Group::{Back, Code, Data, Ladder, Points, Run, Session};
-use Repeat::{No, On, Same};
+use CommandGroup::{Back, Code, Data, Ladder, Points, Run, Session};
+use RepeatKind::{No, Continue, Same};
 
 /// All commands, group by group.
 #[rustfmt::skip]
-pub const COMMANDS: &[Command] = &[
+pub const COMMANDS: &[DebugCommand] = &[
     command(Run, "step",              &["s"],         "[COUNT]",     Same, running::step,          "to the next source line, into calls; service routines are run through; without lines an instruction"),
     command(Run, "stepi",             &["si"],        "[COUNT]",     Same, running::stepi,         "one instruction, or one entry of an interrupt"),
     command(Run, "next",              &["n"],         "[COUNT]",     Same, running::next,          "to the next source line, over calls; without lines an instruction"),
     command(Run, "nexti",             &["ni"],        "[COUNT]",     Same, running::nexti,         "one instruction, over calls and interrupts"),
     command(Run, "finish",            &["fin"],       "",            Same, running::finish,        "to where this subroutine or service routine returns to"),
     command(Run, "until",             &["u"],         "[LOCATION]",  Same, running::until,         "to a location, or out of this subroutine; without one as next, but never back, so that it leaves loops"),
-    command(Run, "continue",          &["c", "fg"],   "[COUNT]",     Same, running::go_on,         "run until something stops it; with a count the breakpoint here is passed COUNT - 1 times"),
+    command(Run, "continue",          &["c", "fg"],   "[COUNT]",     Same, running::continue_running,         "run until something stops it; with a count the breakpoint here is passed COUNT - 1 times"),
     command(Run, "advance",           &["adv"],       "LOCATION",    Same, running::advance,       "to a location, or out of this subroutine"),
     command(Run, "run",               &["r"],         "",            No,   running::run,           "from the beginning of the history; what was done from outside is done again"),
     command(Run, "start",             &["sta"],       "",            No,   running::start,         "the same, up to main"),
@@ -117,14 +117,14 @@ pub const COMMANDS: &[Command] = &[
     command(Data, "ptype",            &["pt"],        "EXPR or TYPE",         No, types::ptype,        "a type of C with its members"),
     command(Data, "whatis",           &["wha"],       "EXPR or TYPE",         No, types::whatis,       "the name of a type of C"),
     command(Data, "set",              &[],            "PLACE = EXPR",         No, data::set,           "give a place another value: set r16 = 5, set PB0 = 1, set VCC=4.5V, set buf = buf + 1"),
-    command(Data, "x",                &[],            "[/FORMAT] PLACE",      On, data::examine,       "memory from a place on: x/8xb data:0x100; count, format (x d u o t c a i s), unit (b h w)"),
+    command(Data, "x",                &[],            "[/FORMAT] PLACE",      Continue, data::examine,       "memory from a place on: x/8xb data:0x100; count, format (x d u o t c a i s), unit (b h w)"),
     command(Data, "display",          &[],            "[/FORMAT] [EXPR]",     No, data::display,       "show an expression at every stop; without one show them all now"),
     command(Data, "undisplay",        &[],            "[NUMBER..]",           No, data::undisplay,     "show it no more; without numbers none"),
     command(Data, "assert",           &[],            "EXPR",                 No, data::assert,        "fail where EXPR is 0: a script ends with exit code 1"),
 
     command(Code, "info",             &["i"],         "WHAT [..]",            No, info::info,          "what is known: info without more lists what there is"),
-    command(Code, "disas",            &["disassemble"], "[LOCATION] [COUNT]", On, code::disas,         "instructions from a location on; without one from where the function begins, or from the next one"),
-    command(Code, "list",             &["l"],         "[LOCATION]",           On, code::list,          "lines of the source: list, list 12, list 5,9, list main, list main.c:12, list - for those before"),
+    command(Code, "disas",            &["disassemble"], "[LOCATION] [COUNT]", Continue, code::disas,         "instructions from a location on; without one from where the function begins, or from the next one"),
+    command(Code, "list",             &["l"],         "[LOCATION]",           Continue, code::list,          "lines of the source: list, list 12, list 5,9, list main, list main.c:12, list - for those before"),
     command(Code, "bt",               &["backtrace", "where"], "[COUNT] [full]", No, calls::backtrace, "the calls that led here, as far as the stack tells; full: with their variables"),
     command(Code, "frame",            &["f"],         "[NUMBER]",           No, calls::frame,       "look at a call, 0 the innermost: print, info locals and list are about it then"),
     command(Code, "up",               &[],            "[COUNT]",            Same, calls::up,        "look at the caller"),
@@ -139,7 +139,7 @@ pub const COMMANDS: &[Command] = &[
     command(Back, "reverse-nexti",    &["rni"],       "[COUNT]",   Same, back::nexti,        "the same, over calls and interrupts"),
     command(Back, "reverse-step",     &["rs"],        "[COUNT]",   Same, back::step,         "back to where a source line begins, into calls"),
     command(Back, "reverse-next",     &["rn"],        "[COUNT]",   Same, back::next,         "back to where a source line begins, over calls; without lines an instruction"),
-    command(Back, "reverse-continue", &["rc"],        "",          Same, back::go_on,        "back to the last hit of a point, or to the beginning"),
+    command(Back, "reverse-continue", &["rc"],        "",          Same, back::reverse_continue,        "back to the last hit of a point, or to the beginning"),
     command(Back, "reverse-finish",   &["rfin"],      "",          Same, back::finish,       "back to before the call of this subroutine"),
     command(Back, "goto-cycle",       &["gc"],        "CYCLE",     No,   back::goto_cycle,   "to a machine cycle or a time, back or forwards; points do not stop it"),
     command(Back, "last-write",       &["lw"],        "PLACE [go]", No,  back::last_write,   "who gave a place its value last; with `go` goes to behind that instruction"),
@@ -157,7 +157,7 @@ pub const COMMANDS: &[Command] = &[
 ];
 
 /// The first word of a line and the rest: `x/8xb buf` is `x` and `/8xb buf`. Nothing where the line is empty or a comment.
-pub fn split(line: &str) -> Option<(&str, &str)> {
+pub fn split_command(line: &str) -> Option<(&str, &str)> {
     let line = line.trim();
     if line.is_empty() || line.starts_with('#') {
         return None;
@@ -175,12 +175,12 @@ pub fn split(line: &str) -> Option<(&str, &str)> {
 ///
 /// # Errors
 /// There is none, or there are several: a sentence that names them.
-pub fn find(word: &str) -> Result<&'static Command, String> {
+pub fn find_command(word: &str) -> Result<&'static DebugCommand, String> {
     let exact = COMMANDS.iter().find(|command| command.name == word || command.aliases.contains(&word));
     if let Some(command) = exact {
         return Ok(command);
     }
-    let all: Vec<&Command> = COMMANDS.iter().filter(|command| command.name.starts_with(word)).collect();
+    let all: Vec<&DebugCommand> = COMMANDS.iter().filter(|command| command.name.starts_with(word)).collect();
     match all.as_slice() {
         [command] => Ok(command),
         [] => {
@@ -197,24 +197,24 @@ pub fn find(word: &str) -> Result<&'static Command, String> {
 }
 
 /// `help`.
-fn help(_: &mut Shell, args: &str, out: &mut String) -> Done {
+fn help(_: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if !args.is_empty() {
-        let (word, rest) = split(args).unwrap_or((args, ""));
-        if find(word).is_ok_and(|command| command.name == "info") && rest.is_empty() {
-            info::list(out);
+        let (word, rest) = split_command(args).unwrap_or((args, ""));
+        if find_command(word).is_ok_and(|command| command.name == "info") && rest.is_empty() {
+            info::list_topics(out);
             return Ok(());
         }
-        return find(word).map(|command| tell(command, out));
+        return find_command(word).map(|command| write_command_help(command, out));
     }
-    for (group, title) in Group::ALL {
+    for (group, title) in CommandGroup::ALL {
         out.push_str(&format!("{title}:\n"));
-        COMMANDS.iter().filter(|command| command.group == *group).for_each(|command| tell(command, out));
+        COMMANDS.iter().filter(|command| command.group == *group).for_each(|command| write_command_help(command, out));
     }
     out.push_str("A beginning of a name will do where it is clear; an empty line repeats.\n");
     Ok(())
 }
 
-fn tell(command: &Command, out: &mut String) {
+fn write_command_help(command: &DebugCommand, out: &mut String) {
     let names: Vec<&str> = std::iter::once(command.name).chain(command.aliases.iter().copied()).collect();
     let head = format!("{} {}", names.join(", "), command.syntax);
     out.push_str(&format!("  {:<34} {}\n", head.trim_end(), command.help));
@@ -230,7 +230,7 @@ mod tests {
     #[test]
     fn the_page_has_every_command() {
         let mut table = String::new();
-        for (group, title) in Group::ALL {
+        for (group, title) in CommandGroup::ALL {
             _ = write!(table, "### {title}\n\n| command | also | what it does |\n|---|---|---|\n");
             for command in COMMANDS.iter().filter(|command| command.group == *group) {
                 let syntax = format!("{} {}", command.name, command.syntax).replace('|', "\\|");
@@ -284,11 +284,11 @@ mod tests {
             ("info", "info"),
         ];
         for (word, wanted) in rows {
-            assert_eq!(find(word).map(|command| command.name), Ok(wanted), "{word}");
+            assert_eq!(find_command(word).map(|command| command.name), Ok(wanted), "{word}");
         }
-        assert!(find("re").is_err_and(|why| why.contains("reset, reverse-stepi")));
-        assert_eq!(split("x/8xb buf"), Some(("x", "/8xb buf")));
-        assert_eq!(split("# nothing"), None);
+        assert!(find_command("re").is_err_and(|why| why.contains("reset, reverse-stepi")));
+        assert_eq!(split_command("x/8xb buf"), Some(("x", "/8xb buf")));
+        assert_eq!(split_command("# nothing"), None);
     }
 
     /// No two commands answer to one name.

@@ -5,11 +5,11 @@
 
 use std::cell::RefCell;
 
-use emu_debug::debug::{Flow, Halt, Passed, Scope, Session};
+use emu_debug::debug::{CallFlow, HaltResult, PassedPosition, NameScope, DebugSession};
 
 /// Where a position may lie, as seen from where the search begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Calls {
+pub(super) enum CallScope {
     /// Also in calls that have returned since, but not in service routines.
     Into,
     /// Not in calls that have returned since.
@@ -20,51 +20,51 @@ pub(super) enum Calls {
 
 /// A call or service routine that began in the stretch.
 #[derive(Debug, Clone, Copy)]
-struct Frame {
+struct StretchFrame {
     service: bool,
     /// The last candidate in it.
-    best: Option<u64>,
+    last_candidate: Option<u64>,
 }
 
 /// The frames of a stretch.
 #[derive(Debug, Default)]
-pub(super) struct Frames {
+pub(super) struct FrameSearch {
     /// Those that began in it, the innermost last.
-    stack: Vec<Frame>,
+    stack: Vec<StretchFrame>,
     /// The last candidates in frames that are older than the stretch: one more each time that such a frame was left.
-    floor: Vec<Option<u64>>,
+    older_candidates: Vec<Option<u64>>,
     /// The same of the stretches that follow, for frames older than those.
-    later: Vec<Option<u64>>,
+    later_candidates: Vec<Option<u64>>,
     /// The cycle at which the stretch begins.
-    first: u64,
+    start_cycle: u64,
     /// Instructions at the position before.
-    counted: u64,
+    instructions_before: u64,
     found: Option<u64>,
 }
 
-impl Frames {
+impl FrameSearch {
     /// Goes back to the last position before this one that is wanted and that lies where `calls` says.
     pub fn search(
-        session: &mut Session,
-        calls: Calls,
-        wanted: fn(&Scope, &Passed<'_>) -> bool,
+        session: &mut DebugSession,
+        calls: CallScope,
+        wanted: fn(&NameScope, &PassedPosition<'_>) -> bool,
         go_on: &mut dyn FnMut() -> bool,
-    ) -> Halt {
-        let now = session.target().cycle();
+    ) -> HaltResult {
+        let now = session.machine().cycle();
         let scope = session.scope.clone();
         let has_vectors = !scope.chip().vectors.is_empty();
-        let frames = RefCell::new(Frames { later: vec![None], ..Frames::default() });
-        let halt = session.back_until(
+        let frames = RefCell::new(FrameSearch { later_candidates: vec![None], ..FrameSearch::default() });
+        let halt = session.run_back_until(
             go_on,
             &mut || {
                 let mut frames = frames.borrow_mut();
-                frames.end(calls);
+                frames.end_stretch(calls);
                 frames.found.is_none()
             },
             &mut |passed| {
                 frames
                     .borrow_mut()
-                    .pass(passed, (calls, has_vectors), |passed| passed.target.cycle() < now && wanted(&scope, passed));
+                    .visit_position(passed, (calls, has_vectors), |passed| passed.target.cycle() < now && wanted(&scope, passed));
                 false
             },
         );
@@ -75,34 +75,34 @@ impl Frames {
     }
 
     /// Comes by a position.
-    fn pass(&mut self, passed: &Passed<'_>, (calls, has_vectors): (Calls, bool), wanted: impl Fn(&Passed<'_>) -> bool) {
+    fn visit_position(&mut self, passed: &PassedPosition<'_>, (calls, has_vectors): (CallScope, bool), wanted: impl Fn(&PassedPosition<'_>) -> bool) {
         let counted = passed.target.instructions();
         if passed.first {
             self.stack.clear();
-            self.floor = vec![None];
-            self.first = passed.target.cycle();
-            self.counted = counted;
+            self.older_candidates = vec![None];
+            self.start_cycle = passed.target.cycle();
+            self.instructions_before = counted;
             return;
         }
         // Only the entry of an interrupt is a step without an instruction.
-        let entry = has_vectors && counted == self.counted;
-        self.counted = counted;
+        let entry = has_vectors && counted == self.instructions_before;
+        self.instructions_before = counted;
         match passed.flow {
-            _ if entry => self.stack.push(Frame { service: true, best: None }),
-            Flow::Call => self.stack.push(Frame { service: false, best: None }),
-            Flow::Return => self.leave(None, calls),
-            Flow::Plain => {}
+            _ if entry => self.stack.push(StretchFrame { service: true, last_candidate: None }),
+            CallFlow::Call => self.stack.push(StretchFrame { service: false, last_candidate: None }),
+            CallFlow::Return => self.leave_frame(None, calls),
+            CallFlow::Plain => {}
         }
         if wanted(passed) {
-            self.put(passed.target.cycle());
+            self.set_candidate(passed.target.cycle());
         }
     }
 
     /// A candidate in the present frame.
-    fn put(&mut self, cycle: u64) {
+    fn set_candidate(&mut self, cycle: u64) {
         let best = match self.stack.last_mut() {
-            Some(frame) => Some(&mut frame.best),
-            None => self.floor.last_mut(),
+            Some(frame) => Some(&mut frame.last_candidate),
+            None => self.older_candidates.last_mut(),
         };
         if let Some(best) = best {
             *best = Some(cycle);
@@ -110,42 +110,42 @@ impl Frames {
     }
 
     /// Leaves the innermost frame, in which `newer` is a candidate behind those that are known.
-    fn leave(&mut self, newer: Option<u64>, calls: Calls) {
+    fn leave_frame(&mut self, newer: Option<u64>, calls: CallScope) {
         match self.stack.pop() {
-            Some(Frame { service, best }) => {
-                let kept = newer.or(best).filter(|_| !service && calls == Calls::Into);
+            Some(StretchFrame { service, last_candidate: best }) => {
+                let kept = newer.or(best).filter(|_| !service && calls == CallScope::Into);
                 if let Some(cycle) = kept {
-                    self.put(cycle);
+                    self.set_candidate(cycle);
                 }
             }
             None => {
-                if let (Some(best), Some(cycle)) = (self.floor.last_mut(), newer) {
+                if let (Some(best), Some(cycle)) = (self.older_candidates.last_mut(), newer) {
                     *best = Some(cycle);
                 }
-                self.floor.push(None);
+                self.older_candidates.push(None);
             }
         }
     }
 
     /// The stretch is complete: what follows it leaves frames of it, and what is left then is still open now.
-    fn end(&mut self, calls: Calls) {
-        let later = std::mem::take(&mut self.later);
+    fn end_stretch(&mut self, calls: CallScope) {
+        let later = std::mem::take(&mut self.later_candidates);
         let (last, left) = later.split_last().map_or((None, &[][..]), |(last, left)| (*last, left));
         for newer in left {
-            self.leave(*newer, calls);
+            self.leave_frame(*newer, calls);
         }
-        let floor = self.floor.last().copied().flatten();
-        if calls == Calls::Out {
+        let floor = self.older_candidates.last().copied().flatten();
+        if calls == CallScope::Out {
             // The innermost open frame is the present subroutine; the one around it has called it.
             self.found = match self.stack.as_slice() {
                 [] => None,
-                [_] => floor.or(Some(self.first)),
-                [.., caller, _] => caller.best.or(Some(self.first)),
+                [_] => floor.or(Some(self.start_cycle)),
+                [.., caller, _] => caller.last_candidate.or(Some(self.start_cycle)),
             };
         } else {
-            let open = self.stack.iter().rev().find_map(|frame| frame.best);
+            let open = self.stack.iter().rev().find_map(|frame| frame.last_candidate);
             self.found = last.or(open).or(floor);
         }
-        self.later = std::mem::take(&mut self.floor);
+        self.later_candidates = std::mem::take(&mut self.older_candidates);
     }
 }

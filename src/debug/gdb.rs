@@ -3,13 +3,13 @@
 use std::net::TcpListener;
 
 use clap::Args;
-use emu_debug::debug::Session;
-use emu_gdb::{Monitor, Options, address, serve};
-use ladder_view::View;
+use emu_debug::debug::DebugSession;
+use emu_gdb::{MonitorHandler, GdbOptions, parse_address, serve};
+use ladder_view::LadderView;
 
-use super::open::Opened;
-use crate::fail::Failure;
-use crate::output::tell;
+use super::open::OpenedSession;
+use crate::fail::VerbFailure;
+use crate::output::print_to_stderr;
 
 /// Its flags.
 #[derive(Debug, Args)]
@@ -28,38 +28,38 @@ impl GdbArgs {
     ///
     /// # Errors
     /// It is no address, or not to be had.
-    pub fn listener(&self) -> Result<Option<TcpListener>, Failure> {
+    pub fn listener(&self) -> Result<Option<TcpListener>, VerbFailure> {
         let Some(text) = &self.addr else { return Ok(None) };
-        let addr = address(text).map_err(|why| Failure::Usage(format!("--gdb {why}")))?;
+        let addr = parse_address(text).map_err(|why| VerbFailure::Usage(format!("--gdb {why}")))?;
         let listener = TcpListener::bind(addr);
-        listener.map(Some).map_err(|error| Failure::Usage(format!("--gdb cannot listen on {addr}: {error}")))
+        listener.map(Some).map_err(|error| VerbFailure::Usage(format!("--gdb cannot listen on {addr}: {error}")))
     }
 
     /// Serves until the client has gone.
-    pub fn serve(&self, mut opened: Opened, listener: &TcpListener) -> Result<u8, Failure> {
-        let monitor = opened.view.take().map(|view| -> Box<Monitor> {
-            Box::new(move |session: &mut Session, text: &str| ladder(&view, session, text))
+    pub fn serve(&self, mut opened: OpenedSession, listener: &TcpListener) -> Result<u8, VerbFailure> {
+        let monitor = opened.view.take().map(|view| -> Box<MonitorHandler> {
+            Box::new(move |session: &mut DebugSession, text: &str| ladder(&view, session, text))
         });
-        let options = Options { persist: self.persist, monitor };
-        let ended = serve(&mut opened.session, listener, options, &mut |line| tell(&format!("{line}\n")));
-        ended.map(|_| 0).map_err(|error| Failure::Usage(format!("--gdb cannot go on: {error}")))
+        let options = GdbOptions { persist: self.persist, monitor };
+        let ended = serve(&mut opened.session, listener, options, &mut |line| print_to_stderr(&format!("{line}\n")));
+        ended.map(|_| 0).map_err(|error| VerbFailure::Usage(format!("--gdb cannot go on: {error}")))
     }
 }
 
 /// Commands behind `monitor` for a ladder program.
-fn ladder(view: &View, session: &Session, text: &str) -> Option<Vec<String>> {
+fn ladder(view: &LadderView, session: &DebugSession, text: &str) -> Option<Vec<String>> {
     let (word, rest) = text.split_once(' ').unwrap_or((text, ""));
     match word.trim_end_matches('?') {
         "why" => {
-            let follow = session.follow()?;
-            Some(view.why(follow, session.target(), rest.trim()).unwrap_or_else(|why| vec![why]))
+            let follow = session.follower()?;
+            Some(view.explain_value(follow, session.machine(), rest.trim()).unwrap_or_else(|why| vec![why]))
         }
-        "rung" => Some(view.draw(session.follow(), session.target(), false)),
+        "rung" => Some(view.draw(session.follower(), session.machine(), false)),
         "values" => {
             let show = |(name, value): (String, Option<i64>)| {
                 format!("{name} = {}", value.map_or("?".to_owned(), |value| value.to_string()))
             };
-            Some(view.values(session.target()).into_iter().map(show).collect())
+            Some(view.values(session.machine()).into_iter().map(show).collect())
         }
         _ => None,
     }

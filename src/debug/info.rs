@@ -1,48 +1,48 @@
 //! `info`: what is known of the machine and of the session.
 
-use emu_core::chip::{Chip, Family};
+use emu_core::chip::{Chip, ChipFamily};
 
 use super::numbers::hex;
-use super::shell::{Done, Shell};
+use super::shell::{CommandResult, DebugShell};
 use super::stop::level;
 use super::{calls, points, rungs, types};
 
 /// Something that `info` tells of.
-struct Topic {
+struct InfoTopic {
     name: &'static str,
     help: &'static str,
-    tell: fn(&mut Shell, &str, &mut String) -> Done,
+    write: fn(&mut DebugShell, &str, &mut String) -> CommandResult,
 }
 
 /// All of them.
 #[rustfmt::skip]
-const TOPICS: &[Topic] = &[
-    Topic { name: "registers",   help: "registers of the core; with names those, of the chip too", tell: registers },
-    Topic { name: "breakpoints", help: "breakpoints and watchpoints",                             tell: |shell, _, out| { points::list(shell, out); Ok(()) } },
-    Topic { name: "watchpoints", help: "breakpoints and watchpoints",                             tell: |shell, _, out| { points::list(shell, out); Ok(()) } },
-    Topic { name: "locals",      help: "variables of the call that is looked at",                 tell: |shell, _, out| calls::info_variables(shell, false, out) },
-    Topic { name: "args",        help: "its parameters",                                          tell: |shell, _, out| calls::info_variables(shell, true, out) },
-    Topic { name: "frame",       help: "that call: its place, its caller, registers that it has saved", tell: |shell, _, out| calls::info_frame(shell, out) },
-    Topic { name: "stack",       help: "the stack, and the calls that it tells of",               tell: stack },
-    Topic { name: "pins",        help: "levels of the pins",                                      tell: pins },
-    Topic { name: "timers",      help: "registers of the timers",                                 tell: |shell, _, out| part(shell, Part::Timers, out) },
-    Topic { name: "uart",        help: "registers of the serial port",                            tell: |shell, _, out| part(shell, Part::Uart, out) },
-    Topic { name: "interrupts",  help: "registers of the interrupts, and their vectors",          tell: interrupts },
-    Topic { name: "cycle",       help: "time, instructions, scans, and how far back it goes",     tell: cycle },
-    Topic { name: "rung",        help: "the rung that is next, or that of a number, with its power flow", tell: rungs::info },
-    Topic { name: "source",      help: "the source file here",                                    tell: types::info_source },
-    Topic { name: "sources",     help: "the source files of the program; with a text those that have it", tell: types::info_sources },
-    Topic { name: "line",        help: "the code of a source line: info line main.c:12",          tell: types::info_line },
-    Topic { name: "symbol",      help: "what has its name at an address: info symbol 0x86",       tell: types::info_symbol },
-    Topic { name: "functions",   help: "symbols of program memory; with a text those that have it", tell: |shell, args, out| types::info_kind(shell, args, true, out) },
-    Topic { name: "variables",   help: "symbols of other memories; with a text those that have it", tell: |shell, args, out| types::info_kind(shell, args, false, out) },
-    Topic { name: "symbols",     help: "symbols of the program; with a text those that have it",  tell: symbols },
-    Topic { name: "display",     help: "what every stop shows",                                   tell: |shell, _, out| { shell.show_displays(out); Ok(()) } },
+const TOPICS: &[InfoTopic] = &[
+    InfoTopic { name: "registers",   help: "registers of the core; with names those, of the chip too", write: registers },
+    InfoTopic { name: "breakpoints", help: "breakpoints and watchpoints",                             write: |shell, _, out| { points::list(shell, out); Ok(()) } },
+    InfoTopic { name: "watchpoints", help: "breakpoints and watchpoints",                             write: |shell, _, out| { points::list(shell, out); Ok(()) } },
+    InfoTopic { name: "locals",      help: "variables of the call that is looked at",                 write: |shell, _, out| calls::info_variables(shell, false, out) },
+    InfoTopic { name: "args",        help: "its parameters",                                          write: |shell, _, out| calls::info_variables(shell, true, out) },
+    InfoTopic { name: "frame",       help: "that call: its place, its caller, registers that it has saved", write: |shell, _, out| calls::info_frame(shell, out) },
+    InfoTopic { name: "stack",       help: "the stack, and the calls that it tells of",               write: stack },
+    InfoTopic { name: "pins",        help: "levels of the pins",                                      write: pins },
+    InfoTopic { name: "timers",      help: "registers of the timers",                                 write: |shell, _, out| part(shell, ChipPart::Timers, out) },
+    InfoTopic { name: "uart",        help: "registers of the serial port",                            write: |shell, _, out| part(shell, ChipPart::Uart, out) },
+    InfoTopic { name: "interrupts",  help: "registers of the interrupts, and their vectors",          write: interrupts },
+    InfoTopic { name: "cycle",       help: "time, instructions, scans, and how far back it goes",     write: cycle },
+    InfoTopic { name: "rung",        help: "the rung that is next, or that of a number, with its power flow", write: rungs::info },
+    InfoTopic { name: "source",      help: "the source file here",                                    write: types::info_source },
+    InfoTopic { name: "sources",     help: "the source files of the program; with a text those that have it", write: types::info_sources },
+    InfoTopic { name: "line",        help: "the code of a source line: info line main.c:12",          write: types::info_line },
+    InfoTopic { name: "symbol",      help: "what has its name at an address: info symbol 0x86",       write: types::info_symbol },
+    InfoTopic { name: "functions",   help: "symbols of program memory; with a text those that have it", write: |shell, args, out| types::info_kind(shell, args, true, out) },
+    InfoTopic { name: "variables",   help: "symbols of other memories; with a text those that have it", write: |shell, args, out| types::info_kind(shell, args, false, out) },
+    InfoTopic { name: "symbols",     help: "symbols of the program; with a text those that have it",  write: symbols },
+    InfoTopic { name: "display",     help: "what every stop shows",                                   write: |shell, _, out| { shell.show_displays(out); Ok(()) } },
 ];
 
 /// Parts of a chip, by their registers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Part {
+enum ChipPart {
     Timers,
     Uart,
     Interrupts,
@@ -50,29 +50,29 @@ enum Part {
 
 /// With what the names of the registers of a part begin, by family. A `#` stands for a digit at the end or nothing.
 #[rustfmt::skip]
-const PARTS: &[(Family, Part, &[&str])] = &[
-    (Family::Avr,   Part::Timers,     &["TCCR", "TCNT", "OCR", "ICR", "TIMSK", "TIFR", "ETIMSK", "ETIFR", "ASSR", "GTCCR", "SFIOR"]),
-    (Family::Avr,   Part::Uart,       &["UDR", "UCSR", "UBRR"]),
-    (Family::Avr,   Part::Interrupts, &["EIMSK", "EIFR", "EICR", "PCICR", "PCIFR", "PCMSK", "GICR", "GIFR", "TIMSK", "TIFR"]),
-    (Family::Mcs51, Part::Timers,     &["TCON", "TMOD", "TL", "TH", "T2CON", "T2MOD", "RCAP2"]),
-    (Family::Mcs51, Part::Uart,       &["SCON", "SBUF", "PCON"]),
-    (Family::Mcs51, Part::Interrupts, &["IE", "IP", "TCON", "SCON"]),
-    (Family::Pic16, Part::Timers,     &["OPTION_REG", "TMR", "T1CON", "T2CON", "PR2", "CCP"]),
-    (Family::Pic16, Part::Uart,       &["TXSTA", "RCSTA", "TXREG", "RCREG", "SPBRG"]),
-    (Family::Pic16, Part::Interrupts, &["INTCON", "PIE", "PIR"]),
+const PARTS: &[(ChipFamily, ChipPart, &[&str])] = &[
+    (ChipFamily::Avr,   ChipPart::Timers,     &["TCCR", "TCNT", "OCR", "ICR", "TIMSK", "TIFR", "ETIMSK", "ETIFR", "ASSR", "GTCCR", "SFIOR"]),
+    (ChipFamily::Avr,   ChipPart::Uart,       &["UDR", "UCSR", "UBRR"]),
+    (ChipFamily::Avr,   ChipPart::Interrupts, &["EIMSK", "EIFR", "EICR", "PCICR", "PCIFR", "PCMSK", "GICR", "GIFR", "TIMSK", "TIFR"]),
+    (ChipFamily::Mcs51, ChipPart::Timers,     &["TCON", "TMOD", "TL", "TH", "T2CON", "T2MOD", "RCAP2"]),
+    (ChipFamily::Mcs51, ChipPart::Uart,       &["SCON", "SBUF", "PCON"]),
+    (ChipFamily::Mcs51, ChipPart::Interrupts, &["IE", "IP", "TCON", "SCON"]),
+    (ChipFamily::Pic16, ChipPart::Timers,     &["OPTION_REG", "TMR", "T1CON", "T2CON", "PR2", "CCP"]),
+    (ChipFamily::Pic16, ChipPart::Uart,       &["TXSTA", "RCSTA", "TXREG", "RCREG", "SPBRG"]),
+    (ChipFamily::Pic16, ChipPart::Interrupts, &["INTCON", "PIE", "PIR"]),
 ];
 
 /// `info`.
-pub(super) fn info(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn info(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (word, rest) = args.split_once(char::is_whitespace).unwrap_or((args, ""));
     if word.is_empty() {
-        list(out);
+        list_topics(out);
         return Ok(());
     }
     // The first will do, as `i r` and `i b` do in gdb.
     let exact = TOPICS.iter().find(|topic| topic.name == word);
     match exact.or_else(|| TOPICS.iter().find(|topic| topic.name.starts_with(word))) {
-        Some(topic) => (topic.tell)(shell, rest.trim(), out),
+        Some(topic) => (topic.write)(shell, rest.trim(), out),
         None => Err(format!("there is no `info {word}`; there are {}", names().collect::<Vec<_>>().join(", "))),
     }
 }
@@ -83,30 +83,30 @@ pub(super) fn names() -> impl Iterator<Item = &'static str> {
 }
 
 /// What there is.
-pub(super) fn list(out: &mut String) {
+pub(super) fn list_topics(out: &mut String) {
     TOPICS.iter().for_each(|topic| out.push_str(&format!("  info {:<12} {}\n", topic.name, topic.help)));
 }
 
-fn registers(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+fn registers(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if !args.is_empty() {
         for name in args.split_whitespace() {
             let name = name.trim_start_matches('$');
             // Of a caller those that its call has saved.
-            let expr = shell.expr(&format!("${name}")).or_else(|_| shell.expr(name))?;
-            out.push_str(&format!("{name} = {}\n", shell.shown(&expr, Default::default())));
+            let expr = shell.parse_expression(&format!("${name}")).or_else(|_| shell.parse_expression(name))?;
+            out.push_str(&format!("{name} = {}\n", shell.value_text(&expr, Default::default())));
         }
         return Ok(());
     }
-    let (chip, target) = (shell.session.scope.chip(), shell.session.target());
+    let (chip, target) = (shell.session.scope.chip(), shell.session.machine());
     let values: Vec<String> = chip
         .cpu_regs
         .iter()
         .filter(|name| **name != "PC")
-        .filter_map(|name| Some(format!("{name:<6} {}", hex(shell.value(&format!("${name}")).ok()?, 2))))
+        .filter_map(|name| Some(format!("{name:<6} {}", hex(shell.integer_value(&format!("${name}")).ok()?, 2))))
         .collect();
     columns(&values, 8, out);
     let word = shell.calls().get(shell.level).map_or(target.pc(), |frame| frame.word);
-    out.push_str(&format!("PC     {}\n", shell.session.scope.source().place(word)));
+    out.push_str(&format!("PC     {}\n", shell.session.scope.source().describe_word(word)));
     Ok(())
 }
 
@@ -120,15 +120,15 @@ fn columns(values: &[String], count: usize, out: &mut String) {
     }
 }
 
-fn pins(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+fn pins(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     const MANY: usize = 100;
-    let (chip, target) = (shell.session.scope.chip(), shell.session.target());
+    let (chip, target) = (shell.session.scope.chip(), shell.session.machine());
     let all = chip.pins.iter().zip(0..).filter(|(_, id)| target.has_pin(*id));
     let wanted = |name: &str| args.is_empty() || name.to_ascii_lowercase().starts_with(&args.to_ascii_lowercase());
     // Of a controller with hundreds of channels those that are on.
     let few = chip.pins.len() < MANY || !args.is_empty();
     let values: Vec<String> = all
-        .map(|(pin, id)| (pin.name, level(target.level(id))))
+        .map(|(pin, id)| (pin.name, level(target.pin_level(id))))
         .filter(|(name, level)| wanted(name) && (few || *level == "1"))
         .map(|(name, level)| format!("{name}={level}"))
         .collect();
@@ -144,8 +144,8 @@ const PRESET: &str = "preset";
 const VALUE: &str = "value";
 
 /// Timers and counters of AP101 that are in use, with preset and value.
-fn modules(shell: &Shell, out: &mut String) {
-    let (chip, target) = (shell.session.scope.chip(), shell.session.target());
+fn modules(shell: &DebugShell, out: &mut String) {
+    let (chip, target) = (shell.session.scope.chip(), shell.session.machine());
     let count = chip.spaces.iter().find(|space| space.0 == PRESET).map_or(0, |space| space.1);
     let word = |space: &str, at: u32| {
         let byte = |n: u32| target.peek(space, 2 * at + n).map_or(0, u32::from);
@@ -161,12 +161,12 @@ fn modules(shell: &Shell, out: &mut String) {
 }
 
 /// Names and values of the registers of a part.
-fn part(shell: &mut Shell, part: Part, out: &mut String) -> Done {
-    let (chip, target) = (shell.session.scope.chip(), shell.session.target());
+fn part(shell: &mut DebugShell, part: ChipPart, out: &mut String) -> CommandResult {
+    let (chip, target) = (shell.session.scope.chip(), shell.session.machine());
     let prefixes = PARTS.iter().find(|(family, of, _)| (*family, *of) == (chip.family, part)).map(|row| row.2);
     let Some(prefixes) = prefixes else {
         match part {
-            Part::Timers if chip.spaces.iter().any(|space| space.0 == PRESET) => modules(shell, out),
+            ChipPart::Timers if chip.spaces.iter().any(|space| space.0 == PRESET) => modules(shell, out),
             _ => out.push_str(&format!("{} has no registers of that kind\n", chip.name)),
         }
         return Ok(());
@@ -183,31 +183,31 @@ fn part(shell: &mut Shell, part: Part, out: &mut String) -> Done {
     Ok(())
 }
 
-fn interrupts(shell: &mut Shell, _: &str, out: &mut String) -> Done {
-    part(shell, Part::Interrupts, out)?;
+fn interrupts(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
+    part(shell, ChipPart::Interrupts, out)?;
     let chip: &Chip = shell.session.scope.chip();
     for (n, name) in (0u32..).zip(chip.vectors) {
-        let word = (n * chip.vector_words).saturating_sub(chip.vector_back);
+        let word = (n * chip.words_per_vector).saturating_sub(chip.later_vectors_back_words);
         out.push_str(&format!("{n:>3}  {name:<14} 0x{:04x}\n", chip.code_address(word)));
     }
-    let flags = shell.session.target().interrupt_flags();
+    let flags = shell.session.machine().interrupt_flags();
     if !flags.is_empty() {
         out.push_str(&format!("set and enabled: {}\n", flags.join(", ")));
     }
     Ok(())
 }
 
-fn stack(shell: &mut Shell, _: &str, out: &mut String) -> Done {
-    let target = shell.session.target();
+fn stack(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
+    let target = shell.session.machine();
     match target.reg("SP") {
         Some(sp) => out.push_str(&format!("SP = {}\n", hex(sp.into(), 2))),
-        None => out.push_str(&format!("depth {}\n", target.depth())),
+        None => out.push_str(&format!("depth {}\n", target.stack_depth())),
     }
     calls::backtrace(shell, "", out)
 }
 
-fn cycle(shell: &mut Shell, _: &str, out: &mut String) -> Done {
-    let (session, target) = (&shell.session, shell.session.target());
+fn cycle(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
+    let (session, target) = (&shell.session, shell.session.machine());
     let clock = session.clock();
     out.push_str(&format!("cycle         {}\n", target.cycle()));
     out.push_str(&format!("time          {} s at {} Hz\n", clock.seconds(target.cycle()), clock.hz));
@@ -216,22 +216,22 @@ fn cycle(shell: &mut Shell, _: &str, out: &mut String) -> Done {
         out.push_str(&format!("scan          {scan}\n"));
     }
     out.push_str(&format!("goes back to  cycle {}\n", session.first_cycle()));
-    let deeds = session.deeds().count();
+    let deeds = session.input_events().count();
     if deeds > 0 {
         out.push_str(&format!("done to it    {deeds} times, from outside\n"));
     }
     Ok(())
 }
 
-fn symbols(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+fn symbols(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     rungs::values(shell, args, out);
     let scope = &shell.session.scope;
     let mut lines: Vec<String> = scope
         .symbols
         .iter()
-        .filter(|symbol| symbol.name.contains(args) || symbol.linkage().contains(args))
+        .filter(|symbol| symbol.name.contains(args) || symbol.linkage_name().contains(args))
         .map(|symbol| {
-            let width = scope.chip().width(symbol.space);
+            let width = scope.chip().bytes_per_address(symbol.space);
             let size = if symbol.size > 0 { format!(", {} bytes", symbol.size) } else { String::new() };
             format!("{}:0x{:04x} {}{size}\n", symbol.space, symbol.addr / width, symbol.name)
         })

@@ -2,9 +2,9 @@
 
 use super::commands::COMMANDS;
 use super::info;
-use super::shell::Shell;
+use super::shell::DebugShell;
 
-impl Shell {
+impl DebugShell {
     /// Names of commands.
     pub fn command_names(&self) -> Vec<String> {
         COMMANDS.iter().map(|command| command.name.to_owned()).collect()
@@ -22,7 +22,7 @@ impl Shell {
             let path = symbol.mangled.iter().map(|mangled| mangled.path.clone());
             path.chain([symbol.name.clone()])
         });
-        let target = self.session.target();
+        let target = self.session.machine();
         let variables = [true, false].into_iter().flat_map(|own| scope.locals(target, self.level, own));
         let variables = variables.map(|(name, _)| name);
         let ladder = scope.ladder.iter().map(|(name, _)| name.clone());

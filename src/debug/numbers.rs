@@ -7,16 +7,16 @@ pub(super) fn hex(value: i64, digits: usize) -> String {
 }
 
 /// A number as it is where it has one digit, else in hex.
-pub(super) fn brief(value: i64) -> String {
+pub(super) fn short_hex(value: i64) -> String {
     if (0..10).contains(&value) { value.to_string() } else { hex(value, 2) }
 }
 
 /// Most units that one `x` shows.
-const MOST: u32 = 1 << 16;
+const MAX_UNITS: u32 = 1 << 16;
 
 /// A count, a format and a unit, as `/8xb` gives them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Format {
+pub(super) struct ExamineFormat {
     /// How many.
     pub count: Option<u32>,
     /// `x d u o t c a s i`.
@@ -25,19 +25,19 @@ pub(super) struct Format {
     pub unit: Option<u32>,
 }
 
-impl Format {
+impl ExamineFormat {
     /// Takes a format off the front of the words behind a command.
     ///
     /// # Errors
     /// A letter that is none.
-    pub fn take(args: &str) -> Result<(Format, &str), String> {
-        let Some(rest) = args.strip_prefix('/') else { return Ok((Format::default(), args)) };
+    pub fn parse_front(args: &str) -> Result<(ExamineFormat, &str), String> {
+        let Some(rest) = args.strip_prefix('/') else { return Ok((ExamineFormat::default(), args)) };
         let end = rest.find(char::is_whitespace).unwrap_or(rest.len());
         let (text, rest) = rest.split_at(end);
         let digits = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
-        let mut format = Format::default();
+        let mut format = ExamineFormat::default();
         if digits > 0 {
-            let (count, most) = (&text[..digits], MOST);
+            let (count, most) = (&text[..digits], MAX_UNITS);
             let found = count.parse().ok().filter(|count| (1..=most).contains(count));
             format.count = Some(found.ok_or_else(|| format!("`{count}` is no count; write 1 to {most}"))?);
         }

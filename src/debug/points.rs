@@ -1,44 +1,44 @@
 //! Commands about breakpoints and watchpoints.
 
-use emu_debug::debug::{Access, Amount, Expr, Place, What};
-use emu_debug::stimulus::pin_level;
+use emu_debug::debug::{AccessKind, ExpressionValue, DebugExpression, ExpressionPlace, PointTrigger};
+use emu_debug::stimulus::parse_pin_level;
 
-use super::shell::{Done, Shell};
+use super::shell::{CommandResult, DebugShell};
 
 /// Splits off the condition of `LOCATION if EXPR`.
-fn with_condition(args: &str) -> (&str, Option<&str>) {
+fn split_condition(args: &str) -> (&str, Option<&str>) {
     let found = args.strip_prefix("if ").map(|condition| ("", condition));
     let found = found.or_else(|| args.split_once(" if "));
     found.map_or((args.trim(), None), |(place, condition)| (place.trim(), Some(condition.trim())))
 }
 
-pub(super) fn set_break(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn set_break(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     code_point(shell, args, false, out)
 }
 
-pub(super) fn set_tbreak(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn set_tbreak(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     code_point(shell, args, true, out)
 }
 
-fn code_point(shell: &mut Shell, args: &str, temporary: bool, out: &mut String) -> Done {
-    let (place, condition) = with_condition(args);
-    let words = if place.is_empty() { vec![shell.session.target().pc()] } else { shell.line_location(place)? };
-    let places: Vec<String> = words.iter().map(|word| shell.spot(*word)).collect();
+fn code_point(shell: &mut DebugShell, args: &str, temporary: bool, out: &mut String) -> CommandResult {
+    let (place, condition) = split_condition(args);
+    let words = if place.is_empty() { vec![shell.session.machine().pc()] } else { shell.parse_line_location(place)? };
+    let places: Vec<String> = words.iter().map(|word| shell.word_with_rung(*word)).collect();
     let text = if place.is_empty() || place.starts_with(['*', '$']) {
         places.first().cloned().unwrap_or_default()
     } else {
-        shell.plain_line(place).map_or_else(|| place.to_owned(), |(file, line)| format!("{file}:{line}"))
+        shell.parse_line_number(place).map_or_else(|| place.to_owned(), |(file, line)| format!("{file}:{line}"))
     };
-    let id = added(shell, What::Code(words), &text, condition, temporary)?;
+    let id = add_point(shell, PointTrigger::Code(words), &text, condition, temporary)?;
     let kind = if temporary { "Temporary breakpoint" } else { "Breakpoint" };
     out.push_str(&format!("{kind} {id} at {}\n", places.join(", ")));
     Ok(())
 }
 
 /// Adds a point with its condition, which is read first.
-fn added(shell: &mut Shell, what: What, text: &str, condition: Option<&str>, temporary: bool) -> Result<u32, String> {
+fn add_point(shell: &mut DebugShell, what: PointTrigger, text: &str, condition: Option<&str>, temporary: bool) -> Result<u32, String> {
     // What has a name where a breakpoint is, is meant there.
-    let at = if let What::Code(words) = &what { words.first().copied() } else { None };
+    let at = if let PointTrigger::Code(words) = &what { words.first().copied() } else { None };
     let wanted = condition;
     let condition = condition.map(|text| condition_at(shell, text, at)).transpose()?;
     let id = shell.session.points.add(what, text, temporary);
@@ -49,77 +49,77 @@ fn added(shell: &mut Shell, what: What, text: &str, condition: Option<&str>, tem
     Ok(id)
 }
 
-fn condition_at(shell: &Shell, text: &str, word: Option<u32>) -> Result<Expr, String> {
+fn condition_at(shell: &DebugShell, text: &str, word: Option<u32>) -> Result<DebugExpression, String> {
     match word {
-        Some(word) => shell.session.scope.expr_at(text, word),
-        None => shell.session.scope.expr_in(text, shell.session.target(), 0),
+        Some(word) => shell.session.scope.parse_expression_at_word(text, word),
+        None => shell.session.scope.parse_expression_in_frame(text, shell.session.machine(), 0),
     }
 }
 
-pub(super) fn watch(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    let (text, condition) = with_condition(args);
+pub(super) fn watch(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let (text, condition) = split_condition(args);
     if text.is_empty() {
         return Err("what is to be watched? memory, a register, a bit, a pin: watch buf".to_owned());
     }
-    let what = watched(shell, text)?;
-    let id = added(shell, what, text, condition, false)?;
+    let what = parse_watch(shell, text)?;
+    let id = add_point(shell, what, text, condition, false)?;
     out.push_str(&format!("Watchpoint {id}: {text}\n"));
     Ok(())
 }
 
 /// A pin by its edges, anything else by its value; `PB5=1` waits for a level.
-fn watched(shell: &Shell, text: &str) -> Result<What, String> {
+fn parse_watch(shell: &DebugShell, text: &str) -> Result<PointTrigger, String> {
     let scope = &shell.session.scope;
     if let Some((name, level)) =
         text.split_once('=').filter(|(name, level)| !name.ends_with(['=', '!', '<', '>']) && !level.starts_with('='))
     {
-        let Expr::Place(Place::Pin(pin)) = shell.expr(name)? else {
+        let DebugExpression::Place(ExpressionPlace::Pin(pin)) = shell.parse_expression(name)? else {
             return Err(format!("`{}` is no pin; write watch {} if {text}=..", name.trim(), name.trim()));
         };
         let name = scope.chip().pins.get(usize::from(pin)).map_or("", |pin| pin.name);
-        return Ok(What::Pin(pin, Some(pin_level(scope.chip(), &format!("{name}={}", level.trim()))?.1)));
+        return Ok(PointTrigger::Pin(pin, Some(parse_pin_level(scope.chip(), &format!("{name}={}", level.trim()))?.1)));
     }
-    Ok(match shell.expr(text)?.in_its_place(shell.session.target()) {
-        Expr::Place(Place::Pin(pin)) => What::Pin(pin, None),
-        Expr::Place(Place::Cycle | Place::Instructions) => {
+    Ok(match shell.parse_expression(text)?.bind_to_place(shell.session.machine()) {
+        DebugExpression::Place(ExpressionPlace::Pin(pin)) => PointTrigger::Pin(pin, None),
+        DebugExpression::Place(ExpressionPlace::Cycle | ExpressionPlace::Instructions) => {
             return Err("time changes with every instruction; run-to-cycle stops at one".to_owned());
         }
-        expr if expr.is_of_time() => {
+        expr if expr.depends_only_on_time() => {
             return Err("time goes on in sleep, where nothing is looked at; run-to-cycle stops at one".to_owned());
         }
         expr if expr.is_constant() => return Err(format!("cannot watch a constant: nothing changes `{text}`")),
-        expr if expr.object().is_none() && matches!(expr.amount(shell.session.target()), Some(Amount::Real(..))) => {
+        expr if expr.object().is_none() && matches!(expr.evaluate(shell.session.machine()), Some(ExpressionValue::Real(..))) => {
             return Err("what is computed with a point is not watched; watch the variables in it".to_owned());
         }
-        expr => What::Change(expr),
+        expr => PointTrigger::Change(expr),
     })
 }
 
-pub(super) fn rwatch(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    access(shell, args, Access::Read, out)
+pub(super) fn rwatch(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    access(shell, args, AccessKind::Read, out)
 }
 
-pub(super) fn awatch(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    access(shell, args, Access::Any, out)
+pub(super) fn awatch(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    access(shell, args, AccessKind::Any, out)
 }
 
-fn access(shell: &mut Shell, args: &str, access: Access, out: &mut String) -> Done {
-    let (text, condition) = with_condition(args);
-    let found = shell.session.scope.accessed(text, shell.session.target());
+fn access(shell: &mut DebugShell, args: &str, access: AccessKind, out: &mut String) -> CommandResult {
+    let (text, condition) = split_condition(args);
+    let found = shell.session.scope.parse_watched_range(text, shell.session.machine());
     let (range, name) = found.map_err(|why| format!("{why}; watch {text} sees its changes"))?;
-    let id = added(shell, What::Access(range, access), &name, condition, false)?;
-    let kind = if access == Access::Read { "Read" } else { "Access" };
+    let id = add_point(shell, PointTrigger::Access(range, access), &name, condition, false)?;
+    let kind = if access == AccessKind::Read { "Read" } else { "Access" };
     out.push_str(&format!("{kind} watchpoint {id}: {name}\n"));
     Ok(())
 }
 
 /// The number of a point at the front of some words, and the rest.
-fn numbered<'a>(shell: &Shell, args: &'a str) -> Result<(u32, &'a str), String> {
+fn parse_point_number<'a>(shell: &DebugShell, args: &'a str) -> Result<(u32, &'a str), String> {
     let (number, rest) = args.split_once(char::is_whitespace).unwrap_or((args, ""));
-    Ok((point(shell, number)?, rest.trim()))
+    Ok((find_point(shell, number)?, rest.trim()))
 }
 
-fn point(shell: &Shell, number: &str) -> Result<u32, String> {
+fn find_point(shell: &DebugShell, number: &str) -> Result<u32, String> {
     if number.is_empty() {
         return Err("the number of a point is missing; `info break` lists them".to_owned());
     }
@@ -127,10 +127,10 @@ fn point(shell: &Shell, number: &str) -> Result<u32, String> {
     id.ok_or_else(|| format!("there is no point {number}; `info break` lists them"))
 }
 
-pub(super) fn condition(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    let (id, text) = numbered(shell, args)?;
-    let at = shell.session.points.get(id).and_then(|point| match &point.what {
-        What::Code(words) => words.first().copied(),
+pub(super) fn condition(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let (id, text) = parse_point_number(shell, args)?;
+    let at = shell.session.points.get(id).and_then(|point| match &point.trigger {
+        PointTrigger::Code(words) => words.first().copied(),
         _ => None,
     });
     let condition = if text.is_empty() { None } else { Some(condition_at(shell, text, at)?) };
@@ -145,9 +145,9 @@ pub(super) fn condition(shell: &mut Shell, args: &str, out: &mut String) -> Done
     Ok(())
 }
 
-pub(super) fn ignore(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    let (id, text) = numbered(shell, args)?;
-    let count = shell.value(if text.is_empty() { "0" } else { text })?;
+pub(super) fn ignore(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let (id, text) = parse_point_number(shell, args)?;
+    let count = shell.integer_value(if text.is_empty() { "0" } else { text })?;
     let count = u64::try_from(count).map_err(|_| format!("{count} is no count"))?;
     if let Some(point) = shell.session.points.get_mut(id) {
         point.ignore = count;
@@ -156,17 +156,17 @@ pub(super) fn ignore(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     Ok(())
 }
 
-pub(super) fn commands(shell: &mut Shell, args: &str, _: &mut String) -> Done {
+pub(super) fn commands(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     let last = shell.session.points.all().last().map(|point| point.id);
     let id = match args {
         "" => last.ok_or("there is no point yet")?,
-        number => point(shell, number)?,
+        number => find_point(shell, number)?,
     };
-    shell.collect(id);
+    shell.begin_commands(id);
     Ok(())
 }
 
-pub(super) fn delete(shell: &mut Shell, args: &str, _: &mut String) -> Done {
+pub(super) fn delete(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
     // gdb has `delete breakpoints`, `delete display`.
     if let Some(displays) = args.strip_prefix("display") {
         return super::data::undisplay(shell, displays.trim(), &mut String::new());
@@ -175,16 +175,16 @@ pub(super) fn delete(shell: &mut Shell, args: &str, _: &mut String) -> Done {
     if args.is_empty() {
         shell.session.points.clear();
     }
-    let ids = args.split_whitespace().map(|number| point(shell, number)).collect::<Result<Vec<_>, _>>()?;
+    let ids = args.split_whitespace().map(|number| find_point(shell, number)).collect::<Result<Vec<_>, _>>()?;
     ids.into_iter().for_each(|id| _ = shell.session.points.remove(id));
     Ok(())
 }
 
-pub(super) fn clear(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    let words = if args.is_empty() { vec![shell.session.target().pc()] } else { shell.line_location(args)? };
-    let there = |what: &What| matches!(what, What::Code(own) if own.iter().any(|word| words.contains(word)));
+pub(super) fn clear(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let words = if args.is_empty() { vec![shell.session.machine().pc()] } else { shell.parse_line_location(args)? };
+    let there = |what: &PointTrigger| matches!(what, PointTrigger::Code(own) if own.iter().any(|word| words.contains(word)));
     let ids: Vec<u32> =
-        shell.session.points.all().iter().filter(|point| there(&point.what)).map(|point| point.id).collect();
+        shell.session.points.all().iter().filter(|point| there(&point.trigger)).map(|point| point.id).collect();
     if ids.is_empty() {
         return Err("there is no breakpoint there; `info breakpoints` lists them".to_owned());
     }
@@ -195,18 +195,18 @@ pub(super) fn clear(shell: &mut Shell, args: &str, out: &mut String) -> Done {
     Ok(())
 }
 
-pub(super) fn enable(shell: &mut Shell, args: &str, _: &mut String) -> Done {
-    switch(shell, args, true)
+pub(super) fn enable(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
+    set_enabled(shell, args, true)
 }
 
-pub(super) fn disable(shell: &mut Shell, args: &str, _: &mut String) -> Done {
-    switch(shell, args, false)
+pub(super) fn disable(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
+    set_enabled(shell, args, false)
 }
 
-fn switch(shell: &mut Shell, args: &str, on: bool) -> Done {
+fn set_enabled(shell: &mut DebugShell, args: &str, on: bool) -> CommandResult {
     let ids: Vec<u32> = match args {
         "" => shell.session.points.all().iter().map(|point| point.id).collect(),
-        _ => args.split_whitespace().map(|number| point(shell, number)).collect::<Result<_, _>>()?,
+        _ => args.split_whitespace().map(|number| find_point(shell, number)).collect::<Result<_, _>>()?,
     };
     for id in ids {
         if let Some(point) = shell.session.points.get_mut(id) {
@@ -217,21 +217,21 @@ fn switch(shell: &mut Shell, args: &str, on: bool) -> Done {
 }
 
 /// `info break`.
-pub(super) fn list(shell: &Shell, out: &mut String) {
+pub(super) fn list(shell: &DebugShell, out: &mut String) {
     let points = shell.session.points.all();
     if points.is_empty() {
         out.push_str("no breakpoints and no watchpoints\n");
     }
     for point in points {
-        let kind = match &point.what {
-            What::Code(_) => "breakpoint",
-            What::Access(_, Access::Read) => "read watchpoint",
-            What::Access(..) => "access watchpoint",
-            What::Change(_) | What::Pin(..) => "watchpoint",
+        let kind = match &point.trigger {
+            PointTrigger::Code(_) => "breakpoint",
+            PointTrigger::Access(_, AccessKind::Read) => "read watchpoint",
+            PointTrigger::Access(..) => "access watchpoint",
+            PointTrigger::Change(_) | PointTrigger::Pin(..) => "watchpoint",
         };
         let mut line = format!("{:<3} {kind} {}", point.id, point.text);
-        if let What::Code(words) = &point.what {
-            let places: Vec<String> = words.iter().map(|word| shell.spot(*word)).collect();
+        if let PointTrigger::Code(words) = &point.trigger {
+            let places: Vec<String> = words.iter().map(|word| shell.word_with_rung(*word)).collect();
             line.push_str(&format!(" at {}", places.join(", ")));
         }
         let told = [

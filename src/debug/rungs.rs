@@ -2,15 +2,15 @@
 
 use std::collections::BTreeSet;
 
-use emu_core::cpu::END_OF_TIME;
-use emu_debug::debug::{Goal, Halt, Session, Why};
-use ladder_view::View;
+use emu_core::cpu::LAST_CYCLE;
+use emu_debug::debug::{RunGoal, HaltResult, DebugSession, HaltReason};
+use ladder_view::LadderView;
 
-use super::shell::{Done, Shell};
+use super::shell::{CommandResult, DebugShell};
 
-impl Shell {
+impl DebugShell {
     /// The ladder program.
-    pub(super) fn ladder(&self) -> Result<&View, String> {
+    pub(super) fn ladder(&self) -> Result<&LadderView, String> {
         self.view
             .as_ref()
             .ok_or_else(|| "this is no ladder program with a map (PROGRAM.ld, or --map and --ladder)".to_owned())
@@ -31,13 +31,13 @@ impl Shell {
         }
         Some(match view.rung_of_line(line) {
             Some(rung) => of_rung(view, &rung.to_string()),
-            None => Err(no_rung(view, own, line)),
+            None => Err(no_rung_message(view, own, line)),
         })
     }
 
     /// A program word as users see it: with its rung, where it has one.
-    pub(super) fn spot(&self, word: u32) -> String {
-        let place = self.session.scope.source().place(word);
+    pub(super) fn word_with_rung(&self, word: u32) -> String {
+        let place = self.session.scope.source().describe_word(word);
         match self.view.as_ref().and_then(|view| view.rung_at(word)) {
             Some(rung) => format!("{place} in rung {rung}"),
             None => place,
@@ -47,7 +47,7 @@ impl Shell {
     /// The rung and element that are next, in words: `rung 3.2 (welder.ld:22)`.
     pub(super) fn rung_and_element(&self) -> Option<String> {
         let view = self.view.as_ref()?;
-        let word = view.word_of(self.session.target());
+        let word = view.current_word(self.session.machine());
         let rung = view.rung_at(word)?;
         let element = view.element_at(word).map_or(String::new(), |element| format!(".{}", element.index + 1));
         let file = view.program().file.rsplit('/').next().unwrap_or_default();
@@ -56,14 +56,14 @@ impl Shell {
     }
 
     /// The rung that is next, drawn.
-    pub(super) fn drawn(&self) -> Vec<String> {
-        let (follow, target) = (self.session.follow(), self.session.target());
+    pub(super) fn draw_current_rung(&self) -> Vec<String> {
+        let (follow, target) = (self.session.follower(), self.session.machine());
         self.view.as_ref().map_or(Vec::new(), |view| view.draw(follow, target, self.color))
     }
 }
 
 /// That no rung stands on a line.
-fn no_rung(view: &View, own: &str, line: u32) -> String {
+fn no_rung_message(view: &LadderView, own: &str, line: u32) -> String {
     let (last, end) = (view.program().rungs.len() as u32, view.last_line());
     match (view.rung_line(1), view.rung_line(last)) {
         (Some(first), _) if line < first => {
@@ -76,7 +76,7 @@ fn no_rung(view: &View, own: &str, line: u32) -> String {
     }
 }
 
-fn of_rung(view: &View, text: &str) -> Result<Vec<u32>, String> {
+fn of_rung(view: &LadderView, text: &str) -> Result<Vec<u32>, String> {
     let (rung, element) = text.split_once('.').map_or((text, None), |(rung, element)| (rung, Some(element)));
     let number =
         |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is no number of a rung: rung 3, rung 3.2"));
@@ -95,23 +95,23 @@ fn of_rung(view: &View, text: &str) -> Result<Vec<u32>, String> {
 }
 
 /// Runs to the next of some program words; a controller at rest is stepped on to its next scan.
-fn run_to(session: &mut Session, words: &BTreeSet<u32>, go_on: &mut dyn FnMut() -> bool) -> Halt {
-    let halt = session.run(&Goal { words: words.clone(), ..Goal::default() }, go_on);
-    if halt.why != Why::Halted {
+fn run_to(session: &mut DebugSession, words: &BTreeSet<u32>, go_on: &mut dyn FnMut() -> bool) -> HaltResult {
+    let halt = session.run(&RunGoal { words: words.clone(), ..RunGoal::default() }, go_on);
+    if halt.reason != HaltReason::Halted {
         return halt;
     }
-    session.stroll(END_OF_TIME, true, go_on, &mut |session, _, _| words.contains(&session.target().pc()))
+    session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| words.contains(&session.machine().pc()))
 }
 
 /// Goes on to words `count` times; only the last stop is told.
-fn to_words(shell: &mut Shell, args: &str, words: impl Fn(&View) -> BTreeSet<u32>, out: &mut String) -> Done {
+fn run_to_words(shell: &mut DebugShell, args: &str, words: impl Fn(&LadderView) -> BTreeSet<u32>, out: &mut String) -> CommandResult {
     let words = words(shell.ladder()?);
-    let count = shell.count(args)?;
-    shell.go(out, |session, go_on| {
-        let mut halt = Halt { why: Why::Done };
+    let count = shell.parse_count(args)?;
+    shell.run_and_report(out, |session, go_on| {
+        let mut halt = HaltResult { reason: HaltReason::Done };
         for _ in 0..count {
             halt = run_to(session, &words, go_on);
-            if halt.why != Why::Done {
+            if halt.reason != HaltReason::Done {
                 break;
             }
         }
@@ -120,39 +120,39 @@ fn to_words(shell: &mut Shell, args: &str, words: impl Fn(&View) -> BTreeSet<u32
     Ok(())
 }
 
-pub(super) fn scan(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    to_words(shell, args, |view| BTreeSet::from([view.scan_start()]), out)
+pub(super) fn scan(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    run_to_words(shell, args, |view| BTreeSet::from([view.scan_start()]), out)
 }
 
-pub(super) fn rung(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    to_words(shell, args, |view| view.rung_words().into_iter().map(|(_, word)| word).collect(), out)
+pub(super) fn rung(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    run_to_words(shell, args, |view| view.rung_words().into_iter().map(|(_, word)| word).collect(), out)
 }
 
-pub(super) fn element(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    to_words(shell, args, |view| view.element_words().into_iter().map(|(_, word)| word).collect(), out)
+pub(super) fn element(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    run_to_words(shell, args, |view| view.element_words().into_iter().map(|(_, word)| word).collect(), out)
 }
 
-pub(super) fn why(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn why(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let view = shell.ladder()?;
     if args.is_empty() {
         return Err("which symbol? why Ymotor".to_owned());
     }
-    let follow = shell.session.follow().ok_or("nothing follows this program")?;
-    for line in view.why(follow, shell.session.target(), args)? {
+    let follow = shell.session.follower().ok_or("nothing follows this program")?;
+    for line in view.explain_value(follow, shell.session.machine(), args)? {
         out.push_str(&format!("{line}\n"));
     }
     Ok(())
 }
 
 /// `info rung`.
-pub(super) fn info(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn info(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let view = shell.ladder()?;
-    let target = shell.session.target();
+    let target = shell.session.machine();
     let rung = match args {
-        "" => view.rung_at(view.word_of(target)).ok_or("the program is between its rungs; info rung 3 shows one")?,
+        "" => view.rung_at(view.current_word(target)).ok_or("the program is between its rungs; info rung 3 shows one")?,
         number => number.parse().map_err(|_| format!("`{number}` is no number of a rung"))?,
     };
-    let lines = view.draw_rung(rung, shell.session.follow(), target, shell.color);
+    let lines = view.draw_rung(rung, shell.session.follower(), target, shell.color);
     if lines.is_empty() {
         return Err(format!("there is no rung {rung}; there are {}", view.program().rungs.len()));
     }
@@ -161,10 +161,10 @@ pub(super) fn info(shell: &mut Shell, args: &str, out: &mut String) -> Done {
 }
 
 /// The symbols of the program with their values and pins.
-pub(super) fn values(shell: &Shell, text: &str, out: &mut String) {
+pub(super) fn values(shell: &DebugShell, text: &str, out: &mut String) {
     let Some(view) = &shell.view else { return };
     let map = view.map();
-    let values = view.values(shell.session.target());
+    let values = view.values(shell.session.machine());
     let width = values.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
     for (name, value) in values.iter().filter(|(name, _)| name.contains(text)) {
         let pin = map.pins.iter().find(|pin| pin.name == *name);
@@ -176,16 +176,16 @@ pub(super) fn values(shell: &Shell, text: &str, out: &mut String) {
 }
 
 /// `list`: rungs from one on, the next ones each time.
-pub(super) fn list(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn list(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     const SHOWN: u32 = 3;
     let view = shell.ladder()?;
-    let target = shell.session.target();
+    let target = shell.session.machine();
     let first = match (args, args.parse::<u32>(), &shell.listed) {
         ("", _, Some((_, next))) => *next,
-        ("", _, None) => view.rung_at(view.word_of(target)).unwrap_or(1),
+        ("", _, None) => view.rung_at(view.current_word(target)).unwrap_or(1),
         (_, Ok(rung), _) => rung.max(1),
         (place, ..) => {
-            let words = shell.location(place)?;
+            let words = shell.parse_location(place)?;
             words.first().and_then(|word| view.rung_at(*word)).ok_or_else(|| format!("{place} is in no rung"))?
         }
     };
@@ -194,7 +194,7 @@ pub(super) fn list(shell: &mut Shell, args: &str, out: &mut String) -> Done {
         return Err(format!("the program ends with rung {last}"));
     }
     for rung in first..=last.min(first + SHOWN - 1) {
-        let lines = view.draw_rung(rung, shell.session.follow(), target, shell.color);
+        let lines = view.draw_rung(rung, shell.session.follower(), target, shell.color);
         lines.iter().for_each(|line| out.push_str(&format!("{line}\n")));
     }
     shell.listed = Some((view.program().file.clone(), first + SHOWN));

@@ -5,93 +5,93 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use emu_debug::Drive;
-use emu_debug::debug::{Expr, Halt, Session};
-use ladder_view::View;
+use emu_debug::TimedDrive;
+use emu_debug::debug::{DebugExpression, HaltResult, DebugSession};
+use ladder_view::LadderView;
 
-use super::commands::{self, Repeat};
-use super::data::Display;
-use super::open::Opened;
+use super::commands::{self, RepeatKind};
+use super::data::DisplayedExpression;
+use super::open::OpenedSession;
 use crate::fail::exit;
-use crate::snapshots::Shelf;
-use crate::sources::Sources;
+use crate::snapshots::SnapshotWriter;
+use crate::sources::SourceFiles;
 
 /// Commands in a row that blocks of `commands` may call up, the machine standing still, before one is taken for endless.
-const QUEUE: usize = 10_000;
+const MAX_QUEUED_COMMANDS: usize = 10_000;
 
 /// What comes after a line.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Flow {
+pub enum ShellFlow {
     /// The next line.
     Next,
     /// The next line, but this one has failed: why, in a sentence.
     Failed(String),
     /// Points have commands of their own that are to be carried out now: [`Shell::proceed`] does the next one.
-    More,
+    PointCommands,
     /// The end, with an exit code.
     Quit(u8),
 }
 
 /// How a command ends: with a sentence where it has failed.
-pub(super) type Done = Result<(), String>;
+pub(super) type CommandResult = Result<(), String>;
 
 /// A session and what its user has set up.
-pub struct Shell {
+pub struct DebugShell {
     /// The machine under the debugger.
-    pub session: Session,
+    pub session: DebugSession,
     /// The ladder program, where it is one.
-    pub(super) view: Option<View>,
+    pub(super) view: Option<LadderView>,
     /// The file of the program.
     pub(super) file: String,
     /// The file that its history begins with, where it was loaded.
     pub(super) loaded: Option<(String, u64)>,
     /// What was queued from outside when the session was opened.
-    pub(super) queued_drives: Vec<Drive>,
+    pub(super) queued_drives: Vec<TimedDrive>,
     /// Rungs are drawn in colours.
     pub(super) color: bool,
-    pub(super) sources: Sources,
-    pub(super) shelf: Shelf,
+    pub(super) sources: SourceFiles,
+    pub(super) snapshot_writer: SnapshotWriter,
     /// Expressions that every stop shows.
-    pub(super) displays: Vec<Display>,
+    pub(super) displays: Vec<DisplayedExpression>,
     /// Number of the last of them.
-    pub(super) displayed: u32,
+    pub(super) last_display: u32,
     /// Values of the core's registers at the last stop, in their order.
     pub(super) registers: Vec<Option<u32>>,
     /// The cycle of the last stop: what was sent since is told at the next.
-    pub(super) told: u64,
+    pub(super) reported_to: u64,
     /// The call that is looked at, 0 the innermost: `up` and `down`.
     pub(super) level: usize,
     /// Where `list` goes on, and where it began.
     pub(super) listed: Option<(String, u32)>,
     /// Where `x` goes on.
-    pub(super) examined: Option<super::data::Examined>,
+    pub(super) examined: Option<super::data::ExamineState>,
     /// Where `disas` goes on, and the cycle for which that holds.
     pub(super) disassembly: Option<(u64, u32)>,
     /// Notes that were told once.
-    pub(super) noted: Vec<&'static str>,
+    pub(super) notes_given: Vec<&'static str>,
     /// The program has stopped in a fault, or where no instruction is.
     faulted: bool,
     /// Asks a running command to stop at the next instruction.
     interrupt: Arc<AtomicBool>,
     /// The line that an empty one repeats.
-    last: String,
+    last_line: String,
     /// The point whose commands are being typed.
     block: Option<(u32, Vec<String>)>,
     pub(super) queue: VecDeque<String>,
-    queued: usize,
+    queued_count: usize,
     /// Where the machine stood when they were counted from 0.
     queued_at: u64,
     pub(super) leave: Option<u8>,
     /// How deep scripts are nested.
     pub(super) nesting: u32,
     /// What has failed in a script has its place already.
-    pub(super) placed: bool,
+    pub(super) error_has_place: bool,
 }
 
-impl Shell {
+impl DebugShell {
     /// For a session; what sets `interrupt` stops a running command.
-    pub fn new(opened: Opened, interrupt: Arc<AtomicBool>, color: bool) -> Shell {
-        let mut shell = Shell {
+    pub fn new(opened: OpenedSession, interrupt: Arc<AtomicBool>, color: bool) -> DebugShell {
+        let mut shell = DebugShell {
             session: opened.session,
             view: opened.view,
             file: opened.file,
@@ -99,36 +99,36 @@ impl Shell {
             loaded: None,
             color,
             sources: opened.sources,
-            shelf: opened.shelf,
+            snapshot_writer: opened.snapshot_writer,
             displays: Vec::new(),
-            displayed: 0,
+            last_display: 0,
             registers: Vec::new(),
-            told: 0,
+            reported_to: 0,
             level: 0,
             listed: None,
             examined: None,
             disassembly: None,
-            noted: Vec::new(),
+            notes_given: Vec::new(),
             faulted: false,
             interrupt,
-            last: String::new(),
+            last_line: String::new(),
             block: None,
             queue: VecDeque::new(),
-            queued: 0,
+            queued_count: 0,
             queued_at: 0,
             leave: None,
             nesting: 0,
-            placed: false,
+            error_has_place: false,
         };
         shell.registers = shell.core_registers();
         shell
     }
 
     /// Carries out a line and what points want done after it.
-    pub fn execute(&mut self, line: &str, out: &mut String) -> Flow {
-        let mut flow = self.begin(line, out);
-        while flow == Flow::More {
-            flow = self.proceed(out);
+    pub fn execute(&mut self, line: &str, out: &mut String) -> ShellFlow {
+        let mut flow = self.execute_line(line, out);
+        while flow == ShellFlow::PointCommands {
+            flow = self.run_next_command(out);
         }
         flow
     }
@@ -139,29 +139,29 @@ impl Shell {
     }
 
     /// It was interrupted since that was forgotten last: nothing more is to be carried out.
-    pub fn interrupted(&self) -> bool {
+    pub fn is_interrupted(&self) -> bool {
         self.interrupt.load(Ordering::SeqCst)
     }
 
     /// Carries out a line; [`Flow::More`] where a point has commands that are to be carried out after it.
-    pub fn begin(&mut self, line: &str, out: &mut String) -> Flow {
+    pub fn execute_line(&mut self, line: &str, out: &mut String) -> ShellFlow {
         self.queue.clear();
-        (self.queued, self.queued_at) = (0, self.session.target().cycle());
-        if self.collects(line) {
-            return Flow::Next;
+        (self.queued_count, self.queued_at) = (0, self.session.machine().cycle());
+        if self.collect_line(line) {
+            return ShellFlow::Next;
         }
         let line = line.trim();
-        let line = if line.is_empty() { std::mem::take(&mut self.last) } else { line.to_owned() };
-        self.last.clear();
-        let flow = self.carry_out(&line, out);
+        let line = if line.is_empty() { std::mem::take(&mut self.last_line) } else { line.to_owned() };
+        self.last_line.clear();
+        let flow = self.dispatch(&line, out);
         if let Some((command, args)) =
-            commands::split(&line).and_then(|(word, args)| Some((commands::find(word).ok()?, args)))
+            commands::split_command(&line).and_then(|(word, args)| Some((commands::find_command(word).ok()?, args)))
         {
-            self.last = match command.repeat {
-                Repeat::No => String::new(),
-                Repeat::Same => line.clone(),
+            self.last_line = match command.repeat {
+                RepeatKind::No => String::new(),
+                RepeatKind::Same => line.clone(),
                 // A format is kept, a place is not.
-                Repeat::On => {
+                RepeatKind::Continue => {
                     let format =
                         args.split_whitespace().next().filter(|word| word.starts_with('/')).unwrap_or_default();
                     format!("{} {format}", command.name)
@@ -172,11 +172,11 @@ impl Shell {
     }
 
     /// Takes a line that belongs to the commands of a point; among them may be commands of another point, with an `end` of their own.
-    fn collects(&mut self, line: &str) -> bool {
+    fn collect_line(&mut self, line: &str) -> bool {
         let Some((id, mut lines)) = self.block.take() else { return false };
         let begins = |line: &String| {
-            commands::split(line)
-                .is_some_and(|(word, _)| commands::find(word).is_ok_and(|found| found.name == "commands"))
+            commands::split_command(line)
+                .is_some_and(|(word, _)| commands::find_command(word).is_ok_and(|found| found.name == "commands"))
         };
         let open = lines.iter().filter(|line| begins(line)).count();
         let closed = lines.iter().filter(|line| *line == "end").count();
@@ -190,43 +190,43 @@ impl Shell {
     }
 
     /// Carries out the next of the commands that points want done.
-    pub fn proceed(&mut self, out: &mut String) -> Flow {
-        let Some(line) = self.queue.pop_front() else { return Flow::Next };
+    pub fn run_next_command(&mut self, out: &mut String) -> ShellFlow {
+        let Some(line) = self.queue.pop_front() else { return ShellFlow::Next };
         // What moves the machine has an end; a breakpoint that only tells may tell as often as it likes.
-        let now = self.session.target().cycle();
+        let now = self.session.machine().cycle();
         if now > self.queued_at {
-            (self.queued, self.queued_at) = (0, now);
+            (self.queued_count, self.queued_at) = (0, now);
         }
-        self.queued += 1;
-        if self.interrupted() {
+        self.queued_count += 1;
+        if self.is_interrupted() {
             self.queue.clear();
-            return Flow::Failed("interrupted".to_owned());
+            return ShellFlow::Failed("interrupted".to_owned());
         }
-        if self.queued > QUEUE {
+        if self.queued_count > MAX_QUEUED_COMMANDS {
             self.queue.clear();
-            return Flow::Failed(format!(
-                "{QUEUE} commands of points in a row: they seem to call each other up without end"
+            return ShellFlow::Failed(format!(
+                "{MAX_QUEUED_COMMANDS} commands of points in a row: they seem to call each other up without end"
             ));
         }
-        if line == "silent" || self.collects(&line) { self.after() } else { self.carry_out(&line, out) }
+        if line == "silent" || self.collect_line(&line) { self.flow_after() } else { self.dispatch(&line, out) }
     }
 
-    fn after(&self) -> Flow {
+    fn flow_after(&self) -> ShellFlow {
         match self.leave {
-            Some(code) => Flow::Quit(code),
-            None if self.queue.is_empty() => Flow::Next,
-            None => Flow::More,
+            Some(code) => ShellFlow::Quit(code),
+            None if self.queue.is_empty() => ShellFlow::Next,
+            None => ShellFlow::PointCommands,
         }
     }
 
-    fn carry_out(&mut self, line: &str, out: &mut String) -> Flow {
-        let Some((word, args)) = commands::split(line) else { return self.after() };
-        let done = commands::find(word).and_then(|command| (command.run)(self, args, out));
+    fn dispatch(&mut self, line: &str, out: &mut String) -> ShellFlow {
+        let Some((word, args)) = commands::split_command(line) else { return self.flow_after() };
+        let done = commands::find_command(word).and_then(|command| (command.run)(self, args, out));
         match done {
-            Ok(()) => self.after(),
+            Ok(()) => self.flow_after(),
             Err(why) => {
                 self.queue.clear();
-                Flow::Failed(why)
+                ShellFlow::Failed(why)
             }
         }
     }
@@ -235,7 +235,7 @@ impl Shell {
     ///
     /// # Errors
     /// They end within the commands of a point, which it does not get then.
-    pub fn ended(&mut self) -> Done {
+    pub fn end_of_lines(&mut self) -> CommandResult {
         match self.block.take() {
             Some((id, _)) => Err(format!("the commands of point {id} lack their `end`")),
             None => Ok(()),
@@ -248,25 +248,25 @@ impl Shell {
     }
 
     /// The exit code of a session that ends here and in which no command has failed.
-    pub fn code(&self) -> u8 {
+    pub fn exit_code(&self) -> u8 {
         if self.faulted { exit::FAULT } else { exit::OK }
     }
 
     /// The lines that follow are the commands of a point, up to `end`.
-    pub(super) fn collect(&mut self, id: u32) {
+    pub(super) fn begin_commands(&mut self, id: u32) {
         self.block = Some((id, Vec::new()));
     }
 
     /// Lets the machine run, and tells how it stands then.
-    pub(super) fn go(
+    pub(super) fn run_and_report(
         &mut self,
         out: &mut String,
-        run: impl FnOnce(&mut Session, &mut dyn FnMut() -> bool) -> Halt,
-    ) -> Halt {
+        run: impl FnOnce(&mut DebugSession, &mut dyn FnMut() -> bool) -> HaltResult,
+    ) -> HaltResult {
         let points = self.session.points.clone();
         let interrupt = Arc::clone(&self.interrupt);
         let halt = run(&mut self.session, &mut || !interrupt.load(Ordering::SeqCst));
-        self.stopped(&halt, &points, out);
+        self.report_stop(&halt, &points, out);
         halt
     }
 
@@ -276,36 +276,36 @@ impl Shell {
     }
 
     /// Notes whether the program has done what cannot be carried out.
-    pub(super) fn fault(&mut self, faulted: bool) {
+    pub(super) fn set_faulted(&mut self, faulted: bool) {
         self.faulted = faulted;
     }
 
     /// Asked now and then whether to go on.
-    pub(super) fn go_on(&self) -> impl FnMut() -> bool + use<> {
+    pub(super) fn keep_running(&self) -> impl FnMut() -> bool + use<> {
         let interrupt = Arc::clone(&self.interrupt);
         move || !interrupt.load(Ordering::SeqCst)
     }
 
     /// Tells something once in a session.
-    pub(super) fn note(&mut self, text: &'static str, out: &mut String) {
-        if !self.noted.contains(&text) {
-            self.noted.push(text);
+    pub(super) fn note_once(&mut self, text: &'static str, out: &mut String) {
+        if !self.notes_given.contains(&text) {
+            self.notes_given.push(text);
             out.push_str(text);
             out.push('\n');
         }
     }
 
     /// Reads an expression in the call that is looked at.
-    pub(super) fn expr(&self, text: &str) -> Result<Expr, String> {
-        self.session.scope.expr_in(text, self.session.target(), self.level)
+    pub(super) fn parse_expression(&self, text: &str) -> Result<DebugExpression, String> {
+        self.session.scope.parse_expression_in_frame(text, self.session.machine(), self.level)
     }
 
     /// A count behind a command: an expression, 1 where there is none.
-    pub(super) fn count(&self, text: &str) -> Result<u64, String> {
+    pub(super) fn parse_count(&self, text: &str) -> Result<u64, String> {
         if text.trim().is_empty() {
             return Ok(1);
         }
-        let value = self.value(text)?;
+        let value = self.integer_value(text)?;
         u64::try_from(value).ok().filter(|count| *count > 0).ok_or_else(|| format!("`{text}` is no count"))
     }
 }

@@ -16,21 +16,21 @@ use rustyline::validate::Validator;
 use rustyline::{Config, Context, Editor, Helper};
 use signal_hook::consts::{SIGHUP, SIGTERM};
 
-use super::shell::Shell;
+use super::shell::DebugShell;
 
 /// Ends the mode in which the terminal tells what is pasted, and the line of the prompt.
 const PASTE_OFF: &[u8] = b"\x1b[?2004l\n";
 
 /// Lines that the history keeps.
-const LINES: usize = 1000;
+const MAX_HISTORY_LINES: usize = 1000;
 
 /// What completes a word: the candidates, as they are when the line is begun.
-struct Words {
+struct WordCompleter {
     commands: Vec<String>,
     names: Vec<String>,
 }
 
-impl Completer for Words {
+impl Completer for WordCompleter {
     type Candidate = String;
 
     fn complete(&self, line: &str, at: usize, _: &Context<'_>) -> rustyline::Result<(usize, Vec<String>)> {
@@ -55,28 +55,28 @@ fn word_start(text: &str) -> usize {
     start
 }
 
-impl Hinter for Words {
+impl Hinter for WordCompleter {
     type Hint = String;
 }
-impl Highlighter for Words {}
-impl Validator for Words {}
-impl Helper for Words {}
+impl Highlighter for WordCompleter {}
+impl Validator for WordCompleter {}
+impl Helper for WordCompleter {}
 
 /// Asks for lines. It is made before anybody listens to SIGINT: the editor takes that signal for itself when it is made, and who
 /// listens later is told first.
-pub struct Terminal {
-    editor: Option<Editor<Words, FileHistory>>,
+pub struct LineEditor {
+    editor: Option<Editor<WordCompleter, FileHistory>>,
     history: Option<PathBuf>,
     /// What the terminal was set to, in the words of stty.
-    found: Option<String>,
+    saved_settings: Option<String>,
 }
 
-impl Terminal {
+impl LineEditor {
     /// With the history of sessions before. A history that cannot be read or written is none.
-    pub fn new() -> Terminal {
-        let config = Config::builder().max_history_size(LINES).map(|config| config.auto_add_history(true).build());
+    pub fn new() -> LineEditor {
+        let config = Config::builder().max_history_size(MAX_HISTORY_LINES).map(|config| config.auto_add_history(true).build());
         let editor = config.and_then(Editor::with_config);
-        let mut terminal = Terminal { editor: editor.ok(), history: history_file(), found: stty("-g") };
+        let mut terminal = LineEditor { editor: editor.ok(), history: history_file(), saved_settings: stty("-g") };
         if let (Some(editor), Some(file)) = (&mut terminal.editor, &terminal.history) {
             _ = editor.load_history(file);
         }
@@ -85,10 +85,10 @@ impl Terminal {
 
     /// A signal that ends the program while the editor has the terminal, which `prompt` tells, would leave it to the shell as the
     /// editor has set it. Where it cannot be listened for it is so.
-    pub fn give_back_at_the_end(&self, prompt: &Arc<AtomicBool>) {
+    pub fn restore_on_signal(&self, prompt: &Arc<AtomicBool>) {
         for signal in [SIGTERM, SIGHUP] {
             let Ok((mut told, teller)) = UnixStream::pair() else { continue };
-            let (prompt, found) = (Arc::clone(prompt), self.found.clone());
+            let (prompt, found) = (Arc::clone(prompt), self.saved_settings.clone());
             let ended = move || {
                 while matches!(told.read(&mut [0]), Ok(1)) {
                     if prompt.load(Ordering::SeqCst) {
@@ -105,9 +105,9 @@ impl Terminal {
     }
 
     /// The next line; nothing at the end of the input. Ctrl-C at the prompt drops what was typed.
-    pub fn line(&mut self, shell: &Shell) -> Option<String> {
+    pub fn read_line(&mut self, shell: &DebugShell) -> Option<String> {
         let editor = self.editor.as_mut()?;
-        editor.set_helper(Some(Words { commands: shell.command_names(), names: shell.names() }));
+        editor.set_helper(Some(WordCompleter { commands: shell.command_names(), names: shell.names() }));
         loop {
             match editor.readline(shell.prompt()) {
                 Ok(line) => return Some(line),
@@ -119,7 +119,7 @@ impl Terminal {
     }
 }
 
-impl Drop for Terminal {
+impl Drop for LineEditor {
     fn drop(&mut self) {
         if let (Some(editor), Some(file)) = (&mut self.editor, &self.history) {
             if let Some(folder) = file.parent() {
@@ -152,7 +152,7 @@ mod tests {
     #[test]
     fn the_last_word_is_completed() {
         let text = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<String>>();
-        let words = Words { commands: text(&["print", "stepi"]), names: text(&["Ylamp", "r16"]) };
+        let words = WordCompleter { commands: text(&["print", "stepi"]), names: text(&["Ylamp", "r16"]) };
         let history = rustyline::history::MemHistory::new();
         let cases: &[(&str, usize, &[&str])] = &[
             ("", 0, &["print", "stepi"]),

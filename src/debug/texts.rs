@@ -1,16 +1,16 @@
 //! Commands that write texts, for scripts: echo, output, printf.
 
-use emu_debug::debug::Amount;
-use emu_debug::text::unescape;
+use emu_debug::debug::ExpressionValue;
+use emu_debug::text_escapes::unescape;
 
-use super::numbers::Format;
-use super::shell::{Done, Shell};
+use super::numbers::ExamineFormat;
+use super::shell::{CommandResult, DebugShell};
 
 /// Widest field that a text may ask for.
-const WIDEST: usize = 200;
+const MAX_FIELD_WIDTH: usize = 200;
 
 /// A text with its escapes resolved; a line of its own in any case.
-fn line(text: &str, out: &mut String) -> Done {
+fn line(text: &str, out: &mut String) -> CommandResult {
     // A text without sense in its escapes, as in a path, is written as it is.
     let bytes = unescape(text).unwrap_or_else(|_| text.as_bytes().to_vec());
     for part in String::from_utf8_lossy(&bytes).split_inclusive('\n') {
@@ -24,23 +24,23 @@ fn line(text: &str, out: &mut String) -> Done {
     Ok(())
 }
 
-pub(super) fn echo(_: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn echo(_: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     line(args, out)
 }
 
 /// The value alone.
-pub(super) fn output(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    let (format, text) = Format::take(args)?;
+pub(super) fn output(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let (format, text) = ExamineFormat::parse_front(args)?;
     if text.is_empty() {
         return Err("what is to be printed? output buf, output/x r16".to_owned());
     }
-    let value = shell.shown(&shell.expr(text)?, format);
+    let value = shell.value_text(&shell.parse_expression(text)?, format);
     out.push_str(&format!("{value}\n"));
     Ok(())
 }
 
 /// `printf "text %d %s", EXPR, EXPR`.
-pub(super) fn printf(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn printf(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let wanted = || "write printf \"%d of %d\\n\", i, count".to_owned();
     let inner = args.strip_prefix('"').ok_or_else(wanted)?;
     let mut escaped = false;
@@ -64,7 +64,7 @@ pub(super) fn printf(shell: &mut Shell, args: &str, out: &mut String) -> Done {
         let (flags, behind) = behind.split_at(at);
         let letter = behind.chars().next().unwrap_or('d');
         let value = values.next().ok_or("there are fewer values than %")?;
-        found.push_str(&one(shell, flags.trim_end_matches(['l', 'h', 'z']), letter, &value)?);
+        found.push_str(&format_field(shell, flags.trim_end_matches(['l', 'h', 'z']), letter, &value)?);
         left = &behind[1..];
     }
     found.push_str(left);
@@ -91,20 +91,20 @@ fn split(text: &str) -> Vec<String> {
 }
 
 /// A value in a field.
-fn one(shell: &Shell, flags: &str, letter: char, value: &str) -> Result<String, String> {
-    let amount = || shell.amount(value);
+fn format_field(shell: &DebugShell, flags: &str, letter: char, value: &str) -> Result<String, String> {
+    let amount = || shell.expression_value(value);
     let (width, digits) = flags.split_once('.').unwrap_or((flags, ""));
-    let digits = digits.parse::<usize>().ok().map(|digits| digits.min(WIDEST));
+    let digits = digits.parse::<usize>().ok().map(|digits| digits.min(MAX_FIELD_WIDTH));
     let text = match letter {
-        'd' | 'i' | 'u' => amount()?.whole().to_string(),
-        'x' => format!("{:x}", amount()?.whole()),
-        'X' => format!("{:X}", amount()?.whole()),
-        'o' => format!("{:o}", amount()?.whole()),
-        'p' => format!("0x{:x}", amount()?.whole()),
-        'c' => char::from(amount()?.whole() as u8).to_string(),
+        'd' | 'i' | 'u' => amount()?.to_integer().to_string(),
+        'x' => format!("{:x}", amount()?.to_integer()),
+        'X' => format!("{:X}", amount()?.to_integer()),
+        'o' => format!("{:o}", amount()?.to_integer()),
+        'p' => format!("0x{:x}", amount()?.to_integer()),
+        'c' => char::from(amount()?.to_integer() as u8).to_string(),
         'f' => match amount()? {
-            Amount::Whole(value) => format!("{:.*}", digits.unwrap_or(6), value as f64),
-            Amount::Real(value, _) => format!("{value:.*}", digits.unwrap_or(6)),
+            ExpressionValue::Whole(value) => format!("{:.*}", digits.unwrap_or(6), value as f64),
+            ExpressionValue::Real(value, _) => format!("{value:.*}", digits.unwrap_or(6)),
         },
         'g' => amount()?.text(),
         's' => string(shell, value)?,
@@ -112,7 +112,7 @@ fn one(shell: &Shell, flags: &str, letter: char, value: &str) -> Result<String, 
     };
     let left = width.contains('-');
     let zeros = width.trim_start_matches(['-', '+', ' ', '#']).starts_with('0') && !left;
-    let wide = width.trim_start_matches(['-', '+', ' ', '#', '0']).parse::<usize>().unwrap_or(0).min(WIDEST);
+    let wide = width.trim_start_matches(['-', '+', ' ', '#', '0']).parse::<usize>().unwrap_or(0).min(MAX_FIELD_WIDTH);
     Ok(match (left, zeros) {
         (true, _) => format!("{text:<wide$}"),
         // Zeros stand behind the sign.
@@ -125,10 +125,10 @@ fn one(shell: &Shell, flags: &str, letter: char, value: &str) -> Result<String, 
 }
 
 /// The text in RAM that a value is the address of, up to its 0.
-fn string(shell: &Shell, value: &str) -> Result<String, String> {
-    let (chip, target) = (shell.session.scope.chip(), shell.session.target());
-    let start = u32::try_from(shell.value(value)?).map_err(|_| format!("`{value}` is no address"))?;
-    let bytes = (0..WIDEST as u32).map_while(|n| target.peek(chip.ram, start.checked_add(n)?));
+fn string(shell: &DebugShell, value: &str) -> Result<String, String> {
+    let (chip, target) = (shell.session.scope.chip(), shell.session.machine());
+    let start = u32::try_from(shell.integer_value(value)?).map_err(|_| format!("`{value}` is no address"))?;
+    let bytes = (0..MAX_FIELD_WIDTH as u32).map_while(|n| target.peek(chip.ram_space, start.checked_add(n)?));
     let bytes: Vec<u8> = bytes.take_while(|byte| *byte != 0).collect();
     // What is in it is text, not escapes.
     Ok(String::from_utf8_lossy(&bytes).replace('\\', "\\\\"))

@@ -4,77 +4,77 @@ use std::collections::BTreeSet;
 
 use emu_debug::debug::ObjectExpr;
 
-use super::shell::{Done, Shell};
+use super::shell::{CommandResult, DebugShell};
 
 /// The object or type that a text names.
-fn typed(shell: &Shell, text: &str) -> Result<ObjectExpr, String> {
+fn parse_object_or_type(shell: &DebugShell, text: &str) -> Result<ObjectExpr, String> {
     if text.is_empty() {
         return Err("whose type? ptype x, ptype struct order, whatis a[1]".to_owned());
     }
     if let Some(found) = shell.session.scope.type_named(text) {
         return Ok(found);
     }
-    match shell.expr(text)?.object() {
+    match shell.parse_expression(text)?.object() {
         Some(object) => Ok(object.clone()),
         None => Err(format!("the program does not tell the type of `{text}`")),
     }
 }
 
 /// `int (int)`, where a text is the name of a function.
-pub(super) fn function_type(shell: &Shell, name: &str) -> Option<(String, u32)> {
+pub(super) fn function_type(shell: &DebugShell, name: &str) -> Option<(String, u32)> {
     let calls = shell.session.scope.calls();
     let function = calls.info.functions.iter().find(|function| function.name == name)?;
     let first = function.block.ranges.iter().map(|range| range.start).min()?;
     Some((calls.function_type(function), first))
 }
 
-pub(super) fn ptype(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn ptype(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let whole = match function_type(shell, args) {
         Some((kind, _)) => kind,
-        None => typed(shell, args)?.whole_kind(),
+        None => parse_object_or_type(shell, args)?.type_definition(),
     };
     out.push_str(&format!("type = {whole}\n"));
     Ok(())
 }
 
-pub(super) fn whatis(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn whatis(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let kind = match function_type(shell, args) {
         Some((kind, _)) => kind,
-        None => typed(shell, args)?.kind_text(),
+        None => parse_object_or_type(shell, args)?.type_name(),
     };
     out.push_str(&format!("type = {kind}\n"));
     Ok(())
 }
 
 /// `info symbol ADDRESS`: what has its name there, in program memory, else in RAM.
-pub(super) fn info_symbol(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn info_symbol(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if args.is_empty() {
         return Err("of which address? info symbol 0x86, info symbol $pc, info symbol data:0x100".to_owned());
     }
     let (scope, chip) = (&shell.session.scope, shell.session.scope.chip());
-    if let Ok(range) = scope.range(args) {
-        let start = range.start.saturating_mul(chip.width(range.space));
-        let name = if range.space == chip.code {
-            scope.source().names.near(start)
+    if let Ok(range) = scope.parse_range(args) {
+        let start = range.start.saturating_mul(chip.bytes_per_address(range.space));
+        let name = if range.space == chip.code_space {
+            scope.source().names.nearest_symbol(start)
         } else {
-            scope.source().names.object(range.space, start)
+            scope.source().names.containing_symbol(range.space, start)
         };
         if let Some(name) = name {
             out.push_str(&format!("{} in {}\n", spaced(&name), range.space));
             return Ok(());
         }
     }
-    let value = shell.value(args)?;
+    let value = shell.integer_value(args)?;
     let address = u32::try_from(value).map_err(|_| format!("{value} is no address"))?;
     let code = || {
-        let word = shell.word_of(address)?;
+        let word = shell.program_word(address)?;
         let inside = shell.session.scope.calls().function(word).is_some() || shell.session.word(word) != u16::MAX;
-        scope.source().names.near(word * chip.word_bytes).filter(|_| inside)
+        scope.source().names.nearest_symbol(word * chip.word_bytes).filter(|_| inside)
     };
-    let in_code = || code().map(|name| (name, chip.code));
-    let in_ram = || Some((scope.source().names.object(chip.ram, address)?, chip.ram));
+    let in_code = || code().map(|name| (name, chip.code_space));
+    let in_ram = || Some((scope.source().names.containing_symbol(chip.ram_space, address)?, chip.ram_space));
     // What has the type of a pointer points to data.
-    let typed = shell.expr(args).is_ok_and(|expr| expr.object().is_some());
+    let typed = shell.parse_expression(args).is_ok_and(|expr| expr.object().is_some());
     let found = if typed { in_ram().or_else(in_code) } else { in_code().or_else(in_ram) };
     match found {
         Some((name, space)) => out.push_str(&format!("{} in {space}\n", spaced(&name))),
@@ -90,13 +90,13 @@ fn spaced(name: &str) -> String {
 }
 
 /// `info line LOCATION`: the code of a source line.
-pub(super) fn info_line(shell: &mut Shell, args: &str, out: &mut String) -> Done {
+pub(super) fn info_line(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (file, number) = match args {
-        "" => shell.present_line().ok_or("there is no source line here")?,
-        text => shell.line_of(text)?,
+        "" => shell.current_line().ok_or("there is no source line here")?,
+        text => shell.parse_line(text)?,
     };
     let scope = &shell.session.scope;
-    let words = match scope.source().words(&format!("{file}:{number}")) {
+    let words = match scope.source().parse_words(&format!("{file}:{number}")) {
         Ok(words) => words,
         Err(_) => {
             out.push_str(&format!("Line {number} of \"{file}\" has no code.\n"));
@@ -107,9 +107,9 @@ pub(super) fn info_line(shell: &mut Shell, args: &str, out: &mut String) -> Done
     let word = words.first().copied().unwrap_or_default();
     let is_line =
         |word: u32| scope.source().line_at(word).is_some_and(|line| *line.file == *file && line.line == number);
-    let end = (word..chip.flash / chip.word_bytes.max(1)).find(|word| !is_line(*word)).unwrap_or(word);
+    let end = (word..chip.flash_bytes / chip.word_bytes.max(1)).find(|word| !is_line(*word)).unwrap_or(word);
     let at = |word: u32| {
-        let name = scope.source().names.near(word * chip.word_bytes);
+        let name = scope.source().names.nearest_symbol(word * chip.word_bytes);
         format!("0x{:x}{}", chip.code_address(word), name.map_or(String::new(), |name| format!(" <{name}>")))
     };
     out.push_str(&format!("Line {number} of \"{file}\" starts at address {} and ends at {}.\n", at(word), at(end)));
@@ -122,8 +122,8 @@ pub(super) fn info_line(shell: &mut Shell, args: &str, out: &mut String) -> Done
 }
 
 /// `info source`.
-pub(super) fn info_source(shell: &mut Shell, _: &str, out: &mut String) -> Done {
-    let Some((file, line)) = shell.present_line() else {
+pub(super) fn info_source(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
+    let Some((file, line)) = shell.current_line() else {
         out.push_str("No source line is known here.\n");
         return Ok(());
     };
@@ -141,8 +141,8 @@ pub(super) fn info_source(shell: &mut Shell, _: &str, out: &mut String) -> Done 
 }
 
 /// `info sources`: the source files of the program.
-pub(super) fn info_sources(shell: &mut Shell, args: &str, out: &mut String) -> Done {
-    let files: BTreeSet<&str> = shell.session.scope.lines.all().iter().map(|line| &*line.file).collect();
+pub(super) fn info_sources(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let files: BTreeSet<&str> = shell.session.scope.lines.all_lines().iter().map(|line| &*line.file).collect();
     let wanted: Vec<&str> = files.into_iter().filter(|file| file.contains(args)).collect();
     if wanted.is_empty() {
         out.push_str("no source files\n");
@@ -152,13 +152,13 @@ pub(super) fn info_sources(shell: &mut Shell, args: &str, out: &mut String) -> D
 }
 
 /// `info functions` and `info variables`: symbols of program memory, or of other memories; with a text those that have it.
-pub(super) fn info_kind(shell: &Shell, args: &str, code: bool, out: &mut String) -> Done {
+pub(super) fn info_kind(shell: &DebugShell, args: &str, code: bool, out: &mut String) -> CommandResult {
     let scope = &shell.session.scope;
     let chip = scope.chip();
     // Bits and registers are the chip's own.
     let is = |space: &str| {
-        !(chip.reg_space == space && chip.reg_space != chip.ram)
-            && (space == chip.code) == code
+        !(chip.reg_space == space && chip.reg_space != chip.ram_space)
+            && (space == chip.code_space) == code
             && chip.spaces.iter().any(|own| own.0 == space)
     };
     // SDCC and its headers name each register of the chip, and put a stroke before every name.
@@ -177,10 +177,10 @@ pub(super) fn info_kind(shell: &Shell, args: &str, code: bool, out: &mut String)
     let line = |name: &str, space: &str, addr: u32| {
         let kind = match code {
             true => function_type(shell, name).map(|(kind, _)| kind),
-            false => shell.expr(name).ok().and_then(|expr| Some(expr.object()?.kind_text())),
+            false => shell.parse_expression(name).ok().and_then(|expr| Some(expr.object()?.type_name())),
         };
         let kind = kind.map_or(String::new(), |kind| format!("  {kind}"));
-        format!("{space}:0x{:04x}  {name}{kind}\n", addr / chip.width(space).max(1))
+        format!("{space}:0x{:04x}  {name}{kind}\n", addr / chip.bytes_per_address(space).max(1))
     };
     let lines: BTreeSet<String> = symbols.map(|symbol| line(&symbol.name, symbol.space, symbol.addr)).collect();
     if lines.is_empty() {

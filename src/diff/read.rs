@@ -6,16 +6,16 @@ use std::io::{self, BufRead, BufReader, Read};
 use diag::{Diagnostic, Pos, Severity};
 use serde_json::Value;
 
-use crate::codes::{NO_TRACE, TRACE_LINE, UNREADABLE, about_file, reason};
-use crate::fail::Failure;
-use crate::report::Texts;
+use crate::codes::{NOT_A_TRACE, TRACE_LINE, UNREADABLE, file_error, system_message};
+use crate::fail::VerbFailure;
+use crate::report::FileTexts;
 
 /// Longest line, in bytes.
-const LONGEST: u64 = 1 << 16;
+const MAX_LINE_BYTES: u64 = 1 << 16;
 
 /// A line of a trace. What is numbers is written alike, from whichever shape it was read.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Entry {
+pub struct TraceEntry {
     /// As it stands in the file.
     pub raw: String,
     /// Machine cycle.
@@ -33,7 +33,7 @@ pub struct Entry {
 }
 
 /// A trace that is read.
-pub struct Reader {
+pub struct TraceReader {
     file: String,
     input: Box<dyn BufRead>,
     line: u64,
@@ -43,28 +43,28 @@ pub struct Reader {
     pub hz: String,
 }
 
-impl Reader {
+impl TraceReader {
     /// Opens a trace and reads its head.
-    pub fn new(file: &str) -> Result<Reader, Failure> {
+    pub fn new(file: &str) -> Result<TraceReader, VerbFailure> {
         let input: Box<dyn BufRead> = match file {
             "-" => Box::new(BufReader::new(io::stdin())),
             _ => Box::new(BufReader::new(File::open(file).map_err(|error| unreadable(file, &error))?)),
         };
-        Reader::over(file, input)
+        TraceReader::from_input(file, input)
     }
 
     /// Reads the head of a trace; `file` is its name in messages.
-    pub fn over(file: &str, mut input: Box<dyn BufRead>) -> Result<Reader, Failure> {
+    pub fn from_input(file: &str, mut input: Box<dyn BufRead>) -> Result<TraceReader, VerbFailure> {
         // A directory can be opened, and then not read.
         input.fill_buf().map_err(|error| unreadable(file, &error))?;
-        let mut reader = Reader { file: file.to_owned(), input, line: 0, mcu: String::new(), hz: String::new() };
+        let mut reader = TraceReader { file: file.to_owned(), input, line: 0, mcu: String::new(), hz: String::new() };
         let head = match reader.text()? {
-            Some(line) => head(&line),
+            Some(line) => parse_head(&line),
             None => Err("is empty".to_owned()),
         };
         (reader.mcu, reader.hz) = head.map_err(|cause| {
             let hint = "give files that `emu run --trace` has written";
-            Failure::Refused(vec![about_file(NO_TRACE, file, cause, hint)], Texts::default())
+            VerbFailure::Refused(vec![file_error(NOT_A_TRACE, file, cause, hint)], FileTexts::default())
         })?;
         Ok(reader)
     }
@@ -75,26 +75,26 @@ impl Reader {
     }
 
     /// The next line; none at the end.
-    pub fn next(&mut self) -> Result<Option<Entry>, Failure> {
+    pub fn next(&mut self) -> Result<Option<TraceEntry>, VerbFailure> {
         let Some(raw) = self.text()? else { return Ok(None) };
-        let entry = if raw.starts_with('{') { json(&raw) } else { text(&raw) };
+        let entry = if raw.starts_with('{') { parse_json_line(&raw) } else { parse_text_line(&raw) };
         match entry {
-            Some(entry) => Ok(Some(Entry { raw, ..entry })),
+            Some(entry) => Ok(Some(TraceEntry { raw, ..entry })),
             None => Err(self.refuse("is no line of a trace")),
         }
     }
 
-    fn text(&mut self) -> Result<Option<String>, Failure> {
+    fn text(&mut self) -> Result<Option<String>, VerbFailure> {
         let mut bytes = Vec::new();
-        let read = self.input.by_ref().take(LONGEST).read_until(b'\n', &mut bytes);
+        let read = self.input.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut bytes);
         self.line += u64::from(!bytes.is_empty());
         if let Err(error) = read {
-            return Err(self.refuse(&format!("cannot be read: {}", reason(&error))));
+            return Err(self.refuse(&format!("cannot be read: {}", system_message(&error))));
         }
         if bytes.is_empty() {
             return Ok(None);
         }
-        if bytes.len() as u64 == LONGEST && bytes.last() != Some(&b'\n') {
+        if bytes.len() as u64 == MAX_LINE_BYTES && bytes.last() != Some(&b'\n') {
             return Err(self.refuse("is longer than 64 KB"));
         }
         match String::from_utf8(bytes) {
@@ -103,23 +103,23 @@ impl Reader {
         }
     }
 
-    fn refuse(&self, cause: &str) -> Failure {
+    fn refuse(&self, cause: &str) -> VerbFailure {
         let line = u32::try_from(self.line).unwrap_or(u32::MAX);
         let pos = Pos { line, column: 1, width: 1 };
         let (cause, hint) = (cause.to_owned(), "record the trace again; docs/trace.md has the shape of its lines");
         let diagnostic = Diagnostic::new(Severity::Error, TRACE_LINE, &self.file, pos, cause, hint);
-        Failure::Refused(vec![diagnostic], Texts::default())
+        VerbFailure::Refused(vec![diagnostic], FileTexts::default())
     }
 }
 
-fn unreadable(file: &str, error: &io::Error) -> Failure {
-    let cause = format!("cannot be read: {}", reason(error));
-    let fault = about_file(UNREADABLE, file, cause, "check the path; - is standard input");
-    Failure::Refused(vec![fault], Texts::default())
+fn unreadable(file: &str, error: &io::Error) -> VerbFailure {
+    let cause = format!("cannot be read: {}", system_message(error));
+    let fault = file_error(UNREADABLE, file, cause, "check the path; - is standard input");
+    VerbFailure::Refused(vec![fault], FileTexts::default())
 }
 
 /// Chip and clock of a head line.
-fn head(line: &str) -> Result<(String, String), String> {
+fn parse_head(line: &str) -> Result<(String, String), String> {
     let none = || "is no trace of emu".to_owned();
     let (version, mcu, hz) = if line.starts_with('{') {
         let head: Value = serde_json::from_str(line).map_err(|_| none())?;
@@ -139,12 +139,12 @@ fn head(line: &str) -> Result<(String, String), String> {
 }
 
 /// A line of text.
-fn text(raw: &str) -> Option<Entry> {
+fn parse_text_line(raw: &str) -> Option<TraceEntry> {
     let (cycle, rest) = raw.trim_start().split_once("  ")?;
     let cycle = cycle.parse().ok()?;
     let (what, changes) = rest.split_once(';').unwrap_or((rest, ""));
     let what = what.trim();
-    let mut entry = Entry { cycle, ..Entry::default() };
+    let mut entry = TraceEntry { cycle, ..TraceEntry::default() };
     if let Some(why) = what.strip_prefix("end: ") {
         entry.text = format!("end {why}");
         return Some(entry);
@@ -179,10 +179,10 @@ fn text(raw: &str) -> Option<Entry> {
 }
 
 /// A line that is a JSON document.
-fn json(raw: &str) -> Option<Entry> {
+fn parse_json_line(raw: &str) -> Option<TraceEntry> {
     let line: Value = serde_json::from_str(raw).ok()?;
     let string = |value: &Value, name: &str| value.get(name).and_then(Value::as_str).map(str::to_owned);
-    let mut entry = Entry { cycle: line.get("cycle")?.as_u64()?, ..Entry::default() };
+    let mut entry = TraceEntry { cycle: line.get("cycle")?.as_u64()?, ..TraceEntry::default() };
     if let Some(why) = string(&line, "end") {
         entry.text = format!("end {why}");
         return Some(entry);
@@ -226,7 +226,7 @@ mod tests {
     #[test]
     fn both_shapes_read_alike() {
         for (line, document) in SHAPES {
-            let (a, b) = (text(line), json(document));
+            let (a, b) = (parse_text_line(line), parse_json_line(document));
             assert!(a.is_some() && a == b, "{line}: {a:?} {b:?}");
         }
     }
@@ -243,7 +243,7 @@ mod tests {
             "1  0x0  nop ; r16",
             "1  0x0  nop ; read 5=1",
         ] {
-            assert_eq!(text(line), None, "{line}");
+            assert_eq!(parse_text_line(line), None, "{line}");
         }
         for line in [
             "{",
@@ -252,17 +252,17 @@ mod tests {
             r#"{"cycle":-1,"end":"x"}"#,
             r#"{"cycle":1,"addr":1,"text":"nop","data":[{}]}"#,
         ] {
-            assert_eq!(json(line), None, "{line}");
+            assert_eq!(parse_json_line(line), None, "{line}");
         }
     }
 
     #[test]
     fn heads() {
         let good = Ok(("8051".to_owned(), "12000000".to_owned()));
-        assert_eq!(head("emu-trace 1 mcu=8051 hz=12000000"), good);
-        assert_eq!(head(r#"{"emu-trace":1,"mcu":"8051","hz":12000000}"#), good);
+        assert_eq!(parse_head("emu-trace 1 mcu=8051 hz=12000000"), good);
+        assert_eq!(parse_head(r#"{"emu-trace":1,"mcu":"8051","hz":12000000}"#), good);
         for line in ["", "emu-trace", "emu-trace 2 mcu=8051 hz=1", "emu-trace 1 mcu=8051", "{}", "{", "\u{7f}ELF"] {
-            assert!(head(line).is_err(), "{line}");
+            assert!(parse_head(line).is_err(), "{line}");
         }
     }
 }

@@ -1,28 +1,28 @@
 //! The configuration block of AP101 as the directives that make it.
 
-use emu_ap101::Inputs;
-use emu_ap101::config::{Config, HZ, INPUTS, OUTPUTS};
-use emu_ap101::modules::{Kind, Unit};
-use emu_core::chip::{Chip, Family};
+use emu_ap101::InputSampling;
+use emu_ap101::config::{Ap101Config, HZ, INPUTS, OUTPUTS};
+use emu_ap101::modules::{ModuleKind, ModuleTimeUnit};
+use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::{Image, Segment};
 
 /// The directives for the block, one a line; nothing for what is no such block, or for one that no directives make just so.
 pub(super) fn directives(chip: &'static Chip, segment: &Segment) -> Option<Vec<String>> {
     let only = Image { segments: vec![segment.clone()], ..Image::default() };
-    let config = Config::of(&only).ok().filter(|_| chip.family == Family::Ap101)?;
+    let config = Ap101Config::read_config(&only).ok().filter(|_| chip.family == ChipFamily::Ap101)?;
     let lines = lines(&config);
-    let made = emu_asm::image(chip, &lines.join("\n")).ok()?;
+    let made = emu_asm::assemble_text(chip, &lines.join("\n")).ok()?;
     (made.segments == only.segments).then_some(lines)
 }
 
-fn lines(config: &Config) -> Vec<String> {
+fn lines(config: &Ap101Config) -> Vec<String> {
     let mut lines = Vec::new();
     let mut say = |wanted: bool, line: String| lines.extend(wanted.then_some(line));
     // One directive has to stand there, or there is no block.
     let channels = (config.input_channels, config.output_channels);
     say(true, format!("channels {}, {}", channels.0.min(INPUTS), channels.1.min(OUTPUTS)));
     say(config.hz != HZ, format!("clock {}", config.hz));
-    say(config.inputs == Inputs::Live, "inputs live".to_owned());
+    say(config.inputs == InputSampling::Live, "inputs live".to_owned());
     say(config.reconfigurable, "mode reconfigurable".to_owned());
     say(config.period > 0, format!("period {}c", config.period));
     for program in &config.programs {
@@ -30,11 +30,11 @@ fn lines(config: &Config) -> Vec<String> {
         let off = if off { ", off" } else { "" };
         say(true, format!("program 0x{:03X}, 0x{:03X}, {}{off}", program.start, program.last, program.rx));
     }
-    for (n, module) in config.modules.iter().enumerate().filter(|(_, module)| module.kind != Kind::None) {
+    for (n, module) in config.modules.iter().enumerate().filter(|(_, module)| module.kind != ModuleKind::None) {
         let (kind, preset) = (name(module.kind), module.preset);
         let unit = match module.unit {
-            _ if module.kind.counts() => String::new(),
-            Unit::Cycle => "cycle, ".to_owned(),
+            _ if module.kind.is_counter() => String::new(),
+            ModuleTimeUnit::Cycle => "cycle, ".to_owned(),
             unit => format!("{}ms, ", unit.ms()),
         };
         say(true, format!("module R{n}, {kind}, {unit}{preset}"));
@@ -42,15 +42,15 @@ fn lines(config: &Config) -> Vec<String> {
     lines
 }
 
-fn name(kind: Kind) -> &'static str {
+fn name(kind: ModuleKind) -> &'static str {
     match kind {
-        Kind::None => "",
-        Kind::Ton => "TON",
-        Kind::Tof => "TOF",
-        Kind::Rto => "RTO",
-        Kind::Tp => "TP",
-        Kind::Ctu => "CTU",
-        Kind::Ctd => "CTD",
-        Kind::Ctc => "CTC",
+        ModuleKind::None => "",
+        ModuleKind::Ton => "TON",
+        ModuleKind::Tof => "TOF",
+        ModuleKind::Rto => "RTO",
+        ModuleKind::Tp => "TP",
+        ModuleKind::Ctu => "CTU",
+        ModuleKind::Ctd => "CTD",
+        ModuleKind::Ctc => "CTC",
     }
 }

@@ -1,11 +1,11 @@
 //! Names that are labels and names that are not, in text that assembles back.
 
 use emu_core::chip::Chip;
-use emu_core::image::{Image, Lines, Segment, SymbolAt};
-use emu_debug::{Names, Source};
+use emu_core::image::{Image, SourceLines, Segment, SymbolAt};
+use emu_debug::{AddressNames, ProgramSource};
 
-use super::pieces::Code;
-use super::text::Text;
+use super::pieces::ProgramMemory;
+use super::text::AssemblableText;
 
 /// Chip, bytes of the program, names as `name@byte address`, and what is printed.
 const CASES: &[(&str, &[u8], &str, &str)] = &[
@@ -81,19 +81,19 @@ fn words_that_no_source_may_say_are_words() {
     let words = [stc.pattern.value as u16, 0];
     let image = Image {
         segments: vec![Segment {
-            space: chip.code,
+            space: chip.code_space,
             addr: 0,
             bytes: words.iter().flat_map(|word| word.to_le_bytes()).collect(),
         }],
         ..Image::default()
     };
-    let lines = Lines::default();
-    let source = Source { names: Names { chip, symbols: &[] }, lines: &lines };
-    let mut text = Text::new(&source);
-    text.program(&Code::new(chip, &image).pieces(0, 2), None);
+    let lines = SourceLines::default();
+    let source = ProgramSource { names: AddressNames { chip, symbols: &[] }, lines: &lines };
+    let mut text = AssemblableText::new(&source);
+    text.program(&ProgramMemory::new(chip, &image).pieces(0, 2), None);
     let text = text.finish();
     assert!(text.starts_with("    .word 0x") && text.contains("STC   I0"), "{text}");
-    assert_eq!(emu_asm::image(chip, &text).map(|image| image.segments), Ok(image.segments));
+    assert_eq!(emu_asm::assemble_text(chip, &text).map(|image| image.segments), Ok(image.segments));
 }
 
 fn chip(name: &str) -> &'static Chip {
@@ -106,16 +106,16 @@ fn only_names_that_mean_nothing_else_are_labels() {
     for &(name, bytes, names, wanted) in CASES {
         let chip = chip(name);
         let symbols = names.split(' ').filter_map(|name| name.split_once('@'));
-        let symbols = symbols.map(|(name, addr)| SymbolAt::new(name, chip.code, addr.parse().expect("an address"), 0));
+        let symbols = symbols.map(|(name, addr)| SymbolAt::new(name, chip.code_space, addr.parse().expect("an address"), 0));
         let symbols: Vec<SymbolAt> = symbols.collect();
-        let segments = vec![Segment { space: chip.code, addr: 0, bytes: bytes.to_vec() }];
+        let segments = vec![Segment { space: chip.code_space, addr: 0, bytes: bytes.to_vec() }];
         let image = Image { segments, ..Image::default() };
-        let lines = Lines::default();
-        let source = Source { names: Names { chip, symbols: &symbols }, lines: &lines };
-        let mut text = Text::new(&source);
-        text.program(&Code::new(chip, &image).pieces(0, chip.flash / chip.word_bytes), None);
+        let lines = SourceLines::default();
+        let source = ProgramSource { names: AddressNames { chip, symbols: &symbols }, lines: &lines };
+        let mut text = AssemblableText::new(&source);
+        text.program(&ProgramMemory::new(chip, &image).pieces(0, chip.flash_bytes / chip.word_bytes), None);
         let text = text.finish();
         assert_eq!(text, wanted, "{name}");
-        assert_eq!(emu_asm::image(chip, &text).map(|image| image.segments), Ok(image.segments), "{name}");
+        assert_eq!(emu_asm::assemble_text(chip, &text).map(|image| image.segments), Ok(image.segments), "{name}");
     }
 }

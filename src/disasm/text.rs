@@ -3,37 +3,37 @@
 
 use std::collections::HashSet;
 
-use emu_core::chip::{Chip, Family};
-use emu_core::image::{Bits, Image, SymbolAt};
-use emu_core::table::Line;
-use emu_debug::{Names, Source};
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::image::{WordBits, Image, SymbolAt};
+use emu_core::table::DisassembledInstruction;
+use emu_debug::{AddressNames, ProgramSource};
 
 use super::config::directives;
-use super::listing::Listing;
-use super::pieces::Piece;
+use super::listing::SourceLineListing;
+use super::pieces::CodePiece;
 
 /// Column in which comments begin.
-const COMMENT: usize = 32;
+const COMMENT_COLUMN: usize = 32;
 
 /// Bytes of other memories in a line.
-const BYTES: usize = 8;
+const BYTES_PER_LINE: usize = 8;
 
 /// The text, line after line.
-pub(super) struct Text<'a> {
+pub(super) struct AssemblableText<'a> {
     chip: &'static Chip,
-    source: &'a Source<'a>,
+    source: &'a ProgramSource<'a>,
     out: String,
     /// Labels that are given, in lower case.
-    given: HashSet<String>,
+    defined_labels: HashSet<String>,
     /// The word at which the assembler would go on.
-    at: u32,
+    next_word: u32,
 }
 
-impl<'a> Text<'a> {
+impl<'a> AssemblableText<'a> {
     /// An empty text.
-    pub(super) fn new(source: &'a Source<'a>) -> Text<'a> {
+    pub(super) fn new(source: &'a ProgramSource<'a>) -> AssemblableText<'a> {
         let chip = source.names.chip;
-        Text { chip, source, out: String::new(), given: HashSet::new(), at: 0 }
+        AssemblableText { chip, source, out: String::new(), defined_labels: HashSet::new(), next_word: 0 }
     }
 
     /// The text as far as it goes.
@@ -42,33 +42,33 @@ impl<'a> Text<'a> {
     }
 
     /// Program memory.
-    pub(super) fn program(&mut self, pieces: &[Piece], mut listing: Option<Listing<'_>>) {
+    pub(super) fn program(&mut self, pieces: &[CodePiece], mut listing: Option<SourceLineListing<'_>>) {
         for (i, piece) in pieces.iter().enumerate() {
             match piece {
-                Piece::Gap(from, to) if i + 1 == pieces.len() => {
+                CodePiece::Gap(from, to) if i + 1 == pieces.len() => {
                     let erased = self.erased(*from, *to);
                     self.out.push_str(&format!("; {erased}\n"));
                 }
-                Piece::Gap(from, to) => {
+                CodePiece::Gap(from, to) => {
                     let erased = self.erased(*from, *to);
                     self.org(*to, &erased);
                 }
-                Piece::Erased(from, to) => {
-                    self.reach(*from);
+                CodePiece::Erased(from, to) => {
+                    self.advance_to(*from);
                     let erased = self.erased(*from, *to);
                     self.line(&format!(".rept 0x{:X}", to - from), &erased);
                     let (word, digits) = (self.word(), self.digits());
-                    self.line(&format!("{word} 0x{:0digits$X}", self.chip.isa.erased), "");
+                    self.line(&format!("{word} 0x{:0digits$X}", self.chip.isa.erased_word), "");
                     self.line(".endr", "");
-                    self.at = *to;
+                    self.next_word = *to;
                 }
-                Piece::Instruction(at, words, line) => {
-                    self.reach(*at);
+                CodePiece::Instruction(at, words, line) => {
+                    self.advance_to(*at);
                     self.labels(*at, words.len());
                     let heading = listing.as_mut().and_then(|listing| listing.heading(*at, self.source));
                     self.out.push_str(&heading.unwrap_or_default());
                     self.instruction(*at, words, line);
-                    self.at = at + words.len() as u32;
+                    self.next_word = at + words.len() as u32;
                 }
             }
         }
@@ -77,14 +77,14 @@ impl<'a> Text<'a> {
     /// What the image fills besides program memory: at their addresses in the HEX file, or in sections where it has no place for
     /// them. Bytes of RAM, which an ELF file may have but no chip keeps, are only told.
     pub(super) fn memories(&mut self, image: &Image) {
-        for segment in image.segments.iter().filter(|segment| segment.space != self.chip.code) {
+        for segment in image.segments.iter().filter(|segment| segment.space != self.chip.code_space) {
             if let Some(lines) = directives(self.chip, segment) {
                 lines.iter().for_each(|line| self.line(line, ""));
                 continue;
             }
-            let window = self.chip.hex.iter().find(|space| space.name == segment.space);
-            let ram = segment.space == self.chip.ram;
-            let unit = if window.is_some() { self.chip.width(self.chip.code) } else { 1 };
+            let window = self.chip.hex_spaces.iter().find(|space| space.name == segment.space);
+            let ram = segment.space == self.chip.ram_space;
+            let unit = if window.is_some() { self.chip.bytes_per_address(self.chip.code_space) } else { 1 };
             let at = (window.map_or(0, |space| space.start) + segment.addr) / unit;
             if window.is_none() && !ram {
                 self.line(&format!(".section .{}", segment.space), "");
@@ -92,13 +92,13 @@ impl<'a> Text<'a> {
             if !ram {
                 self.line(&format!(".org 0x{at:04X}{}", self.filler()), segment.space);
             }
-            let mask = match window.map(|space| space.bits) {
-                Some(Bits::Low(bits)) => (1 << bits) - 1,
+            let mask = match window.map(|space| space.word_bits) {
+                Some(WordBits::Low(bits)) => (1 << bits) - 1,
                 _ => u16::MAX,
             };
-            for (i, bytes) in segment.bytes.chunks(BYTES).enumerate() {
+            for (i, bytes) in segment.bytes.chunks(BYTES_PER_LINE).enumerate() {
                 let text = values(bytes, unit, mask);
-                let addr = at + (i * BYTES) as u32 / unit;
+                let addr = at + (i * BYTES_PER_LINE) as u32 / unit;
                 if ram {
                     self.out.push_str(&format!("; {addr:04X}  {}  {text}\n", segment.space));
                 } else {
@@ -110,7 +110,7 @@ impl<'a> Text<'a> {
 
     /// What stands in front, and a comment behind it.
     fn line(&mut self, text: &str, comment: &str) {
-        let width = COMMENT - 4;
+        let width = COMMENT_COLUMN - 4;
         let line = if comment.is_empty() { format!("    {text}") } else { format!("    {text:<width$}; {comment}") };
         self.out.push_str(line.trim_end());
         self.out.push('\n');
@@ -118,18 +118,18 @@ impl<'a> Text<'a> {
 
     fn org(&mut self, word: u32, comment: &str) {
         self.line(&format!(".org 0x{:04X}{}", self.chip.code_address(word), self.filler()), comment);
-        self.at = word;
+        self.next_word = word;
     }
 
     /// What stands behind the address of an `.org`. On AVR it fills what it passes over, with zeros unless told otherwise; an
     /// erased byte as filler leaves it as it is.
     fn filler(&self) -> &'static str {
-        if self.chip.family == Family::Avr { ", 0xFF" } else { "" }
+        if self.chip.family == ChipFamily::Avr { ", 0xFF" } else { "" }
     }
 
     /// Goes on at a word.
-    fn reach(&mut self, word: u32) {
-        if self.at != word {
+    fn advance_to(&mut self, word: u32) {
+        if self.next_word != word {
             self.org(word, "");
         }
     }
@@ -145,7 +145,7 @@ impl<'a> Text<'a> {
 
     fn erased(&self, from: u32, to: u32) -> String {
         let (from, to) = (self.chip.code_address(from), self.chip.code_address(to));
-        let unit = if self.chip.width(self.chip.code) == 1 { "bytes" } else { "words" };
+        let unit = if self.chip.bytes_per_address(self.chip.code_space) == 1 { "bytes" } else { "words" };
         format!("{from:04X} to {:04X} erased, {} {unit}", to - 1, to - from)
     }
 
@@ -153,9 +153,9 @@ impl<'a> Text<'a> {
     /// instruction, is only told.
     fn labels(&mut self, word: u32, len: usize) {
         let start = self.chip.code_address(word);
-        for symbol in labels(&self.source.names, word, len) {
+        for symbol in labels_at(&self.source.names, word, len) {
             // A label is what a linker calls it: other names of C++ are none.
-            let name = symbol.linkage();
+            let name = symbol.linkage_name();
             let meant = if symbol.mangled.is_some() { format!("  ; {}", symbol.name) } else { String::new() };
             let line = match symbol.addr - word * self.chip.word_bytes {
                 0 if self.label(name) => format!("{name}:{meant}\n"),
@@ -168,19 +168,19 @@ impl<'a> Text<'a> {
 
     /// A name can be a label, and becomes one.
     fn label(&mut self, name: &str) -> bool {
-        identifier(name) && !emu_asm::is_taken(self.chip, name) && self.given.insert(name.to_ascii_lowercase())
+        is_identifier(name) && !emu_asm::is_taken(self.chip, name) && self.defined_labels.insert(name.to_ascii_lowercase())
     }
 
-    fn instruction(&mut self, at: u32, words: &[u16], Line { text, operands, .. }: &Line) {
+    fn instruction(&mut self, at: u32, words: &[u16], DisassembledInstruction { text, operands, .. }: &DisassembledInstruction) {
         let digits = self.digits();
         let hex: Vec<String> = words.iter().map(|word| format!("{word:0digits$X}")).collect();
         let (text, why) = text.split_once(';').unwrap_or((text, ""));
-        let mut meant = self.source.operands(operands);
+        let mut meant = self.source.describe_operands(operands);
         meant.extend((!why.is_empty()).then(|| why.trim().to_owned()));
         // On AP101 a program may hold words that no source may say, such as one that sets an input. Elsewhere the tests of the
         // tables prove every word.
         let back =
-            self.chip.family != Family::Ap101 || emu_asm::line(self.chip, text, at).is_ok_and(|back| back == words);
+            self.chip.family != ChipFamily::Ap101 || emu_asm::assemble_line(self.chip, text, at).is_ok_and(|back| back == words);
         let text = if back {
             text.to_owned()
         } else {
@@ -203,14 +203,14 @@ fn values(bytes: &[u8], unit: u32, mask: u16) -> String {
 }
 
 /// The symbols at the words of an instruction.
-pub(super) fn labels<'a>(names: &Names<'a>, word: u32, len: usize) -> impl Iterator<Item = &'a SymbolAt> + use<'a> {
-    let (code, size) = (names.chip.code, names.chip.word_bytes);
+pub(super) fn labels_at<'a>(names: &AddressNames<'a>, word: u32, len: usize) -> impl Iterator<Item = &'a SymbolAt> + use<'a> {
+    let (code, size) = (names.chip.code_space, names.chip.word_bytes);
     let (start, end) = (word * size, (word + len as u32) * size);
     names.symbols.iter().filter(move |s| s.space == code && (start..end).contains(&s.addr))
 }
 
 /// What every dialect takes for a name.
-fn identifier(name: &str) -> bool {
+fn is_identifier(name: &str) -> bool {
     let first = name.bytes().next().is_some_and(|byte| byte.is_ascii_alphabetic() || byte == b'_');
     first && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
 }

@@ -5,17 +5,17 @@ use std::io::Write;
 use clap::Args;
 use emu_core::cpu::{Cpu, Probe};
 use emu_core::image::Image;
-use emu_debug::coverage::{Reached, Totals, lcov};
-use emu_debug::run::{Along, Memory, run_along};
-use emu_debug::trace::Look;
-use emu_debug::{Board, Coverage, Ended, Host, Plan, Profile, Source, Wave};
+use emu_debug::coverage::{CoveredInstruction, CoverageTotals, lcov};
+use emu_debug::run::{RunProbe, ReadMemory, run_with_probe};
+use emu_debug::trace::TraceProbe;
+use emu_debug::{AttachedDevices, CodeCoverage, RunResult, RunController, RunPlan, CycleProfile, ProgramSource, WaveWriter};
 use serde_json::{Value, json};
 
-use super::rungs::{Elements, Rungs};
-use super::spent::Spent;
-use crate::fail::Failure;
-use crate::output::{self, Pending};
-use crate::report::Terminal;
+use super::rungs::{ElementCounts, MappedLadder};
+use super::spent::CycleReport;
+use crate::fail::VerbFailure;
+use crate::output::{self, PendingFile};
+use crate::report::MessageStyle;
 
 /// Flags of `emu run`.
 #[derive(Debug, Args)]
@@ -48,128 +48,128 @@ impl CoverArgs {
 }
 
 /// Text for people, and members of the document by name.
-type Told = (String, Vec<(&'static str, Value)>);
+type CoverageReport = (String, Vec<(&'static str, Value)>);
 
 /// What is looked at, with its files begun.
-pub struct Cover<'a> {
+pub struct CoverageRun<'a> {
     args: &'a CoverArgs,
     image: &'a Image,
-    rungs: Option<Rungs>,
+    rungs: Option<MappedLadder>,
     /// Files that are read or written otherwise.
-    taken: &'a [String],
+    used_files: &'a [String],
     /// Each file with its name.
-    coverage: Option<(&'a str, Option<Pending>)>,
-    folded: Option<(&'a str, Option<Pending>)>,
+    coverage: Option<(&'a str, Option<PendingFile>)>,
+    folded: Option<(&'a str, Option<PendingFile>)>,
 }
 
 /// Instructions, and elements of a ladder program.
-struct Covered {
-    coverage: Coverage,
-    elements: Option<Elements>,
+struct CoverageProbe {
+    coverage: CodeCoverage,
+    elements: Option<ElementCounts>,
 }
 
-impl Probe for Covered {
+impl Probe for CoverageProbe {
     const FLOW: bool = true;
 
     #[inline(always)]
-    fn goes(&mut self, next: u32, to: u32, taken: bool) {
-        self.coverage.goes(next, to, taken);
+    fn on_branch(&mut self, next: u32, to: u32, taken: bool) {
+        self.coverage.on_branch(next, to, taken);
     }
 
-    fn enters(&mut self, pc: u32) {
-        self.coverage.enters(pc);
+    fn on_flow_start(&mut self, pc: u32) {
+        self.coverage.on_flow_start(pc);
     }
 
-    fn breaks(&mut self, pc: u32) {
-        self.coverage.breaks(pc);
+    fn on_flow_end(&mut self, pc: u32) {
+        self.coverage.on_flow_end(pc);
     }
 }
 
-impl Along for Covered {
-    fn passes(&mut self, memory: Memory<'_>, pc: u32) {
+impl RunProbe for CoverageProbe {
+    fn on_breakpoint_passed(&mut self, memory: ReadMemory<'_>, pc: u32) {
         if let Some(elements) = &mut self.elements {
-            elements.look(memory, pc);
+            elements.sample_elements(memory, pc);
         }
     }
 }
 
 /// What was seen: a probe where there is a profile.
 #[derive(Default)]
-pub struct Seen {
-    covered: Option<Covered>,
-    profile: Option<Profile>,
+pub struct CoverAndProfile {
+    covered: Option<CoverageProbe>,
+    profile: Option<CycleProfile>,
 }
 
-impl Probe for Seen {
+impl Probe for CoverAndProfile {
     const INSN: bool = true;
-    const EVERY: bool = false;
+    const EVERY_ITERATION: bool = false;
     const FLOW: bool = true;
 
-    fn insn(&mut self, at: u64, pc: u32) -> bool {
-        self.profile.as_mut().is_some_and(|profile| profile.insn(at, pc))
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
+        self.profile.as_mut().is_some_and(|profile| profile.on_instruction(at, pc))
     }
 
-    fn goes(&mut self, next: u32, to: u32, taken: bool) {
+    fn on_branch(&mut self, next: u32, to: u32, taken: bool) {
         if let Some(covered) = &mut self.covered {
-            covered.goes(next, to, taken);
+            covered.on_branch(next, to, taken);
         }
     }
 
-    fn enters(&mut self, pc: u32) {
+    fn on_flow_start(&mut self, pc: u32) {
         if let Some(covered) = &mut self.covered {
-            covered.enters(pc);
+            covered.on_flow_start(pc);
         }
     }
 
-    fn breaks(&mut self, pc: u32) {
+    fn on_flow_end(&mut self, pc: u32) {
         if let Some(covered) = &mut self.covered {
-            covered.breaks(pc);
+            covered.on_flow_end(pc);
         }
     }
 
-    fn irq(&mut self, at: u64, vector: u8) {
+    fn on_interrupt(&mut self, at: u64, vector: u8) {
         if let Some(profile) = &mut self.profile {
-            profile.irq(at, vector);
+            profile.on_interrupt(at, vector);
         }
     }
 }
 
-impl Along for Seen {
-    fn passes(&mut self, memory: Memory<'_>, pc: u32) {
+impl RunProbe for CoverAndProfile {
+    fn on_breakpoint_passed(&mut self, memory: ReadMemory<'_>, pc: u32) {
         if let Some(covered) = &mut self.covered {
-            covered.passes(memory, pc);
+            covered.on_breakpoint_passed(memory, pc);
         }
     }
 }
 
-impl<'a> Cover<'a> {
+impl<'a> CoverageRun<'a> {
     /// Reads the map and begins the files.
     pub fn new(
         args: &'a CoverArgs,
         map: Option<&str>,
-        (source, image): (&Source<'_>, &'a Image),
-        (taken, terminal): (&'a [String], &Terminal),
-    ) -> Result<Cover<'a>, Failure> {
+        (source, image): (&ProgramSource<'_>, &'a Image),
+        (taken, terminal): (&'a [String], &MessageStyle),
+    ) -> Result<CoverageRun<'a>, VerbFailure> {
         let map = map.filter(|_| args.coverage.is_some() || args.profile.is_some());
         let ladder = args.ladder.as_deref();
-        let rungs = map.map(|map| Rungs::read(map, ladder, source, terminal)).transpose()?;
+        let rungs = map.map(|map| MappedLadder::read(map, ladder, source, terminal)).transpose()?;
         match args.coverage.as_deref().filter(|_| !has_lines(source, rungs.as_ref())) {
             Some("-") => {
                 let why =
                     "nothing is known of source lines, so --coverage writes a listing beside its file; give it a file";
-                return Err(Failure::Usage(why.to_owned()));
+                return Err(VerbFailure::Usage(why.to_owned()));
             }
-            Some(file) => spared(&format!("{file}.lst"), taken)?,
+            Some(file) => check_listing_place(&format!("{file}.lst"), taken)?,
             None => {}
         }
-        let begin = |file: &'a str| -> Result<(&'a str, Option<Pending>), Failure> {
-            Ok((file, if output::is_stdout(file) { None } else { Some(Pending::new(file)?) }))
+        let begin = |file: &'a str| -> Result<(&'a str, Option<PendingFile>), VerbFailure> {
+            Ok((file, if output::is_stdout(file) { None } else { Some(PendingFile::new(file)?) }))
         };
         let folded = args.profile.as_deref().filter(|file| !file.is_empty());
-        Ok(Cover {
+        Ok(CoverageRun {
             args,
             image,
-            taken,
+            used_files: taken,
             coverage: args.coverage.as_deref().map(begin).transpose()?,
             folded: folded.map(begin).transpose()?,
             rungs,
@@ -179,32 +179,32 @@ impl<'a> Cover<'a> {
     /// [`run_along`] with what looks at it.
     pub fn run<C: Cpu>(
         &self,
-        (cpu, board): (&mut C, &mut Board),
-        plan: &Plan,
-        (wave, look): (Option<Wave>, Option<&mut Look<'_>>),
-        host: &mut dyn Host<C>,
-    ) -> (Ended, Seen) {
-        let covered = self.args.coverage.is_some().then(|| Covered {
-            coverage: Coverage::default(),
-            elements: self.rungs.as_ref().and_then(Rungs::elements),
+        (cpu, board): (&mut C, &mut AttachedDevices),
+        plan: &RunPlan,
+        (wave, look): (Option<WaveWriter>, Option<&mut TraceProbe<'_>>),
+        host: &mut dyn RunController<C>,
+    ) -> (RunResult, CoverAndProfile) {
+        let covered = self.args.coverage.is_some().then(|| CoverageProbe {
+            coverage: CodeCoverage::default(),
+            elements: self.rungs.as_ref().and_then(MappedLadder::elements),
         });
         if let Some(elements) = covered.as_ref().and_then(|covered| covered.elements.as_ref()) {
-            cpu.trap(elements.at(), true);
+            cpu.set_breakpoint(elements.at(), true);
         }
-        let profile = self.args.profile.is_some().then(|| Profile::new(cpu.chip(), self.image, cpu.cycle()));
+        let profile = self.args.profile.is_some().then(|| CycleProfile::new(cpu.chip(), self.image, cpu.cycle()));
         // Each has a loop of its own, which asks for nothing else.
         match (covered, profile) {
             (None, None) => {
-                let ended = run_along((cpu, board), plan, wave, (&mut (), look), host);
-                (ended, Seen::default())
+                let ended = run_with_probe((cpu, board), plan, wave, (&mut (), look), host);
+                (ended, CoverAndProfile::default())
             }
             (Some(mut covered), None) => {
-                let ended = run_along((cpu, board), plan, wave, (&mut covered, look), host);
-                (ended, Seen { covered: Some(covered), profile: None })
+                let ended = run_with_probe((cpu, board), plan, wave, (&mut covered, look), host);
+                (ended, CoverAndProfile { covered: Some(covered), profile: None })
             }
             (covered, profile) => {
-                let mut seen = Seen { covered, profile };
-                let ended = run_along((cpu, board), plan, wave, (&mut seen, look), host);
+                let mut seen = CoverAndProfile { covered, profile };
+                let ended = run_with_probe((cpu, board), plan, wave, (&mut seen, look), host);
                 if let Some(profile) = &mut seen.profile {
                     profile.finish(cpu.cycle());
                 }
@@ -214,30 +214,30 @@ impl<'a> Cover<'a> {
     }
 
     /// Writes the files, and gives what is told of it to people and as members of the document.
-    pub fn told(self, seen: &Seen, source: &Source<'_>) -> Result<Told, Failure> {
+    pub fn write_reports(self, seen: &CoverAndProfile, source: &ProgramSource<'_>) -> Result<CoverageReport, VerbFailure> {
         let (mut text, mut members) = (String::new(), Vec::new());
-        if let (Some(Covered { coverage, elements }), Some((file, pending))) = (&seen.covered, self.coverage) {
-            let reached = coverage.reached(source.names.chip, self.image);
-            let (records, listing) = records(&reached, source, self.rungs.as_ref(), elements.as_ref(), file);
-            let mut totals = Totals::of(&reached, &records);
-            totals.elements = elements.as_ref().map(Elements::part);
+        if let (Some(CoverageProbe { coverage, elements }), Some((file, pending))) = (&seen.covered, self.coverage) {
+            let reached = coverage.covered_instructions(source.names.chip, self.image);
+            let (records, listing) = coverage_records(&reached, source, self.rungs.as_ref(), elements.as_ref(), file);
+            let mut totals = CoverageTotals::of(&reached, &records);
+            totals.elements = elements.as_ref().map(ElementCounts::covered_share);
             let beside = format!("{file}.lst");
-            let listing = listing.map(|listing| -> Result<_, Failure> {
-                spared(&beside, self.taken)?;
-                let place = Pending::new(&beside)?;
-                fill(&place, &beside, &listing)?;
+            let listing = listing.map(|listing| -> Result<_, VerbFailure> {
+                check_listing_place(&beside, self.used_files)?;
+                let place = PendingFile::new(&beside)?;
+                write_to_pending(&place, &beside, &listing)?;
                 Ok(place)
             });
             let listing = listing.transpose()?;
-            written(file, pending, &lcov::text(&records))?;
-            listing.map_or(Ok(()), Pending::complete)?;
+            write_begun_file(file, pending, &lcov::format_tracefile(&records))?;
+            listing.map_or(Ok(()), PendingFile::complete)?;
             text.push_str(&figures(&totals));
             members.push(("coverage", document(&totals)));
         }
         if let Some(profile) = &seen.profile {
-            let spent = Spent::new(profile, source, self.rungs.as_ref());
+            let spent = CycleReport::new(profile, source, self.rungs.as_ref());
             if let Some((file, pending)) = self.folded {
-                written(file, pending, &spent.folded())?;
+                write_begun_file(file, pending, &spent.folded_stacks())?;
             }
             text.push_str(&spent.text());
             members.push(("profile", spent.document()));
@@ -247,63 +247,63 @@ impl<'a> Cover<'a> {
 }
 
 /// Refuses a listing in the place of a file that is read or written otherwise.
-fn spared(listing: &str, taken: &[String]) -> Result<(), Failure> {
+fn check_listing_place(listing: &str, taken: &[String]) -> Result<(), VerbFailure> {
     match taken.iter().find(|file| *file != "-" && output::same_place(file, listing)) {
         Some(_) => {
             let why = format!(
                 "--coverage writes the listing {listing} beside its file, which would replace a file of this run; give it another name"
             );
-            Err(Failure::Usage(why))
+            Err(VerbFailure::Usage(why))
         }
         None => Ok(()),
     }
 }
 
 /// Lines of sources or of a ladder program are known.
-fn has_lines(source: &Source<'_>, rungs: Option<&Rungs>) -> bool {
-    rungs.is_some_and(Rungs::has_lines) || !source.lines.all().is_empty()
+fn has_lines(source: &ProgramSource<'_>, rungs: Option<&MappedLadder>) -> bool {
+    rungs.is_some_and(MappedLadder::has_lines) || !source.lines.all_lines().is_empty()
 }
 
 /// What is written of a run: by lines of the ladder program, of the sources, or of a listing, which comes along.
-fn records(
-    reached: &[Reached],
-    source: &Source<'_>,
-    rungs: Option<&Rungs>,
-    elements: Option<&Elements>,
+fn coverage_records(
+    reached: &[CoveredInstruction],
+    source: &ProgramSource<'_>,
+    rungs: Option<&MappedLadder>,
+    elements: Option<&ElementCounts>,
     file: &str,
-) -> (Vec<lcov::Record>, Option<String>) {
+) -> (Vec<lcov::LcovRecord>, Option<String>) {
     if let Some(record) = rungs.and_then(|rungs| rungs.record(reached, elements)) {
         return (vec![record], None);
     }
-    let records = lcov::by_source(reached, source);
+    let records = lcov::source_records(reached, source);
     if records.is_empty() {
-        let (listing, record) = lcov::by_listing(reached, source, &format!("{file}.lst"));
+        let (listing, record) = lcov::listing_record(reached, source, &format!("{file}.lst"));
         return (vec![record], Some(listing));
     }
     (records, None)
 }
 
-fn fill(place: &Pending, file: &str, text: &str) -> Result<(), Failure> {
+fn write_to_pending(place: &PendingFile, file: &str, text: &str) -> Result<(), VerbFailure> {
     let mut out = place.writer()?;
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|error| Failure::writing(file, &error))
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|error| VerbFailure::write_failed(file, &error))
 }
 
 /// Writes a file that was begun, or standard output.
-fn written(file: &str, place: Option<Pending>, text: &str) -> Result<(), Failure> {
+fn write_begun_file(file: &str, place: Option<PendingFile>, text: &str) -> Result<(), VerbFailure> {
     match place {
         None => output::print(text),
         Some(place) => {
-            fill(&place, file, text)?;
+            write_to_pending(&place, file, text)?;
             place.complete()
         }
     }
 }
 
 /// The figures of the coverage, for people.
-fn figures(totals: &Totals) -> String {
-    let Totals { instructions, branches, lines, functions, elements } = totals;
+fn figures(totals: &CoverageTotals) -> String {
+    let CoverageTotals { instructions, branches, lines, functions, elements } = totals;
     let mut rows = vec![("instructions", instructions), ("branches", branches), ("lines", lines)];
-    rows.extend((functions.all > 0).then_some(("functions", functions)));
+    rows.extend((functions.total > 0).then_some(("functions", functions)));
     rows.extend(elements.as_ref().map(|elements| ("elements", elements)));
     let rows = rows.iter().enumerate().map(|(i, (what, part))| {
         let head = if i == 0 { "coverage" } else { "" };
@@ -313,8 +313,8 @@ fn figures(totals: &Totals) -> String {
 }
 
 /// The same as a member of the document.
-fn document(totals: &Totals) -> Value {
-    let part = |part: &emu_debug::coverage::Part| json!({ "seen": part.seen, "all": part.all });
+fn document(totals: &CoverageTotals) -> Value {
+    let part = |part: &emu_debug::coverage::CoveredShare| json!({ "seen": part.covered, "all": part.total });
     let mut document = json!({
         "instructions": part(&totals.instructions),
         "branches": part(&totals.branches),

@@ -8,109 +8,109 @@ mod stimuli;
 use std::sync::Arc;
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Cpu, Reset};
-use emu_core::pins::{Level, Time};
-use emu_debug::scene::{Given, Seen, Table};
-use emu_debug::stimulus::{FIRST_SUPPLY, Put, apply};
-use emu_debug::{Clock, Drive, Going, Host, Sender, Watched};
-use scenario::{Bound, Done, Next, Player, Reading, Recorder, Value, Verdict, World};
+use emu_core::cpu::{Cpu, ResetCause};
+use emu_core::pins::{PinLevel, CycleTime};
+use emu_debug::chip_scenario::{ChipStimulus, ChipObservable, ChipBindings};
+use emu_debug::stimulus::{INITIAL_SUPPLY_MV, ExternalDrive, queue_drive};
+use emu_debug::{CycleClock, TimedDrive, RunDecision, RunController, SerialLineSender, StretchWatch};
+use scenario::{BoundScenario, RecordedAction, PlayerState, ScenarioPlayer, OutputReading, Recorder, ScenarioValue, ScenarioVerdict, ScenarioWorld};
 
-pub use stimuli::Asked;
+pub use stimuli::ScenarioFlags;
 
-use crate::fail::Failure;
+use crate::fail::VerbFailure;
 use crate::family;
 use crate::output;
-use crate::snapshots::Shelf;
+use crate::snapshots::SnapshotWriter;
 
 /// Machine cycles by which drives are queued ahead of their time.
-const AHEAD: u64 = 1 << 10;
+const QUEUE_AHEAD_CYCLES: u64 = 1 << 10;
 
 /// Scenarios on one machine.
-pub struct Stage<'a> {
+pub struct ScenarioHost<'a> {
     chip: &'static Chip,
-    clock: Clock,
-    table: Table,
+    clock: CycleClock,
+    table: ChipBindings,
     /// The one that decides, and stimuli beside it.
-    main: Option<Player>,
-    beside: Vec<Player>,
+    deciding_player: Option<ScenarioPlayer>,
+    stimulus_players: Vec<ScenarioPlayer>,
     /// What sends to the chip's receiver.
-    line: Option<Sender>,
+    sender: Option<SerialLineSender>,
     /// What the supply is set to, in millivolts, and when.
-    supplies: Vec<(Time, u32)>,
+    supplies: Vec<(CycleTime, u32)>,
     /// The tick up to which the machine need not be asked.
-    next: u64,
+    next_look: u64,
     started: bool,
-    pub verdict: Option<Verdict>,
+    pub verdict: Option<ScenarioVerdict>,
     pub recorder: Option<Recorder>,
-    shelf: Shelf,
+    snapshot_writer: SnapshotWriter,
     /// What was done to the pins and the supply, where somebody wants to do it again.
-    pub drives: Option<Vec<Drive>>,
+    pub drives: Option<Vec<TimedDrive>>,
     /// Whether the user wants to wait any longer; told what was sent.
-    pub patience: &'a mut dyn FnMut(&[u8]) -> bool,
+    pub keep_waiting: &'a mut dyn FnMut(&[u8]) -> bool,
 }
 
 /// What a stage is made of.
-pub struct Cast {
-    pub table: Table,
+pub struct ScenarioSetup {
+    pub table: ChipBindings,
     /// What the supply is set to beside it, in millivolts, and when.
-    pub supplies: Vec<(Time, u32)>,
-    pub main: Option<Bound>,
-    pub beside: Vec<Bound>,
+    pub supplies: Vec<(CycleTime, u32)>,
+    pub deciding: Option<BoundScenario>,
+    pub stimuli: Vec<BoundScenario>,
     pub baud: u64,
     pub recorder: Option<Recorder>,
-    pub shelf: Shelf,
+    pub snapshot_writer: SnapshotWriter,
 }
 
-impl<'a> Stage<'a> {
+impl<'a> ScenarioHost<'a> {
     /// Nothing has happened yet.
     ///
     /// # Errors
     /// `--baud` is a rate that no line has; that of a scenario was looked at as it was bound.
     pub fn new(
         chip: &'static Chip,
-        clock: Clock,
-        cast: Cast,
+        clock: CycleClock,
+        cast: ScenarioSetup,
         patience: &'a mut dyn FnMut(&[u8]) -> bool,
-    ) -> Result<Stage<'a>, Failure> {
-        let Cast { table, supplies, main, beside, baud, recorder, shelf } = cast;
-        let sends = main.iter().chain(&beside).any(|bound| bound.sends);
+    ) -> Result<ScenarioHost<'a>, VerbFailure> {
+        let ScenarioSetup { table, supplies, deciding: main, stimuli: beside, baud, recorder, snapshot_writer: shelf } = cast;
+        let sends = main.iter().chain(&beside).any(|bound| bound.has_send_step);
         let baud = main.iter().find_map(|bound| bound.baud).unwrap_or(baud);
-        let line = family::receive_pin(chip).filter(|_| sends).map(|pin| Sender::new(pin, baud)).transpose();
-        let line = line.map_err(|why| Failure::value("--baud <RATE>", &baud.to_string(), &why))?;
-        let player = |bound: Bound| Player::new(Arc::new(bound));
-        Ok(Stage {
+        let line = family::receive_pin(chip).filter(|_| sends).map(|pin| SerialLineSender::new(pin, baud)).transpose();
+        let line = line.map_err(|why| VerbFailure::invalid_flag_value("--baud <RATE>", &baud.to_string(), &why))?;
+        let player = |bound: BoundScenario| ScenarioPlayer::new(Arc::new(bound));
+        Ok(ScenarioHost {
             chip,
             clock,
             table,
-            main: main.map(player),
-            beside: beside.into_iter().map(player).collect(),
-            line,
+            deciding_player: main.map(player),
+            stimulus_players: beside.into_iter().map(player).collect(),
+            sender: line,
             supplies,
-            next: 0,
+            next_look: 0,
             started: false,
             verdict: None,
             recorder: recorder.map(|mut recorder| {
                 recorder.baud = recorder.baud.or(sends.then_some(baud));
                 recorder
             }),
-            shelf,
+            snapshot_writer: shelf,
             drives: None,
-            patience,
+            keep_waiting: patience,
         })
     }
 
     /// What is done before the first cycle.
     pub fn start<C: Cpu>(&mut self, cpu: &mut C) {
-        if let Some(sender) = &self.line {
-            let (at, pin) = (Time::at(cpu.cycle()), sender.pin);
-            cpu.drive(at, pin, Level::High);
-            self.note(Drive { at, put: Put::Level(pin, Level::High) });
+        if let Some(sender) = &self.sender {
+            let (at, pin) = (CycleTime::at(cpu.cycle()), sender.pin);
+            cpu.drive(at, pin, PinLevel::High);
+            self.note(TimedDrive { at, drive: ExternalDrive::Level(pin, PinLevel::High) });
             let tick = cpu.cycle().saturating_mul(self.clocks());
             let name = self.chip.pins.get(usize::from(pin)).map_or("", |pin| pin.name);
-            self.record(tick, || Done::Set(name.to_owned(), Value::Number(1)));
+            self.record(tick, || RecordedAction::Set(name.to_owned(), ScenarioValue::Number(1)));
         }
         self.started = true;
-        self.look(cpu, &[]);
+        self.run_players(cpu, &[]);
     }
 
     fn clocks(&self) -> u64 {
@@ -118,34 +118,34 @@ impl<'a> Stage<'a> {
     }
 
     /// Lets all players look; sets when to look next, and the verdict at the end.
-    fn look<C: Cpu>(&mut self, cpu: &mut C, sent: &[u8]) {
-        let (mut main, mut beside) = (self.main.take(), std::mem::take(&mut self.beside));
+    fn run_players<C: Cpu>(&mut self, cpu: &mut C, sent: &[u8]) {
+        let (mut main, mut beside) = (self.deciding_player.take(), std::mem::take(&mut self.stimulus_players));
         let mut next = u64::MAX;
-        let mut floor = Floor { stage: self, cpu, sent };
+        let mut floor = CpuWorld { host: self, cpu, sent };
         let mut verdict = None;
         for player in &mut beside {
-            if let Next::At(tick) = player.look(&mut floor) {
+            if let PlayerState::WakeAt(tick) = player.poll(&mut floor) {
                 next = next.min(tick);
             }
         }
         if let Some(player) = &mut main {
-            match player.look(&mut floor) {
-                Next::At(tick) => next = next.min(tick),
-                Next::Done(done) => verdict = Some(done),
+            match player.poll(&mut floor) {
+                PlayerState::WakeAt(tick) => next = next.min(tick),
+                PlayerState::Done(done) => verdict = Some(done),
             }
         }
-        (self.main, self.beside, self.next) = (main, beside, next);
+        (self.deciding_player, self.stimulus_players, self.next_look) = (main, beside, next);
         self.verdict = self.verdict.take().or(verdict);
     }
 
     /// The verdict, where the run ended before the scenario did.
-    pub fn end<C: Cpu>(&mut self, cpu: &mut C, sent: &[u8], why: &str) -> Option<Verdict> {
+    pub fn end_scenario<C: Cpu>(&mut self, cpu: &mut C, sent: &[u8], why: &str) -> Option<ScenarioVerdict> {
         if self.verdict.is_none() {
-            self.look(cpu, sent);
+            self.run_players(cpu, sent);
         }
-        if let (None, Some(mut player)) = (&self.verdict, self.main.take()) {
-            let floor = Floor { stage: self, cpu, sent };
-            self.verdict = Some(player.give_up(&floor, why));
+        if let (None, Some(mut player)) = (&self.verdict, self.deciding_player.take()) {
+            let floor = CpuWorld { host: self, cpu, sent };
+            self.verdict = Some(player.abort(&floor, why));
         }
         self.verdict.clone()
     }
@@ -156,119 +156,119 @@ impl<'a> Stage<'a> {
     }
 
     /// What the supply is at, in millivolts.
-    fn supply(&self, time: Time) -> u32 {
+    fn supply(&self, time: CycleTime) -> u32 {
         let before = self.supplies.iter().filter(|(at, _)| *at <= time);
-        before.max_by_key(|(at, _)| *at).map_or(FIRST_SUPPLY, |(_, millivolts)| *millivolts)
+        before.max_by_key(|(at, _)| *at).map_or(INITIAL_SUPPLY_MV, |(_, millivolts)| *millivolts)
     }
 
-    fn note(&mut self, drive: Drive) {
+    fn note(&mut self, drive: TimedDrive) {
         if let Some(drives) = &mut self.drives {
             drives.push(drive);
         }
     }
 
-    fn record(&mut self, tick: u64, done: impl FnOnce() -> Done) {
+    fn record(&mut self, tick: u64, done: impl FnOnce() -> RecordedAction) {
         if let Some(recorder) = &mut self.recorder {
             recorder.push(tick, done());
         }
     }
 }
 
-impl<C: Cpu> Host<C> for Stage<'_> {
-    fn going(&mut self, cpu: &mut C, sent: &[u8], watched: &mut Watched) -> Going {
-        if !(self.patience)(sent) {
-            return Going::Stop;
+impl<C: Cpu> RunController<C> for ScenarioHost<'_> {
+    fn next_decision(&mut self, cpu: &mut C, sent: &[u8], watched: &mut StretchWatch) -> RunDecision {
+        if !(self.keep_waiting)(sent) {
+            return RunDecision::StopWaiting;
         }
-        self.look(cpu, sent);
+        self.run_players(cpu, sent);
         if self.verdict.is_some() {
-            return Going::Over;
+            return RunDecision::Finished;
         }
         // Somebody still wants time to pass.
-        cpu.insist(self.main.is_some() || self.next != u64::MAX);
+        cpu.set_run_while_halted(self.deciding_player.is_some() || self.next_look != u64::MAX);
         let now = cpu.cycle();
         watched.pins.clear();
         watched.bytes = false;
-        let mut until = self.next.div_ceil(self.clocks());
-        if let Some(player) = &self.main {
-            watched.bytes = player.listens();
-            for output in player.watched() {
-                match self.table.seen.get(output) {
-                    Some(Seen::Pin(pin)) => watched.pins.push(*pin),
+        let mut until = self.next_look.div_ceil(self.clocks());
+        if let Some(player) = &self.deciding_player {
+            watched.bytes = player.awaits_bytes();
+            for output in player.watched_outputs() {
+                match self.table.observables.get(output) {
+                    Some(ChipObservable::Pin(pin)) => watched.pins.push(*pin),
                     // Registers of the chip change by themselves.
-                    Some(Seen::Memory(..)) => until = now + 1,
+                    Some(ChipObservable::Memory(..)) => until = now + 1,
                     None => {}
                 }
             }
         }
-        Going::Until(until.max(now + 1))
+        RunDecision::RunUntil(until.max(now + 1))
     }
 
-    fn waits(&self) -> bool {
-        self.main.is_some() && self.verdict.is_none()
+    fn is_waiting(&self) -> bool {
+        self.deciding_player.is_some() && self.verdict.is_none()
     }
 
-    fn over(&mut self, _: &mut C, sent: &[u8]) {
-        (self.patience)(sent);
+    fn finish(&mut self, _: &mut C, sent: &[u8]) {
+        (self.keep_waiting)(sent);
     }
 }
 
 /// A chip as its scenario sees it between two instructions.
-struct Floor<'f, 'a, C> {
-    stage: &'f mut Stage<'a>,
+struct CpuWorld<'f, 'a, C> {
+    host: &'f mut ScenarioHost<'a>,
     cpu: &'f mut C,
     sent: &'f [u8],
 }
 
-impl<C: Cpu> Floor<'_, '_, C> {
+impl<C: Cpu> CpuWorld<'_, '_, C> {
     /// When something is done that is asked for at a tick: what stands behind a look at the machine comes behind its instruction.
-    fn when(&self, tick: u64) -> (u64, Time) {
-        let (tick, clocks) = (tick.max(self.now()), self.stage.clocks());
-        (tick, Time { cycle: tick / clocks, phase: (tick % clocks) as u8 })
+    fn drive_time(&self, tick: u64) -> (u64, CycleTime) {
+        let (tick, clocks) = (tick.max(self.now()), self.host.clocks());
+        (tick, CycleTime { cycle: tick / clocks, phase: (tick % clocks) as u8 })
     }
 }
 
-impl<C: Cpu> World for Floor<'_, '_, C> {
+impl<C: Cpu> ScenarioWorld for CpuWorld<'_, '_, C> {
     fn now(&self) -> u64 {
-        self.cpu.cycle().saturating_mul(self.stage.clocks())
+        self.cpu.cycle().saturating_mul(self.host.clocks())
     }
 
-    fn ahead(&self) -> u64 {
-        AHEAD * self.stage.clocks()
+    fn queue_ahead_ticks(&self) -> u64 {
+        QUEUE_AHEAD_CYCLES * self.host.clocks()
     }
 
-    fn put(&mut self, input: usize, at: u64) -> Result<(), String> {
-        let Some((given, name, value)) = self.stage.table.given.get(input).cloned() else { return Ok(()) };
-        let (tick, time) = self.when(at);
+    fn set_input(&mut self, input: usize, at: u64) -> Result<(), String> {
+        let Some((given, name, value)) = self.host.table.stimuli.get(input).cloned() else { return Ok(()) };
+        let (tick, time) = self.drive_time(at);
         match given {
-            Given::Put(put) => {
-                if let Put::Supply(millivolts) = put {
-                    self.stage.supplies.push((time, millivolts));
+            ChipStimulus::Drive(put) => {
+                if let ExternalDrive::Supply(millivolts) = put {
+                    self.host.supplies.push((time, millivolts));
                 }
-                apply(self.cpu, Drive { at: time, put }, &mut self.stage.supply(time))?;
-                self.stage.note(Drive { at: time, put });
+                queue_drive(self.cpu, TimedDrive { at: time, drive: put }, &mut self.host.supply(time))?;
+                self.host.note(TimedDrive { at: time, drive: put });
             }
-            Given::Poke(space, addr, bytes) => {
+            ChipStimulus::Poke(space, addr, bytes) => {
                 for (addr, byte) in (addr..).zip(bytes) {
                     self.cpu.poke(space, addr, byte);
                 }
             }
         }
-        self.stage.record(tick, || Done::Set(name, value));
+        self.host.record(tick, || RecordedAction::Set(name, value));
         Ok(())
     }
 
-    fn read(&self, output: usize) -> Reading {
-        self.stage.table.seen.get(output).map_or(Reading::Floating, |seen| seen.read(self.cpu))
+    fn read_output(&self, output: usize) -> OutputReading {
+        self.host.table.observables.get(output).map_or(OutputReading::Floating, |seen| seen.read(self.cpu))
     }
 
     fn send(&mut self, bytes: &[u8], at: u64) -> Result<(), String> {
-        let ((tick, time), clock) = (self.when(at), self.stage.clock);
-        let Some(sender) = &mut self.stage.line else { return Ok(()) };
-        for drive in sender.send(clock, time, bytes)? {
-            apply(self.cpu, drive, &mut self.stage.supply(time))?;
-            self.stage.note(drive);
+        let ((tick, time), clock) = (self.drive_time(at), self.host.clock);
+        let Some(sender) = &mut self.host.sender else { return Ok(()) };
+        for drive in sender.edges_of_bytes(clock, time, bytes)? {
+            queue_drive(self.cpu, drive, &mut self.host.supply(time))?;
+            self.host.note(drive);
         }
-        self.stage.record(tick, || Done::Send(bytes.to_vec()));
+        self.host.record(tick, || RecordedAction::Send(bytes.to_vec()));
         Ok(())
     }
 
@@ -277,24 +277,24 @@ impl<C: Cpu> World for Floor<'_, '_, C> {
     }
 
     fn power_cycle(&mut self) -> Result<(), String> {
-        self.cpu.reset(Reset::PowerOn);
+        self.cpu.reset(ResetCause::PowerOn);
         let now = self.now();
-        self.stage.record(now, || Done::PowerCycle);
+        self.host.record(now, || RecordedAction::PowerCycle);
         Ok(())
     }
 
     fn snapshot(&mut self, file: &str) -> Result<(), String> {
-        let written = self.stage.shelf.write_within(file, self.cpu.cycle(), &self.cpu.save());
+        let written = self.host.snapshot_writer.write_within(file, self.cpu.cycle(), &self.cpu.save());
         written.map_err(|failure| format!("no snapshot was written: {}", failure.sentence()))
     }
 
     fn log(&mut self, line: &str) {
-        let moment = self.moment(self.now());
-        output::tell(&format!("{moment}: {line}\n"));
+        let moment = self.describe_tick(self.now());
+        output::print_to_stderr(&format!("{moment}: {line}\n"));
     }
 
-    fn moment(&self, tick: u64) -> String {
-        let cycle = tick / self.stage.clocks();
-        format!("cycle {cycle} ({} s)", self.stage.clock.seconds(cycle))
+    fn describe_tick(&self, tick: u64) -> String {
+        let cycle = tick / self.host.clocks();
+        format!("cycle {cycle} ({} s)", self.host.clock.seconds(cycle))
     }
 }

@@ -4,19 +4,19 @@ use std::io::Write as _;
 
 use clap::Args;
 use emu_core::cpu::Cpu;
-use emu_core::pins::Time;
-use emu_debug::snapshot::{self, Head};
+use emu_core::pins::CycleTime;
+use emu_debug::snapshot::{self, SnapshotHeader};
 
-use super::plan::Planned;
-use crate::fail::Failure;
+use super::plan::PlannedRun;
+use crate::fail::VerbFailure;
 use crate::input;
-use crate::output::{self, Pending};
-use crate::report::Texts;
+use crate::output::{self, PendingFile};
+use crate::report::FileTexts;
 
 /// The flags.
 #[derive(Debug, Args)]
 #[group(id = "snapshot")]
-pub struct Flags {
+pub struct SnapshotFlags {
     /// Go on from a state that --snapshot-out has written, of the same chip, image and configuration. --for and --cycles count from
     /// there, --set drives pins from there; --at and --uart-in are in the chip's time since power-up, and must not have passed. Drives
     /// that were still to come when the state was written are in it.
@@ -28,53 +28,53 @@ pub struct Flags {
 }
 
 /// What is read and written for them.
-pub struct Snapshots {
-    wanted: Head,
-    given: Option<(String, Vec<u8>)>,
-    out: Option<(String, Option<Pending>)>,
+pub struct RunSnapshots {
+    wanted: SnapshotHeader,
+    input: Option<(String, Vec<u8>)>,
+    out: Option<(String, Option<PendingFile>)>,
 }
 
-impl Snapshots {
+impl RunSnapshots {
     /// Reads what is to be read, and begins what is to be written.
-    pub fn open(flags: &Flags, wanted: Head) -> Result<Snapshots, Failure> {
-        let given = flags.snapshot_in.as_ref().map(|name| Ok((name.clone(), input::bytes(name)?))).transpose()?;
-        let pending = |name: &String| if output::is_stdout(name) { Ok(None) } else { Pending::new(name).map(Some) };
+    pub fn open(flags: &SnapshotFlags, wanted: SnapshotHeader) -> Result<RunSnapshots, VerbFailure> {
+        let given = flags.snapshot_in.as_ref().map(|name| Ok((name.clone(), input::read_bytes(name)?))).transpose()?;
+        let pending = |name: &String| if output::is_stdout(name) { Ok(None) } else { PendingFile::new(name).map(Some) };
         let out = flags.snapshot_out.as_ref().map(|name| Ok((name.clone(), pending(name)?))).transpose()?;
-        Ok(Snapshots { wanted, given, out })
+        Ok(RunSnapshots { wanted, input: given, out })
     }
 
     /// Puts the machine where the snapshot left it, and what is to happen where it belongs then.
-    pub fn resume<C: Cpu>(&self, cpu: &mut C, job: &mut Planned) -> Result<(), Failure> {
-        job.plan.goes_on = self.out.is_some();
-        let Some((name, bytes)) = &self.given else { return Ok(()) };
-        let refused = |fault| Failure::Refused(vec![fault], Texts::default());
-        let (cycle, state) = snapshot::read_for(name, bytes, &self.wanted).map_err(refused)?;
-        cpu.restore(state).map_err(|_| refused(snapshot::no_state(name)))?;
+    pub fn resume<C: Cpu>(&self, cpu: &mut C, job: &mut PlannedRun) -> Result<(), VerbFailure> {
+        job.plan.continues = self.out.is_some();
+        let Some((name, bytes)) = &self.input else { return Ok(()) };
+        let refused = |fault| VerbFailure::Refused(vec![fault], FileTexts::default());
+        let (cycle, state) = snapshot::decode_snapshot_for(name, bytes, &self.wanted).map_err(refused)?;
+        cpu.restore(state).map_err(|_| refused(snapshot::invalid_state(name)))?;
         if cpu.cycle() != cycle {
-            return Err(refused(snapshot::no_state(name)));
+            return Err(refused(snapshot::invalid_state(name)));
         }
         job.plan.limit = job.plan.limit.saturating_add(cycle);
         for drive in &mut job.drives {
-            if drive.at == Time::default() {
-                drive.at = Time::at(cycle);
+            if drive.at == CycleTime::default() {
+                drive.at = CycleTime::at(cycle);
             } else if drive.at.cycle < cycle {
                 let why = format!(
                     "--at and --uart-in: cycle {} has passed, the snapshot is of cycle {cycle}",
                     drive.at.cycle
                 );
-                return Err(Failure::Usage(why));
+                return Err(VerbFailure::Usage(why));
             }
         }
         Ok(())
     }
 
     /// Writes the state at the end of the run.
-    pub fn keep<C: Cpu>(self, cpu: &C) -> Result<(), Failure> {
+    pub fn write_snapshot<C: Cpu>(self, cpu: &C) -> Result<(), VerbFailure> {
         let Some((name, pending)) = self.out else { return Ok(()) };
-        let file = snapshot::write(&Head { cycle: cpu.cycle(), ..self.wanted }, &cpu.save());
+        let file = snapshot::encode_snapshot(&SnapshotHeader { cycle: cpu.cycle(), ..self.wanted }, &cpu.save());
         let Some(pending) = pending else { return output::print(file) };
         let mut out = pending.writer()?;
-        out.write_all(&file).and_then(|()| out.flush()).map_err(|error| Failure::writing(&name, &error))?;
+        out.write_all(&file).and_then(|()| out.flush()).map_err(|error| VerbFailure::write_failed(&name, &error))?;
         drop(out);
         pending.complete()
     }

@@ -2,23 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use emu_debug::Source;
-use emu_debug::profile::{Profile, Service};
+use emu_debug::ProgramSource;
+use emu_debug::profile::{CycleProfile, InterruptService};
 use serde_json::{Value, json};
 
-use super::rungs::Rungs;
+use super::rungs::MappedLadder;
 
 /// The cycles of a run by what people know of it.
-pub struct Spent {
-    sum: u64,
-    before: u64,
+pub struct CycleReport {
+    total: u64,
+    before_first: u64,
     idle: u64,
     entries: u64,
     /// By function; the most first.
     functions: Vec<(String, u64)>,
     /// By rung from 1, nothing for what is in none; none at all without a map.
     rungs: BTreeMap<Option<u32>, u64>,
-    interrupts: Vec<(String, Service)>,
+    interrupts: Vec<(String, InterruptService)>,
     /// By interrupt and function.
     stacks: BTreeMap<(String, String), u64>,
 }
@@ -30,19 +30,19 @@ const ENTRIES: &str = "(entry of an interrupt)";
 /// What stands for code before the first name.
 const NAMELESS: &str = "(no symbol)";
 
-impl Spent {
+impl CycleReport {
     /// Adds up what was counted.
-    pub fn new(profile: &Profile, source: &Source<'_>, rungs: Option<&Rungs>) -> Spent {
+    pub fn new(profile: &CycleProfile, source: &ProgramSource<'_>, rungs: Option<&MappedLadder>) -> CycleReport {
         let chip = source.names.chip;
         let vector =
             |number: u8| chip.vectors.get(usize::from(number)).map_or_else(|| number.to_string(), |n| (*n).to_owned());
         let serving = |vectors: Option<u8>| vectors.map_or("program".to_owned(), vector);
         let (mut functions, mut by_rung, mut stacks) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
         for (service, pc, count) in profile.cycles() {
-            let near = source.names.near(pc * chip.word_bytes);
+            let near = source.names.nearest_symbol(pc * chip.word_bytes);
             let name = near.as_deref().map_or(NAMELESS, |name| name.split('+').next().unwrap_or(name)).to_owned();
             if let Some(rungs) = rungs {
-                *by_rung.entry(rungs.rung(pc)).or_default() += count;
+                *by_rung.entry(rungs.rung_at(pc)).or_default() += count;
             }
             *stacks.entry((serving(service), name.clone())).or_default() += count;
             *functions.entry(name).or_default() += count;
@@ -55,9 +55,9 @@ impl Spent {
         }
         let mut functions: Vec<(String, u64)> = functions.into_iter().collect();
         functions.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
-        Spent {
-            sum: profile.sum(),
-            before: profile.before(),
+        CycleReport {
+            total: profile.total_cycles(),
+            before_first: profile.cycles_before_first(),
             idle: profile.idle().map(|(_, count)| count).sum(),
             entries: profile.entries().map(|(_, count)| count).sum(),
             functions,
@@ -70,16 +70,16 @@ impl Spent {
     /// The table.
     pub fn text(&self) -> String {
         let share = |count: u64| {
-            let part = (u128::from(count) * 1000).checked_div(u128::from(self.sum)).unwrap_or(0);
+            let part = (u128::from(count) * 1000).checked_div(u128::from(self.total)).unwrap_or(0);
             format!("{}.{} %", part / 10, part % 10)
         };
         let row = |name: &str, count: u64| format!("  {count:>14}  {:>7}  {name}\n", share(count));
-        let mut out = format!("profile    {} cycles\n", self.sum);
+        let mut out = format!("profile    {} cycles\n", self.total);
         for (name, count) in &self.functions {
             out.push_str(&row(name, *count));
         }
         for (name, count) in
-            [(ASLEEP, self.idle), (ENTRIES, self.entries), ("(before the first instruction)", self.before)]
+            [(ASLEEP, self.idle), (ENTRIES, self.entries), ("(before the first instruction)", self.before_first)]
         {
             if count > 0 {
                 out.push_str(&row(name, count));
@@ -95,7 +95,7 @@ impl Spent {
         }
         if !self.interrupts.is_empty() {
             out.push_str(&format!("interrupt {:>6}  {:>7}  {:>7}\n", "cycles", "count", "longest"));
-            for (name, Service { count, total, longest }) in &self.interrupts {
+            for (name, InterruptService { count, total, longest }) in &self.interrupts {
                 out.push_str(&format!("  {total:>14}  {count:>7}  {longest:>7}  {name}\n"));
             }
         }
@@ -106,10 +106,10 @@ impl Spent {
     pub fn document(&self) -> Value {
         let function = |(name, cycles): &(String, u64)| json!({ "name": name, "cycles": cycles });
         let rung = |(rung, cycles): (&Option<u32>, &u64)| json!({ "rung": rung, "cycles": cycles });
-        let interrupt = |(name, service): &(String, Service)| json!({ "name": name, "count": service.count, "cycles": service.total, "longest": service.longest });
+        let interrupt = |(name, service): &(String, InterruptService)| json!({ "name": name, "count": service.count, "cycles": service.total, "longest": service.longest });
         json!({
-            "cycles": self.sum,
-            "before": self.before,
+            "cycles": self.total,
+            "before": self.before_first,
             "idle": self.idle,
             "entries": self.entries,
             "functions": self.functions.iter().map(function).collect::<Vec<_>>(),
@@ -119,14 +119,14 @@ impl Spent {
     }
 
     /// A line for each stack: its parts with `;` between them, and its cycles. All of them come to the sum.
-    pub fn folded(&self) -> String {
+    pub fn folded_stacks(&self) -> String {
         let plain = |name: &str| name.replace([';', ' ', '\n'], "_");
         let line = |((serving, name), count): (&(String, String), &u64)| {
             format!("{};{} {count}\n", plain(serving), plain(name))
         };
         let mut out: String = self.stacks.iter().map(line).collect();
-        if self.before > 0 {
-            out.push_str(&format!("(before_the_first_instruction) {}\n", self.before));
+        if self.before_first > 0 {
+            out.push_str(&format!("(before_the_first_instruction) {}\n", self.before_first));
         }
         out
     }

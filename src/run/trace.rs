@@ -6,25 +6,25 @@ use clap::{Args, ValueEnum};
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 use emu_core::image::SymbolAt;
-use emu_debug::trace::{Format, Lines, Look, Signals, Sink, Trace, Words};
-use emu_debug::wave::Column;
-use emu_debug::{Ended, Source};
-use ladder_compile::{Map, SCHEMA};
+use emu_debug::trace::{TraceFormat, TraceLineWriter, TraceProbe, TraceSignals, TraceSink, TraceOutput, WordCache};
+use emu_debug::waveform::WaveColumn;
+use emu_debug::{RunResult, ProgramSource};
+use ladder_compile::{ImageMap, SCHEMA};
 
-use super::signals::signal;
-use crate::codes::{MAP, about_file};
-use crate::fail::Failure;
-use crate::output::{self, Pending};
-use crate::report::Texts;
+use super::signals::parse_signal;
+use crate::codes::{NOT_A_MAP, file_error};
+use crate::fail::VerbFailure;
+use crate::output::{self, PendingFile};
+use crate::report::FileTexts;
 use crate::{input, summary};
 
 /// Most lines that `--trace-last` keeps.
-const MOST: usize = 1_000_000;
+const MAX_TRACE_LAST: usize = 1_000_000;
 
 /// Flags of traces and of signals beside the pins.
 #[derive(Debug, Args)]
 #[group(id = "tracing")]
-pub struct Flags {
+pub struct TraceFlags {
     /// Write a line for each instruction: machine cycle, address, symbol, text, registers that changed, memory read and written; and
     /// for each interrupt that is entered. A JSON document a line where the name ends in .jsonl; - is standard output. Every turn of
     /// a waiting loop is a line: give --for, or one of the next two.
@@ -35,11 +35,11 @@ pub struct Flags {
     #[arg(long, value_name = "RANGE", requires = "trace")]
     trace_only: Vec<String>,
     /// Keep only the last lines of the trace, so many at most: what came before a fault.
-    #[arg(long, value_name = "N", requires = "trace", value_parser = last)]
+    #[arg(long, value_name = "N", requires = "trace", value_parser = parse_trace_last)]
     trace_last: Option<usize>,
     /// How the trace is written, whatever its name: text or json.
     #[arg(long, value_name = "FORMAT", requires = "trace", hide_possible_values = true)]
-    trace_format: Option<Shape>,
+    trace_format: Option<TraceShape>,
     /// The map of a ladder program, as `emu compile --map` writes it: --trace-only, --vcd-add, --coverage and
     /// --profile then know its rungs and symbols.
     #[arg(long, value_name = "FILE")]
@@ -55,106 +55,106 @@ pub struct Flags {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum Shape {
+enum TraceShape {
     Text,
     Json,
 }
 
-fn last(text: &str) -> Result<usize, String> {
-    let lines = text.parse().ok().filter(|lines| (1..=MOST).contains(lines));
-    lines.ok_or_else(|| format!("write a number of lines, 1 to {MOST}"))
+fn parse_trace_last(text: &str) -> Result<usize, String> {
+    let lines = text.parse().ok().filter(|lines| (1..=MAX_TRACE_LAST).contains(lines));
+    lines.ok_or_else(|| format!("write a number of lines, 1 to {MAX_TRACE_LAST}"))
 }
 
 /// What the flags come to on the chosen machine.
-pub struct Asked {
-    only: Option<Words>,
-    signals: Option<Signals>,
+pub struct TraceRequest {
+    only: Option<WordCache>,
+    signals: Option<TraceSignals>,
 }
 
-impl Flags {
+impl TraceFlags {
     /// Files that are read.
     pub fn inputs(&self) -> impl Iterator<Item = &String> {
         self.map.iter()
     }
 
     /// Reads the map, and finds all that is named.
-    pub fn asked<C: Cpu>(&self, cpu: &C, source: &Source<'_>) -> Result<Asked, Failure> {
-        let map = self.map.as_deref().map(|file| map(file, cpu.chip())).transpose()?;
-        let mut only = Words::none(cpu.chip().flash / cpu.chip().word_bytes);
+    pub fn resolve<C: Cpu>(&self, cpu: &C, source: &ProgramSource<'_>) -> Result<TraceRequest, VerbFailure> {
+        let map = self.map.as_deref().map(|file| read_map(file, cpu.chip())).transpose()?;
+        let mut only = WordCache::none(cpu.chip().flash_bytes / cpu.chip().word_bytes);
         for text in &self.trace_only {
-            let found = self::only(&mut only, text, source, map.as_ref());
-            found.map_err(|why| Failure::value("--trace-only <RANGE>", text, &why))?;
+            let found = self::add_trace_range(&mut only, text, source, map.as_ref());
+            found.map_err(|why| VerbFailure::invalid_flag_value("--trace-only <RANGE>", text, &why))?;
         }
         let signals = self.vcd_add.iter().map(|text| {
-            let found = signal(text, cpu, source, map.as_ref());
-            found.map_err(|why| Failure::value("--vcd-add <WHAT>", text, &why))
+            let found = parse_signal(text, cpu, source, map.as_ref());
+            found.map_err(|why| VerbFailure::invalid_flag_value("--vcd-add <WHAT>", text, &why))
         });
         let signals = signals.collect::<Result<Vec<_>, _>>()?;
         for (i, signal) in signals.iter().enumerate() {
             if signals.iter().take(i).any(|other| other.name == signal.name) {
-                return Err(Failure::Usage(format!("--vcd-add {} is given twice", signal.name)));
+                return Err(VerbFailure::Usage(format!("--vcd-add {} is given twice", signal.name)));
             }
         }
-        Ok(Asked {
+        Ok(TraceRequest {
             only: (!self.trace_only.is_empty()).then_some(only),
-            signals: (!signals.is_empty()).then(|| Signals::new(signals, cpu)),
+            signals: (!signals.is_empty()).then(|| TraceSignals::new(signals, cpu)),
         })
     }
 
     /// The trace file, where it is not standard output.
-    pub fn pending(&self) -> Result<Option<Pending>, Failure> {
-        self.trace.as_deref().filter(|file| !output::is_stdout(file)).map(Pending::new).transpose()
+    pub fn pending(&self) -> Result<Option<PendingFile>, VerbFailure> {
+        self.trace.as_deref().filter(|file| !output::is_stdout(file)).map(PendingFile::new).transpose()
     }
 
     /// What looks at the run; nothing where nothing is asked for.
-    pub fn look<'a>(
+    pub fn trace_probe<'a>(
         &self,
-        asked: Asked,
-        pending: Option<&Pending>,
-        (source, hz): (Source<'a>, u64),
-    ) -> Result<Option<Look<'a>>, Failure> {
+        asked: TraceRequest,
+        pending: Option<&PendingFile>,
+        (source, hz): (ProgramSource<'a>, u64),
+    ) -> Result<Option<TraceProbe<'a>>, VerbFailure> {
         let Some(file) = self.trace.as_deref() else {
-            return Ok(asked.signals.map(|signals| Look::new(None, None, Some(signals))));
+            return Ok(asked.signals.map(|signals| TraceProbe::new(None, None, Some(signals))));
         };
         let json = match self.trace_format {
-            Some(shape) => matches!(shape, Shape::Json),
+            Some(shape) => matches!(shape, TraceShape::Json),
             None => file.to_ascii_lowercase().ends_with(".jsonl"),
         };
         let out: Box<dyn Write> = match pending {
             Some(pending) => pending.writer()?,
             None => Box::new(BufWriter::new(stdout())),
         };
-        let lines = Lines::new(source, if json { Format::Json } else { Format::Text });
-        let trace = Trace::new(lines, out, self.trace_last.map_or(Sink::All, Sink::Last), hz);
-        Ok(Some(Look::new(Some(trace), asked.only, asked.signals)))
+        let lines = TraceLineWriter::new(source, if json { TraceFormat::Json } else { TraceFormat::Text });
+        let trace = TraceOutput::new(lines, out, self.trace_last.map_or(TraceSink::All, TraceSink::Last), hz);
+        Ok(Some(TraceProbe::new(Some(trace), asked.only, asked.signals)))
     }
 
     /// Ends the trace, and puts it into its place.
-    pub fn keep(&self, look: Look<'_>, pending: Option<Pending>, cycle: u64, ended: &Ended) -> Result<(), Failure> {
+    pub fn finish_trace(&self, look: TraceProbe<'_>, pending: Option<PendingFile>, cycle: u64, ended: &RunResult) -> Result<(), VerbFailure> {
         let name = self.trace.as_deref().unwrap_or_default();
         if let Some(trace) = look.trace {
-            let why = summary::reason(ended.reason);
-            trace.finish(cycle, why).map_err(|error| Failure::writing(name, &error))?;
+            let why = summary::reason_word(ended.reason);
+            trace.finish(cycle, why).map_err(|error| VerbFailure::write_failed(name, &error))?;
         }
-        pending.map_or(Ok(()), Pending::complete)
+        pending.map_or(Ok(()), PendingFile::complete)
     }
 }
 
-impl Asked {
+impl TraceRequest {
     /// The columns of the waveform beside the pins.
-    pub fn columns(&self) -> Vec<Column> {
-        self.signals.as_ref().map_or_else(Vec::new, Signals::columns)
+    pub fn columns(&self) -> Vec<WaveColumn> {
+        self.signals.as_ref().map_or_else(Vec::new, TraceSignals::columns)
     }
 }
 
 /// Reads a map, for a chip.
-pub fn map(file: &str, chip: &Chip) -> Result<Map, Failure> {
+pub fn read_map(file: &str, chip: &Chip) -> Result<ImageMap, VerbFailure> {
     let refuse = |cause: String| {
         let hint = "give the file that `emu compile --map` wrote together with the image";
-        Failure::Refused(vec![about_file(MAP, file, cause, hint)], Texts::default())
+        VerbFailure::Refused(vec![file_error(NOT_A_MAP, file, cause, hint)], FileTexts::default())
     };
-    let map: Map =
-        serde_json::from_slice(&input::bytes(file)?).map_err(|why| refuse(format!("is no map of an image: {why}")))?;
+    let map: ImageMap =
+        serde_json::from_slice(&input::read_bytes(file)?).map_err(|why| refuse(format!("is no map of an image: {why}")))?;
     if map.schema != SCHEMA {
         return Err(refuse(format!("is a map of version {}; this is version {SCHEMA}", map.schema)));
     }
@@ -165,7 +165,7 @@ pub fn map(file: &str, chip: &Chip) -> Result<Map, Failure> {
 }
 
 /// Adds the program words that a text stands for.
-fn only(words: &mut Words, text: &str, source: &Source<'_>, map: Option<&Map>) -> Result<(), String> {
+fn add_trace_range(words: &mut WordCache, text: &str, source: &ProgramSource<'_>, map: Option<&ImageMap>) -> Result<(), String> {
     let (names, chip) = (&source.names, source.names.chip);
     if let Some(number) = text.trim().strip_prefix("rung:") {
         let Some(map) = map else { return Err("rungs need the map of the program: --map FILE".to_owned()) };
@@ -184,14 +184,14 @@ fn only(words: &mut Words, text: &str, source: &Source<'_>, map: Option<&Map>) -
     };
     let line = start.rsplit_once(':').filter(|(file, _)| !file.ends_with(':'));
     if let Some((file, first)) = line {
-        return lines(words, (file, first), end, source);
+        return add_line_words(words, (file, first), end, source);
     }
-    let first = names.program_word(start)?;
+    let first = names.parse_program_word(start)?;
     let last = match end {
-        Some(end) => names.program_end(end)?,
+        Some(end) => names.parse_program_end(end)?,
         None => {
             let byte = first * chip.word_bytes;
-            let code = || names.symbols.iter().filter(|symbol| symbol.space == chip.code);
+            let code = || names.symbols.iter().filter(|symbol| symbol.space == chip.code_space);
             let is = |s: &SymbolAt| s.is_named(start) || s.is_shortened_to(start).is_some();
             let here = code().filter(|s| s.addr == byte && (is(s) || start.starts_with(char::is_numeric)));
             let size = here.map(|symbol| symbol.size).max().unwrap_or(0);
@@ -199,7 +199,7 @@ fn only(words: &mut Words, text: &str, source: &Source<'_>, map: Option<&Map>) -
             // Without a size a function reaches to the next symbol.
             let next = code().map(|s| s.addr).filter(|&addr| addr > byte).min();
             match (size, named) {
-                (0, true) => next.map_or(chip.flash / chip.word_bytes, |next| next.div_ceil(chip.word_bytes)),
+                (0, true) => next.map_or(chip.flash_bytes / chip.word_bytes, |next| next.div_ceil(chip.word_bytes)),
                 (0, false) => first + 1,
                 (size, _) => (byte + size).div_ceil(chip.word_bytes),
             }
@@ -213,7 +213,7 @@ fn only(words: &mut Words, text: &str, source: &Source<'_>, map: Option<&Map>) -
 }
 
 /// Adds the words of source lines, from the first to the one before the end; without an end of that line alone.
-fn lines(words: &mut Words, (file, first): (&str, &str), end: Option<&str>, source: &Source<'_>) -> Result<(), String> {
+fn add_line_words(words: &mut WordCache, (file, first): (&str, &str), end: Option<&str>, source: &ProgramSource<'_>) -> Result<(), String> {
     let number = |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is no line; write main.c:10..20"));
     let first = number(first)?;
     let end = end.map_or(Ok(first.saturating_add(1)), number)?;
@@ -221,13 +221,13 @@ fn lines(words: &mut Words, (file, first): (&str, &str), end: Option<&str>, sour
         return Err("holds no line: its end is excluded".to_owned());
     }
     // The file is there, and is named well enough.
-    let known = (first..end).take(1 << 16).find_map(|line| source.lines.of(file, line).ok());
+    let known = (first..end).take(1 << 16).find_map(|line| source.lines.addresses_of_line(file, line).ok());
     if known.is_none() {
-        return source.lines.of(file, first).map(|_| ());
+        return source.lines.addresses_of_line(file, first).map(|_| ());
     }
     let chip = source.names.chip;
     let ends = |path: &str| path == file || path.ends_with(&format!("/{file}"));
-    for word in 0..chip.flash / chip.word_bytes {
+    for word in 0..chip.flash_bytes / chip.word_bytes {
         let line = source.line_at(word);
         if line.is_some_and(|at| ends(&at.file) && (first..end).contains(&at.line)) {
             words.add(word, word + 1);

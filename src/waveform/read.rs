@@ -6,35 +6,35 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 
 use diag::{Diagnostic, Pos, Severity};
-use scenario::WholeLines;
+use scenario::NewlineTerminated;
 use vcd::{Command, IdCode, Parser, TimescaleUnit, Value, VarType, Vector};
 
-use super::scale::Scale;
-use crate::codes::{MALFORMED_WAVE, TOO_LARGE_WAVE, UNREADABLE, WRONG_WAVE, about_file, reason};
-use crate::fail::Failure;
-use crate::report::Texts;
+use super::scale::WaveTimescale;
+use crate::codes::{MALFORMED_WAVE, TOO_LARGE_WAVE, UNREADABLE, CONTRADICTORY_WAVE, file_error, system_message};
+use crate::fail::VerbFailure;
+use crate::report::FileTexts;
 
 /// Most changes that are kept. A value that is a long text counts as several.
-const MOST: usize = 4_000_000;
+const MAX_CHANGES: usize = 4_000_000;
 
 /// Bytes of a text that count as a change.
-const TEXT: usize = 32;
+const BYTES_PER_CHANGE: usize = 32;
 
 /// What some editors put before a text; the format is of plain ASCII.
 const BOM: &[u8] = b"\xEF\xBB\xBF";
 
 /// Most signals that a file declares.
-const MOST_SIGNALS: usize = 100_000;
+const MAX_SIGNALS: usize = 100_000;
 
 /// Most bytes of all names with their scopes: in deep scopes every name is long.
-const MOST_NAMES: usize = 64 << 20;
+const MAX_NAME_BYTES: usize = 64 << 20;
 
 /// Most characters of a name that are drawn.
-const LONGEST_NAME: usize = 200;
+const MAX_NAME_LENGTH: usize = 200;
 
 /// A value of a signal.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Shown {
+pub enum SignalValue {
     /// A bit that is 0.
     Low,
     /// A bit that is 1.
@@ -51,7 +51,7 @@ pub enum Shown {
 
 /// A signal and its changes, in order of time.
 #[derive(Debug)]
-pub struct Signal {
+pub struct WaveSignal {
     /// Name with its scopes, but for the outermost where all have the same.
     pub name: String,
     /// Bits; 0 for numbers with a point and texts.
@@ -59,27 +59,27 @@ pub struct Signal {
     /// It only happens, and has no value.
     pub event: bool,
     /// When it changes, and to what.
-    pub changes: Vec<(u64, Shown)>,
+    pub changes: Vec<(u64, SignalValue)>,
 }
 
 /// What is drawn of a file.
 #[derive(Debug)]
-pub struct Waves {
+pub struct WaveFile {
     /// The steps of its time.
-    pub scale: Scale,
+    pub scale: WaveTimescale,
     /// Its signals, in the order in which they are declared.
-    pub signals: Vec<Signal>,
+    pub signals: Vec<WaveSignal>,
     /// First and last moment.
     pub start: u64,
     /// Last moment.
     pub end: u64,
 }
 
-impl Signal {
+impl WaveSignal {
     /// Its name as it is drawn: of a long one the end.
     pub fn drawn_name(&self) -> Cow<'_, str> {
         let name = self.name.as_str();
-        match name.char_indices().rev().nth(LONGEST_NAME - 1) {
+        match name.char_indices().rev().nth(MAX_NAME_LENGTH - 1) {
             None | Some((0, _)) => name.into(),
             Some((at, cut)) => format!("…{}", name.get(at + cut.len_utf8()..).unwrap_or_default()).into(),
         }
@@ -100,45 +100,45 @@ impl Signal {
 }
 
 /// Reads a file. Of signals that none of the patterns names, if there are any, nothing is kept.
-pub fn read(file: &str, only: &[String]) -> Result<Waves, Failure> {
+pub fn read(file: &str, only: &[String]) -> Result<WaveFile, VerbFailure> {
     if file == "-" {
-        return Reading::new(file, only).all(BufReader::new(io::stdin()));
+        return VcdReader::new(file, only).read_all(BufReader::new(io::stdin()));
     }
     let open = File::open(file).map_err(|error| unreadable(file, &error))?;
-    Reading::new(file, only).all(BufReader::new(open))
+    VcdReader::new(file, only).read_all(BufReader::new(open))
 }
 
 /// Reads the bytes of a file; `file` is its name in messages.
-pub fn read_bytes(file: &str, bytes: &[u8]) -> Result<Waves, Failure> {
-    Reading::new(file, &[]).all(bytes)
+pub fn read_bytes(file: &str, bytes: &[u8]) -> Result<WaveFile, VerbFailure> {
+    VcdReader::new(file, &[]).read_all(bytes)
 }
 
-fn unreadable(file: &str, error: &io::Error) -> Failure {
-    let cause = format!("cannot be read: {}", reason(error));
+fn unreadable(file: &str, error: &io::Error) -> VerbFailure {
+    let cause = format!("cannot be read: {}", system_message(error));
     let hint = "check the path; - is standard input";
-    Failure::Refused(vec![about_file(UNREADABLE, file, cause, hint)], Texts::default())
+    VerbFailure::Refused(vec![file_error(UNREADABLE, file, cause, hint)], FileTexts::default())
 }
 
 /// A file that is read.
-struct Reading<'a> {
+struct VcdReader<'a> {
     file: &'a str,
     only: &'a [String],
-    scale: Option<Scale>,
+    scale: Option<WaveTimescale>,
     scopes: Vec<String>,
-    signals: Vec<Signal>,
+    signals: Vec<WaveSignal>,
     /// The signals that share a code.
     codes: HashMap<IdCode, Vec<usize>>,
     declared: bool,
     start: Option<u64>,
     now: u64,
-    kept: usize,
+    changes_kept: usize,
     /// Bytes of all names.
-    named: usize,
+    name_bytes: usize,
 }
 
-impl<'a> Reading<'a> {
-    fn new(file: &'a str, only: &'a [String]) -> Reading<'a> {
-        Reading {
+impl<'a> VcdReader<'a> {
+    fn new(file: &'a str, only: &'a [String]) -> VcdReader<'a> {
+        VcdReader {
             file,
             only,
             scale: None,
@@ -148,18 +148,18 @@ impl<'a> Reading<'a> {
             declared: false,
             start: None,
             now: 0,
-            kept: 0,
-            named: 0,
+            changes_kept: 0,
+            name_bytes: 0,
         }
     }
 
-    fn all(mut self, mut input: impl BufRead) -> Result<Waves, Failure> {
+    fn read_all(mut self, mut input: impl BufRead) -> Result<WaveFile, VerbFailure> {
         // A directory can be opened, and then not read.
         let begin = input.fill_buf().map_err(|error| unreadable(self.file, &error))?;
         if begin.starts_with(BOM) {
             return Err(self.refuse(MALFORMED_WAVE, 1, "the file begins with a byte order mark".to_owned()));
         }
-        let mut parser = Parser::new(BufReader::new(WholeLines::new(input)));
+        let mut parser = Parser::new(BufReader::new(NewlineTerminated::new(input)));
         loop {
             match parser.next() {
                 None => break,
@@ -169,8 +169,8 @@ impl<'a> Reading<'a> {
                 Some(Err(error)) => {
                     let cause = match error.kind() {
                         io::ErrorKind::UnexpectedEof => "the file ends within a command".to_owned(),
-                        io::ErrorKind::InvalidData => format!("this is no VCD: {}", told(&error)),
-                        _ => format!("cannot be read: {}", reason(&error)),
+                        io::ErrorKind::InvalidData => format!("this is no VCD: {}", parser_message(&error)),
+                        _ => format!("cannot be read: {}", system_message(&error)),
                     };
                     return Err(self.refuse(MALFORMED_WAVE, parser.line(), cause));
                 }
@@ -181,16 +181,16 @@ impl<'a> Reading<'a> {
             return Err(self.refuse(MALFORMED_WAVE, parser.line(), cause));
         }
         if self.signals.is_empty() {
-            return Err(self.refuse(WRONG_WAVE, parser.line(), "the file declares no signal".to_owned()));
+            return Err(self.refuse(CONTRADICTORY_WAVE, parser.line(), "the file declares no signal".to_owned()));
         }
         if self.start == Some(u64::MAX) {
             let cause = format!("the only time is {}, and nothing lies behind that", u64::MAX);
             return Err(self.refuse(TOO_LARGE_WAVE, parser.line(), cause));
         }
-        Ok(self.done())
+        Ok(self.finish())
     }
 
-    fn done(mut self) -> Waves {
+    fn finish(mut self) -> WaveFile {
         // The outermost scope says nothing where all signals lie in it.
         let first = self.signals.first().and_then(|signal| Some(signal.name.split_once('.')?.0.to_owned()));
         if let Some(prefix) = first.map(|scope| scope + ".")
@@ -200,16 +200,16 @@ impl<'a> Reading<'a> {
                 signal.name.drain(..prefix.len());
             }
         }
-        let scale = self.scale.unwrap_or(Scale::new(1, TimescaleUnit::NS));
-        Waves { scale, signals: self.signals, start: self.start.unwrap_or(0), end: self.now }
+        let scale = self.scale.unwrap_or(WaveTimescale::new(1, TimescaleUnit::NS));
+        WaveFile { scale, signals: self.signals, start: self.start.unwrap_or(0), end: self.now }
     }
 
     fn command(&mut self, command: Command) -> Result<(), (&'static str, String)> {
-        let wrong = |cause: &str| Err((WRONG_WAVE, cause.to_owned()));
+        let wrong = |cause: &str| Err((CONTRADICTORY_WAVE, cause.to_owned()));
         match command {
             Command::Timescale(0, _) => wrong("the time scale is 0"),
             Command::Timescale(number, unit) => {
-                self.scale = Some(Scale::new(number, unit));
+                self.scale = Some(WaveTimescale::new(number, unit));
                 Ok(())
             }
             Command::ScopeDef(_, name) => {
@@ -221,14 +221,14 @@ impl<'a> Reading<'a> {
                 if self.declared {
                     return wrong("a signal is declared behind $enddefinitions");
                 }
-                if self.signals.len() >= MOST_SIGNALS {
-                    return Err((TOO_LARGE_WAVE, format!("there are more than {MOST_SIGNALS} signals")));
+                if self.signals.len() >= MAX_SIGNALS {
+                    return Err((TOO_LARGE_WAVE, format!("there are more than {MAX_SIGNALS} signals")));
                 }
-                self.named += self.scopes.iter().map(|scope| scope.len() + 1).sum::<usize>() + name.len();
-                if self.named > MOST_NAMES {
+                self.name_bytes += self.scopes.iter().map(|scope| scope.len() + 1).sum::<usize>() + name.len();
+                if self.name_bytes > MAX_NAME_BYTES {
                     return Err((
                         TOO_LARGE_WAVE,
-                        format!("the names have more than {MOST_NAMES} bytes with their scopes"),
+                        format!("the names have more than {MAX_NAME_BYTES} bytes with their scopes"),
                     ));
                 }
                 let index = index.filter(|_| bits == 1).map_or_else(String::new, |index| index.to_string());
@@ -236,14 +236,14 @@ impl<'a> Reading<'a> {
                 let bits = if matches!(kind, VarType::Real | VarType::String) { 0 } else { bits.max(1) };
                 self.codes.entry(code).or_default().push(self.signals.len());
                 let event = kind == VarType::Event;
-                self.signals.push(Signal { name: path + &index, bits, event, changes: Vec::new() });
+                self.signals.push(WaveSignal { name: path + &index, bits, event, changes: Vec::new() });
                 Ok(())
             }
             Command::Enddefinitions => {
                 self.declared = true;
                 let only = self.only;
                 // Nobody asks for the others.
-                let unwanted = |signal: &Signal| !only.is_empty() && !only.iter().any(|name| signal.is_named(name));
+                let unwanted = |signal: &WaveSignal| !only.is_empty() && !only.iter().any(|name| signal.is_named(name));
                 let unwanted: Vec<bool> = self.signals.iter().map(unwanted).collect();
                 for list in self.codes.values_mut() {
                     list.retain(|index| unwanted.get(*index) == Some(&false));
@@ -251,7 +251,7 @@ impl<'a> Reading<'a> {
                 Ok(())
             }
             Command::Timestamp(at) if at < self.now => {
-                Err((WRONG_WAVE, format!("time goes back from {} to {at}", self.now)))
+                Err((CONTRADICTORY_WAVE, format!("time goes back from {} to {at}", self.now)))
             }
             Command::Timestamp(at) => {
                 self.start.get_or_insert(at);
@@ -261,46 +261,46 @@ impl<'a> Reading<'a> {
             Command::ChangeScalar(code, value) => self.change(code, |signal| Some(signal.shown(&[value]))),
             Command::ChangeVector(code, value) => self.change(code, |signal| signal.vector(&value)),
             Command::ChangeReal(code, value) => {
-                self.change(code, |_| Some(Shown::Word(format!("{value}").into_boxed_str())))
+                self.change(code, |_| Some(SignalValue::Word(format!("{value}").into_boxed_str())))
             }
             Command::ChangeString(code, value) => {
-                self.change(code, |_| Some(Shown::Word(value.clone().into_boxed_str())))
+                self.change(code, |_| Some(SignalValue::Word(value.clone().into_boxed_str())))
             }
             _ => Ok(()),
         }
     }
 
-    fn change(&mut self, code: IdCode, value: impl Fn(&Signal) -> Option<Shown>) -> Result<(), (&'static str, String)> {
+    fn change(&mut self, code: IdCode, value: impl Fn(&WaveSignal) -> Option<SignalValue>) -> Result<(), (&'static str, String)> {
         let Some(list) = self.codes.get(&code).filter(|_| self.declared) else {
-            return Err((WRONG_WAVE, format!("`{code}` changes, and is no signal that was declared")));
+            return Err((CONTRADICTORY_WAVE, format!("`{code}` changes, and is no signal that was declared")));
         };
         for signal in list {
             let Some(signal) = self.signals.get_mut(*signal) else { continue };
             let Some(value) = value(signal) else {
-                return Err((WRONG_WAVE, format!("{} has {} bits, and its value has more", signal.name, signal.bits)));
+                return Err((CONTRADICTORY_WAVE, format!("{} has {} bits, and its value has more", signal.name, signal.bits)));
             };
-            let same = signal.changes.last().is_some_and(|(_, last)| *last == value && value != Shown::Event);
+            let same = signal.changes.last().is_some_and(|(_, last)| *last == value && value != SignalValue::Event);
             if !same {
-                self.kept += 1 + if let Shown::Word(text) = &value { text.len() / TEXT } else { 0 };
+                self.changes_kept += 1 + if let SignalValue::Word(text) = &value { text.len() / BYTES_PER_CHANGE } else { 0 };
                 signal.changes.push((self.now, value));
             }
         }
-        if self.kept > MOST {
-            return Err((TOO_LARGE_WAVE, format!("there are more than {MOST} changes; name signals with --only")));
+        if self.changes_kept > MAX_CHANGES {
+            return Err((TOO_LARGE_WAVE, format!("there are more than {MAX_CHANGES} changes; name signals with --only")));
         }
         Ok(())
     }
 
-    fn refuse(&self, code: &'static str, line: u64, cause: String) -> Failure {
+    fn refuse(&self, code: &'static str, line: u64, cause: String) -> VerbFailure {
         let pos = Pos { line: u32::try_from(line).unwrap_or(u32::MAX), column: 1, width: 1 };
         let hint = "write the file again with the tool that it comes from";
-        Failure::Refused(vec![Diagnostic::new(Severity::Error, code, self.file, pos, cause, hint)], Texts::default())
+        VerbFailure::Refused(vec![Diagnostic::new(Severity::Error, code, self.file, pos, cause, hint)], FileTexts::default())
     }
 }
 
-impl Signal {
+impl WaveSignal {
     /// A value of several bits, which may be written with fewer; none where there are more.
-    fn vector(&self, value: &Vector) -> Option<Shown> {
+    fn vector(&self, value: &Vector) -> Option<SignalValue> {
         let bits: Vec<Value> = value.iter().collect();
         let wanted = self.bits.max(1) as usize;
         let (front, bits) = bits.split_at(bits.len().saturating_sub(wanted));
@@ -309,16 +309,16 @@ impl Signal {
     }
 
     /// Some bits, the highest first, as they are shown.
-    fn shown(&self, bits: &[Value]) -> Shown {
+    fn shown(&self, bits: &[Value]) -> SignalValue {
         if self.event {
-            return Shown::Event;
+            return SignalValue::Event;
         }
         match bits {
-            _ if bits.iter().all(|bit| *bit == Value::Z) => Shown::Floating,
-            _ if bits.iter().all(|bit| *bit == Value::X) => Shown::Unknown,
-            [Value::V0] if self.bits == 1 => Shown::Low,
-            [Value::V1] if self.bits == 1 => Shown::High,
-            _ => Shown::Word(self.hex(bits).into_boxed_str()),
+            _ if bits.iter().all(|bit| *bit == Value::Z) => SignalValue::Floating,
+            _ if bits.iter().all(|bit| *bit == Value::X) => SignalValue::Unknown,
+            [Value::V0] if self.bits == 1 => SignalValue::Low,
+            [Value::V1] if self.bits == 1 => SignalValue::High,
+            _ => SignalValue::Word(self.hex(bits).into_boxed_str()),
         }
     }
 
@@ -350,7 +350,7 @@ impl Signal {
 }
 
 /// What the parser says of a damaged place.
-fn told(error: &io::Error) -> String {
+fn parser_message(error: &io::Error) -> String {
     let inner = error.get_ref().and_then(|inner| inner.downcast_ref::<vcd::ParseError>());
     inner.map_or_else(|| error.to_string(), |error| error.kind().to_string())
 }
@@ -362,10 +362,10 @@ mod tests {
     const HEAD: &str = "$timescale 1 ns $end $scope module top $end $var wire 1 ! a $end $var reg 8 \" b $end \
                         $var event 1 # e $end $var real 64 $ r $end $upscope $end $enddefinitions $end\n";
 
-    fn read(text: &str) -> Result<Waves, String> {
-        let read = Reading::new("f.vcd", &[]).all(text.as_bytes());
+    fn read(text: &str) -> Result<WaveFile, String> {
+        let read = VcdReader::new("f.vcd", &[]).read_all(text.as_bytes());
         read.map_err(|failure| match failure {
-            Failure::Refused(why, _) => why.iter().map(|d| format!("{} {} {}", d.code, d.pos.line, d.cause)).collect(),
+            VerbFailure::Refused(why, _) => why.iter().map(|d| format!("{} {} {}", d.code, d.pos.line, d.cause)).collect(),
             _ => "another failure".to_owned(),
         })
     }
@@ -374,14 +374,14 @@ mod tests {
     fn values() {
         let body = "#5\n1! b101 \" 1# r1.5 $\n#9\nx! bx \" 1#\n#10 z! b1x0z0001 \"\n#12\n0! b000011111111 \"\n#20\n";
         let waves = read(&format!("{HEAD}{body}")).unwrap_or_else(|why| panic!("{why}"));
-        let word = |text: &str| Shown::Word(text.into());
+        let word = |text: &str| SignalValue::Word(text.into());
         assert_eq!((waves.start, waves.end), (5, 20));
         let names: Vec<&str> = waves.signals.iter().map(|signal| signal.name.as_str()).collect();
         assert_eq!(names, ["a", "b", "e", "r"]);
         let of = |index: usize| waves.signals[index].changes.clone();
-        assert_eq!(of(0), [(5, Shown::High), (9, Shown::Unknown), (10, Shown::Floating), (12, Shown::Low)]);
-        assert_eq!(of(1), [(5, word("05")), (9, Shown::Unknown), (10, word("x1")), (12, word("ff"))]);
-        assert_eq!(of(2), [(5, Shown::Event), (9, Shown::Event)]);
+        assert_eq!(of(0), [(5, SignalValue::High), (9, SignalValue::Unknown), (10, SignalValue::Floating), (12, SignalValue::Low)]);
+        assert_eq!(of(1), [(5, word("05")), (9, SignalValue::Unknown), (10, word("x1")), (12, word("ff"))]);
+        assert_eq!(of(2), [(5, SignalValue::Event), (9, SignalValue::Event)]);
         assert_eq!(of(3), [(5, word("1.5"))]);
     }
 
@@ -438,8 +438,8 @@ mod tests {
         assert!(!bit(&"a".repeat(2000)).is_named(&("*a".repeat(40) + "b")));
     }
 
-    fn bit(name: &str) -> Signal {
-        Signal { name: name.to_owned(), bits: 1, event: false, changes: Vec::new() }
+    fn bit(name: &str) -> WaveSignal {
+        WaveSignal { name: name.to_owned(), bits: 1, event: false, changes: Vec::new() }
     }
 
     #[test]

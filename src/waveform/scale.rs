@@ -1,6 +1,6 @@
 //! Times of a waveform: steps of its scale, and figures of an axis.
 
-use emu_debug::Clock;
+use emu_debug::CycleClock;
 use vcd::TimescaleUnit;
 
 /// Femtoseconds of a second.
@@ -12,14 +12,14 @@ const UNITS: &[(&str, u128)] =
 
 /// What a step of the time is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Scale {
+pub struct WaveTimescale {
     /// Femtoseconds, above 0.
     step: u128,
 }
 
-impl Scale {
+impl WaveTimescale {
     /// The scale of a file.
-    pub fn new(number: u32, unit: TimescaleUnit) -> Scale {
+    pub fn new(number: u32, unit: TimescaleUnit) -> WaveTimescale {
         let unit = match unit {
             TimescaleUnit::S => SECOND,
             TimescaleUnit::MS => SECOND / 1000,
@@ -28,22 +28,22 @@ impl Scale {
             TimescaleUnit::PS => 1000,
             TimescaleUnit::FS => 1,
         };
-        Scale { step: unit * u128::from(number.max(1)) }
+        WaveTimescale { step: unit * u128::from(number.max(1)) }
     }
 
     /// The step at which a time begins: `10ms`, or `5c` for the step itself.
     pub fn ticks(self, text: &str) -> Result<u64, String> {
         if text.trim().ends_with('c') {
-            return Clock { hz: 1, clocks_per_cycle: 1 }.cycles(text);
+            return CycleClock { hz: 1, clocks_per_cycle: 1 }.parse_cycles(text);
         }
         // Steps of more than a second are whole seconds.
         let per_second = u64::try_from(SECOND / self.step).unwrap_or(u64::MAX).max(1);
         let seconds = u64::try_from(self.step / SECOND).unwrap_or(u64::MAX).max(1);
-        Ok(Clock { hz: per_second, clocks_per_cycle: 1 }.cycles(text)? / seconds)
+        Ok(CycleClock { hz: per_second, clocks_per_cycle: 1 }.parse_cycles(text)? / seconds)
     }
 
     /// Figures for an axis from one step to another, at most so many: the step and its text. They are a round number of steps apart.
-    pub fn figures(self, from: u64, to: u64, most: u32) -> Vec<(u64, String)> {
+    pub fn axis_figures(self, from: u64, to: u64, most: u32) -> Vec<(u64, String)> {
         let span = u128::from(to.saturating_sub(from).max(1)) * self.step;
         let least = span / u128::from(most.max(1));
         let mut apart = self.step.max(1);
@@ -109,23 +109,23 @@ mod tests {
             (10, TimescaleUnit::NS, 3, 5, 8, "30 ns 40 ns 50 ns"),
         ];
         for (number, unit, from, to, most, wanted) in rows {
-            let figures = Scale::new(number, unit).figures(from, to, most);
+            let figures = WaveTimescale::new(number, unit).axis_figures(from, to, most);
             let texts: Vec<String> = figures.into_iter().map(|(_, text)| text).collect();
             println!("{number} {unit:?} {from} {to}: {}", texts.join(" "));
             assert_eq!(texts.join(" "), wanted);
         }
         // 18,447 s: steps of 5,000 s would be four.
-        assert_eq!(Scale::new(1, TimescaleUnit::FS).figures(0, u64::MAX, 3).len(), 2);
-        assert!(Scale::new(100, TimescaleUnit::S).figures(0, u64::MAX, 3).len() <= 4);
+        assert_eq!(WaveTimescale::new(1, TimescaleUnit::FS).axis_figures(0, u64::MAX, 3).len(), 2);
+        assert!(WaveTimescale::new(100, TimescaleUnit::S).axis_figures(0, u64::MAX, 3).len() <= 4);
     }
 
     #[test]
     fn times() {
-        let scale = Scale::new(100, TimescaleUnit::PS);
+        let scale = WaveTimescale::new(100, TimescaleUnit::PS);
         for (text, wanted) in [("1us", Ok(10_000)), ("0.05ns", Ok(0)), ("7c", Ok(7)), ("x", Err(()))] {
             assert_eq!(scale.ticks(text).map_err(|_| ()), wanted, "{text}");
         }
-        assert_eq!(Scale::new(10, TimescaleUnit::S).ticks("25s"), Ok(2));
+        assert_eq!(WaveTimescale::new(10, TimescaleUnit::S).ticks("25s"), Ok(2));
         assert_eq!(scale.text(15), "1.5 ns");
     }
 }

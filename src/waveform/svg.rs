@@ -3,8 +3,8 @@
 use diag::escape_markup;
 use std::fmt::Write as _;
 
-use super::Drawing;
-use super::read::{Shown, Signal};
+use super::WaveDrawing;
+use super::read::{SignalValue, WaveSignal};
 
 /// Height of a line, of what is drawn in it, and of the axis above.
 const ROW: f64 = 28.0;
@@ -15,10 +15,10 @@ const AXIS: f64 = 34.0;
 const CHARACTER: f64 = 7.4;
 
 /// Pixels between two figures of the axis, at least.
-const APART: u32 = 110;
+const MIN_FIGURE_DISTANCE: u32 = 110;
 
 /// What is narrower cannot be told apart, and is drawn as busy.
-const NARROW: f64 = 1.5;
+const MIN_STRETCH_WIDTH: f64 = 1.5;
 
 // Readers that know no media queries keep the light colours.
 const STYLE: &str = "\
@@ -52,11 +52,11 @@ text { fill: #e6e8eb; }
 ";
 
 /// Draws the picture, so many pixels wide.
-pub fn draw(drawing: &Drawing<'_>, width: u32) -> String {
+pub fn draw(drawing: &WaveDrawing<'_>, width: u32) -> String {
     let longest = drawing.signals.iter().map(|signal| signal.drawn_name().chars().count()).max().unwrap_or(0);
     let left = longest.max(4) as f64 * CHARACTER + 20.0;
     let (width, right) = (f64::from(width).max(left + 100.0), 16.0);
-    let plot = Plot { left, width: width - left - right, from: drawing.from, span: drawing.to - drawing.from };
+    let plot = TimeAxis { left, width: width - left - right, from: drawing.from, span: drawing.to - drawing.from };
     let height = AXIS + ROW * drawing.signals.len() as f64 + 8.0;
     let mut out = String::new();
     // Writing to a string does not fail.
@@ -77,7 +77,7 @@ pub fn draw(drawing: &Drawing<'_>, width: u32) -> String {
         "<defs><pattern id=\"hatch\" width=\"6\" height=\"6\" patternUnits=\"userSpaceOnUse\">\
          <path class=\"hatch\" d=\"M0 6L6 0\"/></pattern></defs>\n<rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n",
     );
-    for (at, text) in scale.figures(drawing.from, drawing.to, (plot.width as u32 / APART).max(1)) {
+    for (at, text) in scale.axis_figures(drawing.from, drawing.to, (plot.width as u32 / MIN_FIGURE_DISTANCE).max(1)) {
         let x = plot.x(at);
         let end = height - 8.0;
         _ = writeln!(out, "<path class=\"rule\" d=\"M{x:.1} {:.1}V{end:.1}\"/>", AXIS - 8.0);
@@ -103,28 +103,28 @@ pub fn draw(drawing: &Drawing<'_>, width: u32) -> String {
 }
 
 /// Where times lie.
-struct Plot {
+struct TimeAxis {
     left: f64,
     width: f64,
     from: u64,
     span: u64,
 }
 
-impl Plot {
+impl TimeAxis {
     fn x(&self, at: u64) -> f64 {
         self.left + at.saturating_sub(self.from).min(self.span) as f64 / self.span as f64 * self.width
     }
 }
 
 /// A stretch of a signal, from one place to another: its value, or none where it changes too often to be shown.
-type Stretch<'a> = (f64, f64, Option<&'a Shown>);
+type SignalStretch<'a> = (f64, f64, Option<&'a SignalValue>);
 
 /// The stretches of a signal, those that are too narrow put together.
-fn stretches<'a>(signal: &'a Signal, plot: &Plot) -> Vec<Stretch<'a>> {
+fn stretches<'a>(signal: &'a WaveSignal, plot: &TimeAxis) -> Vec<SignalStretch<'a>> {
     let (from, to) = (plot.from, plot.from + plot.span);
     let first = signal.changes.partition_point(|(at, _)| *at <= from).saturating_sub(1);
     let shown = signal.changes.get(first..).unwrap_or_default();
-    let mut all: Vec<Stretch> = Vec::new();
+    let mut all: Vec<SignalStretch> = Vec::new();
     for (i, (at, value)) in shown.iter().enumerate() {
         if *at >= to {
             break;
@@ -134,21 +134,21 @@ fn stretches<'a>(signal: &'a Signal, plot: &Plot) -> Vec<Stretch<'a>> {
             continue;
         }
         let (x, end) = (plot.x(*at), plot.x(end));
-        let narrow = end - x < NARROW;
+        let narrow = end - x < MIN_STRETCH_WIDTH;
         match all.last_mut() {
             Some((_, last, None)) if narrow => *last = end,
             _ => all.push((x, end, Some(value).filter(|_| !narrow))),
         }
     }
     // A single narrow one is a pulse that can well be seen.
-    let single = |(x, end, value): Stretch<'a>| {
+    let single = |(x, end, value): SignalStretch<'a>| {
         let here = || shown.iter().find(|(at, _)| (plot.x(*at) - x).abs() < 1e-9).map(|(_, value)| value);
-        if value.is_none() && end - x < NARROW { (x, end, here()) } else { (x, end, value) }
+        if value.is_none() && end - x < MIN_STRETCH_WIDTH { (x, end, here()) } else { (x, end, value) }
     };
     all.into_iter().map(single).collect()
 }
 
-fn line(out: &mut String, signal: &Signal, plot: &Plot, top: f64) {
+fn line(out: &mut String, signal: &WaveSignal, plot: &TimeAxis, top: f64) {
     let (bottom, middle) = (top + HEIGHT, top + HEIGHT / 2.0);
     let mut bits = String::new();
     let mut pen: Option<(f64, f64)> = None;
@@ -156,7 +156,7 @@ fn line(out: &mut String, signal: &Signal, plot: &Plot, top: f64) {
         let mut last = f64::MIN;
         for (at, _) in signal.changes.iter().filter(|(at, _)| (plot.from..=plot.from + plot.span).contains(at)) {
             let x = plot.x(*at);
-            if x - last >= NARROW {
+            if x - last >= MIN_STRETCH_WIDTH {
                 last = x;
                 _ = write!(bits, "M{x:.1} {bottom:.1}V{top:.1}m-3 5l3 -5l3 5");
             }
@@ -165,8 +165,8 @@ fn line(out: &mut String, signal: &Signal, plot: &Plot, top: f64) {
     for (x, end, value) in stretches(signal, plot) {
         let wide = end - x;
         match value {
-            Some(level @ (Shown::Low | Shown::High)) => {
-                let y = if *level == Shown::High { top } else { bottom };
+            Some(level @ (SignalValue::Low | SignalValue::High)) => {
+                let y = if *level == SignalValue::High { top } else { bottom };
                 match pen {
                     Some((at, last)) if (at - x).abs() < 1e-9 => {
                         if (last - y).abs() > 1e-9 {
@@ -178,17 +178,17 @@ fn line(out: &mut String, signal: &Signal, plot: &Plot, top: f64) {
                 _ = write!(bits, "H{end:.1}");
                 pen = Some((end, y));
             }
-            Some(Shown::Floating) => {
+            Some(SignalValue::Floating) => {
                 _ = writeln!(out, "<path class=\"float\" d=\"M{x:.1} {middle:.1}H{end:.1}\"/>");
             }
-            Some(Shown::Unknown) => boxed(out, ("odd", "x"), (x, end), (top, bottom)),
-            Some(Shown::Word(text)) => {
+            Some(SignalValue::Unknown) => draw_value_box(out, ("odd", "x"), (x, end), (top, bottom)),
+            Some(SignalValue::Word(text)) => {
                 // A digit that is not known marks all of it; `x` and `z` are no digits of a number with a point.
                 let digits = text.chars().all(|c| c.is_ascii_hexdigit() || matches!(c, 'x' | 'z'));
                 let odd = digits && text.contains(['x', 'z']);
-                boxed(out, (if odd { "odd" } else { "word" }, text), (x, end), (top, bottom));
+                draw_value_box(out, (if odd { "odd" } else { "word" }, text), (x, end), (top, bottom));
             }
-            Some(Shown::Event) => {}
+            Some(SignalValue::Event) => {}
             None => {
                 _ = writeln!(
                     out,
@@ -203,7 +203,7 @@ fn line(out: &mut String, signal: &Signal, plot: &Plot, top: f64) {
 }
 
 /// A box with pointed ends and a text in it, as far as that fits.
-fn boxed(out: &mut String, (class, text): (&str, &str), (x, end): (f64, f64), (top, bottom): (f64, f64)) {
+fn draw_value_box(out: &mut String, (class, text): (&str, &str), (x, end): (f64, f64), (top, bottom): (f64, f64)) {
     let (wide, middle) = (end - x, (top + bottom) / 2.0);
     let tip = (wide / 2.0).min(4.0);
     let (near, far) = (x + tip, end - tip);

@@ -4,9 +4,9 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use emu_avr::isa::{KINDS, Kind, PC_MASK, ROWS, disassemble, encode, lacks};
+use emu_avr::isa::{KINDS, Kind, PC_MASK, ROWS, disassemble, encode, is_missing};
 use emu_core::rng::Rng;
-use emu_core::table::{Pattern, Row, Site};
+use emu_core::table::{BitPattern, InstructionRow, InstructionLocation};
 
 use crate::seed;
 use crate::tools::{folder, run};
@@ -20,33 +20,33 @@ const START: u32 = 0x2000;
 const DIFFERENCES: &str = include_str!("../golden/avr-objdump.txt");
 
 /// The operand values of a row whose fields hold `raw`, in row order.
-fn values(row: &Row, raw: u32, pc: u32) -> Vec<i32> {
-    let site = Site { pc, len: row.len(), next_len: 1, pc_mask: PC_MASK };
+fn values(row: &InstructionRow, raw: u32, pc: u32) -> Vec<i32> {
+    let site = InstructionLocation { pc, len: row.len(), next_len: 1, pc_mask: PC_MASK };
     let mut rest = raw;
     let mut bits = row.pattern.value;
-    for slot in row.operands.iter().filter(|s| row.pattern.has(s.letter)) {
-        let width = row.pattern.field(slot.letter, 0).1;
-        bits |= row.pattern.place(slot.letter, rest & ((1 << width) - 1));
+    for slot in row.operands.iter().filter(|s| row.pattern.has_letter(s.letter)) {
+        let width = row.pattern.extract_field(slot.letter, 0).1;
+        bits |= row.pattern.insert_field(slot.letter, rest & ((1 << width) - 1));
         rest >>= width;
     }
     row.operands
         .iter()
-        .zip(row.operands_of(bits, &site))
-        .filter(|(s, _)| row.pattern.has(s.letter))
+        .zip(row.operand_values(bits, &site))
+        .filter(|(s, _)| row.pattern.has_letter(s.letter))
         .map(|(_, v)| v)
         .collect()
 }
 
 /// A row's instruction as the GNU assembler reads it: registers by name, numbers in decimal, relative targets from `.`.
-fn gas(row: &Row, values: &[i32], pc: u32) -> String {
+fn gas(row: &InstructionRow, values: &[i32], pc: u32) -> String {
     let mut text = format!("{} ", row.mnemonic);
-    let slots: Vec<_> = row.operands.iter().filter(|s| row.pattern.has(s.letter)).zip(values).collect();
+    let slots: Vec<_> = row.operands.iter().filter(|s| row.pattern.has_letter(s.letter)).zip(values).collect();
     for c in row.syntax.bytes() {
         let Some(&(slot, &value)) = slots.iter().find(|(s, _)| s.letter == c) else {
             text.push(c as char);
             continue;
         };
-        let width = row.pattern.field(slot.letter, 0).1;
+        let width = row.pattern.extract_field(slot.letter, 0).1;
         let _ = match slot.kind.name {
             name if name.starts_with("register") => write!(text, "r{value}"),
             "target" if width < 16 => write!(text, ".{:+}", (value - pc as i32 - 1) * 2),
@@ -58,8 +58,8 @@ fn gas(row: &Row, values: &[i32], pc: u32) -> String {
 }
 
 /// Raw operand fields to try: all, or the edges and random ones.
-fn fields(row: &Row, rng: &mut Rng) -> Vec<u32> {
-    let width: u32 = row.operands.iter().map(|s| row.pattern.field(s.letter, 0).1).sum();
+fn fields(row: &InstructionRow, rng: &mut Rng) -> Vec<u32> {
+    let width: u32 = row.operands.iter().map(|s| row.pattern.extract_field(s.letter, 0).1).sum();
     if 1 << width <= MOST {
         return (0..1 << width).collect();
     }
@@ -69,7 +69,7 @@ fn fields(row: &Row, rng: &mut Rng) -> Vec<u32> {
 
 /// Assembles and links with the GNU tools; the words from `START` on.
 fn assembled(name: &str, kind: Kind, text: &str, dir: &Path) -> Vec<u16> {
-    let core = if lacks(2 * (PC_MASK + 1), kind) { "avr51" } else { "avr5" };
+    let core = if is_missing(2 * (PC_MASK + 1), kind) { "avr51" } else { "avr5" };
     std::fs::write(dir.join(format!("{name}.s")), text).expect("a source");
     let file = |end: &str| format!("{name}.{end}");
     run(Path::new("avr-as"), &[&format!("-mmcu={core}"), &file("s"), "-o", &file("o")], dir);
@@ -118,7 +118,7 @@ fn the_gnu_assembler_encodes_every_row_as_we_do() {
 
 /// A number as both disassemblers write it.
 fn number(text: &str) -> Option<i32> {
-    emu_debug::place::number(text).and_then(|number| i32::try_from(number).ok())
+    emu_debug::address_names::parse_number(text).and_then(|number| i32::try_from(number).ok())
 }
 
 /// Operands without spaces, numbers in decimal, targets relative to the next instruction: one spelling for both sides.
@@ -143,7 +143,7 @@ fn normal(mnemonic: &str, operands: &str, pc: u32, relative: bool) -> String {
 
 /// A line of the list: pattern, mnemonic of avr-objdump, ours, reason.
 struct Difference {
-    pattern: Pattern,
+    pattern: BitPattern,
     theirs: &'static str,
     ours: &'static str,
 }
@@ -155,7 +155,7 @@ fn differences() -> Vec<Difference> {
             let columns: Vec<&str> = line.split('|').map(str::trim).collect();
             let [pattern, theirs, ours, reason] = columns[..] else { panic!("four columns are wanted: {line}") };
             assert!(!reason.is_empty(), "a reason is wanted: {line}");
-            Difference { pattern: Pattern::parse(pattern, 16), theirs, ours }
+            Difference { pattern: BitPattern::parse(pattern, 16), theirs, ours }
         })
         .collect()
 }

@@ -10,8 +10,8 @@ use std::process::{Command, Stdio};
 use emu_avr::Avr;
 use emu_avr::isa::{KINDS, Kind, ROWS, disassemble};
 use emu_core::rng::Rng;
-use emu_core::table::Row;
-use emu_core::{Cpu, Stop};
+use emu_core::table::InstructionRow;
+use emu_core::{Cpu, StopReason};
 
 use crate::states::{Draw, at_the_ends, batch, machine, put};
 use crate::{harness, seed};
@@ -157,7 +157,7 @@ fn ours(kind: Kind, base: &Avr, before: &[u8], d: &Draw) -> Outcome {
     let differs = |&a: &usize| before[a] != after[a] && !CORE.contains(&a);
     Outcome {
         // A jump to itself may also be the end of the program.
-        runs_on: !asleep && (stop == Stop::Limit || stop == Stop::Halted && avr.pc() == u32::from(d.pc)),
+        runs_on: !asleep && (stop == StopReason::Limit || stop == StopReason::Halted && avr.pc() == u32::from(d.pc)),
         sreg: after[0x5F],
         sp: u16::from_le_bytes([after[0x5D], after[0x5E]]),
         pc: avr.pc() * 2,
@@ -213,7 +213,7 @@ fn compare(kind: Kind, (flash, draws): (Vec<u8>, Vec<Draw>), tally: &mut Tally) 
 }
 
 /// Compares one row.
-fn check(row: &Row, kind: Kind, rng: &mut Rng) -> Tally {
+fn check(row: &InstructionRow, kind: Kind, rng: &mut Rng) -> Tally {
     let mut tally = Tally::default();
     for _ in 0..ENDS {
         let drawn = at_the_ends(row, kind, AT_AN_END, rng);
@@ -231,7 +231,7 @@ fn check(row: &Row, kind: Kind, rng: &mut Rng) -> Tally {
 fn every_row_in_lock_step_with_simavr() {
     let seed = seed();
     println!("seed {seed:#x} (EMU_SEED), {WANTED} states a row or more");
-    let rows: Vec<(usize, &Row, Kind)> = ROWS.iter().zip(KINDS).enumerate().map(|(n, (row, &k))| (n, row, k)).collect();
+    let rows: Vec<(usize, &InstructionRow, Kind)> = ROWS.iter().zip(KINDS).enumerate().map(|(n, (row, &k))| (n, row, k)).collect();
     let there = |kind: Kind| ROWS_LEFT_OUT.iter().all(|(left, _)| *left != kind);
     // Each row has random numbers of its own, so that two can be compared at a time.
     let work = |part: usize| -> Vec<(usize, Tally)> {

@@ -45,7 +45,7 @@ fn hex(folder: &Path) -> Result<(), String> {
     // A ladder scan that nearly fills its period.
     let program =
         ladder::parse("scan.ld", include_str!("../../benches/programs/scan.ld")).map_err(|e| format!("{e:?}"))?.program;
-    let options = ladder_compile::Options { mcu: ATMEGA328P.name.to_owned(), ..Default::default() };
+    let options = ladder_compile::CompileOptions { mcu: ATMEGA328P.name.to_owned(), ..Default::default() };
     let compiled = ladder_compile::compile(&program, &options).map_err(|e| format!("{e:?}"))?;
     std::fs::write(folder.join("scan.hex"), compiled.hex).map_err(|e| format!("scan.hex: {e}"))?;
     println!("scan");
@@ -62,14 +62,14 @@ fn cpu_seconds() -> Result<f64, String> {
 fn machine(file: &str) -> Result<Avr, String> {
     let bytes = std::fs::read(file).map_err(|e| format!("{file}: {e}"))?;
     let machine = ElfMachine(ATMEGA328P.elf_machine);
-    let loaded = load(file, &bytes, ATMEGA328P.hex, ATMEGA328P.elf, machine).map_err(|e| format!("{file}: {e:?}"))?;
+    let loaded = load(file, &bytes, ATMEGA328P.hex_spaces, ATMEGA328P.elf_spaces, machine).map_err(|e| format!("{file}: {e:?}"))?;
     Ok(Avr::new(&ATMEGA328P, &loaded.image, RamInit::Random(1)))
 }
 
 fn run(file: &str, cycles: &str, skip: bool) -> Result<(), String> {
     let cycles: u64 = cycles.parse().map_err(|e| format!("{cycles}: {e}"))?;
     let mut avr = machine(file)?;
-    avr.set_skip(skip);
+    avr.set_skip_idle_loops(skip);
     let before = cpu_seconds()?;
     let stop = avr.run(cycles, &mut ());
     let spent = cpu_seconds()? - before;

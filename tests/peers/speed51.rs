@@ -53,7 +53,7 @@ fn run(file: &str, cycles: &str) -> Result<(), String> {
     let cycles: u64 = cycles.parse().map_err(|e| format!("{cycles}: {e}"))?;
     let bytes = std::fs::read(file).map_err(|e| format!("{file}: {e}"))?;
     let chip = chips::chip("at89c52").ok_or("no AT89C52")?;
-    let loaded = load_hex(file, &bytes, chip.hex).map_err(|e| format!("{file}: {e:?}"))?;
+    let loaded = load_hex(file, &bytes, chip.hex_spaces).map_err(|e| format!("{file}: {e:?}"))?;
     let mut mcs51 = Mcs51::new(chip, &loaded.image, RamInit::Random(1));
     let before = cpu_seconds()?;
     let stop = mcs51.run(cycles, &mut ());

@@ -35,7 +35,7 @@ fn run(file: &str, cycles: &str) -> Result<(), String> {
     let cycles: u64 = cycles.parse().map_err(|e| format!("{cycles}: {e}"))?;
     let bytes = std::fs::read(file).map_err(|e| format!("{file}: {e}"))?;
     let chip = chips::chip("pic16f873").ok_or("no PIC16F873")?;
-    let loaded = load_hex(file, &bytes, chip.hex).map_err(|e| format!("{file}: {e:?}"))?;
+    let loaded = load_hex(file, &bytes, chip.hex_spaces).map_err(|e| format!("{file}: {e:?}"))?;
     let options = Options { hz: 20_000_000, ..Options::default() };
     let mut pic = Pic16::with(chip, &loaded.image, RamInit::Random(1), options);
     let before = cpu_seconds()?;

@@ -5,7 +5,7 @@ use std::path::Path;
 use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::image::{ElfMachine, load};
-use emu_core::{Cpu, Event, Level, PinId, Probe, RamInit, Stop, Time};
+use emu_core::{Cpu, ChipEvent, PinLevel, PinId, Probe, RamInit, StopReason, CycleTime};
 
 use crate::harness;
 use crate::tools::{folder, run, source};
@@ -19,8 +19,8 @@ struct Sent(Vec<u8>);
 
 impl Probe for Sent {
     const EVENTS: bool = true;
-    fn event(&mut self, event: Event) -> bool {
-        if let Event::Sent { byte, .. } = event {
+    fn on_event(&mut self, event: ChipEvent) -> bool {
+        if let ChipEvent::Sent { byte, .. } = event {
             self.0.push(byte);
         }
         false
@@ -33,17 +33,17 @@ const TXD: PinId = 17;
 
 /// Keeps what is sent, and stops where TXD changes.
 #[derive(Default)]
-struct Wire(Sent, Option<Level>);
+struct Wire(Sent, Option<PinLevel>);
 
 impl Probe for Wire {
     const EVENTS: bool = true;
-    fn event(&mut self, event: Event) -> bool {
+    fn on_event(&mut self, event: ChipEvent) -> bool {
         match event {
-            Event::Edge { pin: TXD, level, .. } => {
+            ChipEvent::Edge { pin: TXD, level, .. } => {
                 self.1 = Some(level);
                 true
             }
-            event => self.0.event(event),
+            event => self.0.on_event(event),
         }
     }
 }
@@ -52,17 +52,17 @@ impl Probe for Wire {
 pub fn sent_by_wire(elf: &Path, cycles: u64) -> Vec<u8> {
     let mut avr = machine(elf);
     let mut wire = Wire::default();
-    while avr.cycle() < cycles && matches!(avr.run(cycles, &mut wire), Stop::Probe | Stop::Limit) {
+    while avr.cycle() < cycles && matches!(avr.run(cycles, &mut wire), StopReason::Probe | StopReason::Limit) {
         if let Some(level) = wire.1.take() {
             let now = avr.cycle();
-            avr.drive(Time { cycle: now, phase: 0 }, RXD, level);
+            avr.drive(CycleTime { cycle: now, phase: 0 }, RXD, level);
         }
     }
     wire.0.0
 }
 
 /// What a program sends over USART0 until it ends, why it ended and when.
-pub fn sent_here(elf: &Path, cycles: u64) -> (Vec<u8>, Stop, u64) {
+pub fn sent_here(elf: &Path, cycles: u64) -> (Vec<u8>, StopReason, u64) {
     let mut avr = machine(elf);
     let mut sent = Sent::default();
     let stop = avr.run(cycles, &mut sent);
@@ -72,7 +72,7 @@ pub fn sent_here(elf: &Path, cycles: u64) -> (Vec<u8>, Stop, u64) {
 fn machine(elf: &Path) -> Avr {
     let bytes = std::fs::read(elf).unwrap_or_else(|e| panic!("{}: {e}", elf.display()));
     let chip = &ATMEGA328P;
-    let loaded = load(&elf.to_string_lossy(), &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine));
+    let loaded = load(&elf.to_string_lossy(), &bytes, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine));
     Avr::new(chip, &loaded.expect("an image").image, RamInit::Random(1))
 }
 

@@ -1,38 +1,38 @@
 //! Registers, bits and pins, in groups from which the rows of the chips are put together.
 
-use emu_core::chip::{PinDef, Reg};
+use emu_core::chip::{PinDef, NamedAddress};
 
 /// Rows of [`Reg`]: address and name.
 macro_rules! rows {
-    ($($addr:literal $name:literal)*) => { &[ $( Reg { name: $name, addr: $addr } ),* ] };
+    ($($addr:literal $name:literal)*) => { &[ $( NamedAddress { name: $name, addr: $addr } ),* ] };
 }
 
 /// Registers that every chip has (manual, "Special function registers").
 #[rustfmt::skip]
-pub(super) const REGS: &[Reg] = rows! {
+pub(super) const REGS: &[NamedAddress] = rows! {
     0x81 "SP"   0x82 "DPL"  0x83 "DPH"  0x87 "PCON" 0x88 "TCON" 0x89 "TMOD" 0x8A "TL0"  0x8B "TL1"  0x8C "TH0"
     0x8D "TH1"  0x90 "P1"   0x98 "SCON" 0x99 "SBUF" 0xA8 "IE"   0xB0 "P3"   0xB8 "IP"   0xD0 "PSW"  0xE0 "ACC"
     0xF0 "B"
 };
 
 /// Ports of the chips with 40 pins.
-pub(super) const REGS_BUS: &[Reg] = rows! { 0x80 "P0" 0xA0 "P2" };
+pub(super) const REGS_BUS: &[NamedAddress] = rows! { 0x80 "P0" 0xA0 "P2" };
 
 /// Timer 2 of the 8052.
-pub(super) const REGS_TIMER2: &[Reg] = rows! { 0xC8 "T2CON" 0xCA "RCAP2L" 0xCB "RCAP2H" 0xCC "TL2" 0xCD "TH2" };
+pub(super) const REGS_TIMER2: &[NamedAddress] = rows! { 0xC8 "T2CON" 0xCA "RCAP2L" 0xCB "RCAP2H" 0xCC "TL2" 0xCD "TH2" };
 
 /// Timer 2 that counts down and gives a clock out (AT89C52, "Timer 2 registers").
-pub(super) const REGS_T2MOD: &[Reg] = rows! { 0xC9 "T2MOD" };
+pub(super) const REGS_T2MOD: &[NamedAddress] = rows! { 0xC9 "T2MOD" };
 
 /// What the AT89S parts add; DP0 is the data pointer of old by its new name (AT89S52, table 5-1).
 #[rustfmt::skip]
-pub(super) const REGS_AT89S: &[Reg] = rows! {
+pub(super) const REGS_AT89S: &[NamedAddress] = rows! {
     0x82 "DP0L" 0x83 "DP0H" 0x84 "DP1L" 0x85 "DP1H" 0x8E "AUXR" 0xA2 "AUXR1" 0xA6 "WDTRST"
 };
 
 /// Bits that every chip has. A bit without a name of its own goes by its register and number.
 #[rustfmt::skip]
-pub(super) const BITS: &[Reg] = rows! {
+pub(super) const BITS: &[NamedAddress] = rows! {
     0x88 "IT0"   0x89 "IE0"   0x8A "IT1"   0x8B "IE1"   0x8C "TR0"   0x8D "TF0"   0x8E "TR1"   0x8F "TF1"
     0x90 "P1.0"  0x91 "P1.1"  0x92 "P1.2"  0x93 "P1.3"  0x94 "P1.4"  0x95 "P1.5"  0x96 "P1.6"  0x97 "P1.7"
     0x98 "RI"    0x99 "TI"    0x9A "RB8"   0x9B "TB8"   0x9C "REN"   0x9D "SM2"   0x9E "SM1"   0x9F "SM0"
@@ -46,20 +46,20 @@ pub(super) const BITS: &[Reg] = rows! {
 
 /// Bits of the ports that only chips with 40 pins have.
 #[rustfmt::skip]
-pub(super) const BITS_BUS: &[Reg] = rows! {
+pub(super) const BITS_BUS: &[NamedAddress] = rows! {
     0x80 "P0.0" 0x81 "P0.1" 0x82 "P0.2" 0x83 "P0.3" 0x84 "P0.4" 0x85 "P0.5" 0x86 "P0.6" 0x87 "P0.7"
     0xA0 "P2.0" 0xA1 "P2.1" 0xA2 "P2.2" 0xA3 "P2.3" 0xA4 "P2.4" 0xA5 "P2.5" 0xA6 "P2.6" 0xA7 "P2.7"
 };
 
 /// Bits of timer 2. The two whose names have a stroke, C/T2 and CP/RL2, are written with `_`, as compilers do.
 #[rustfmt::skip]
-pub(super) const BITS_TIMER2: &[Reg] = rows! {
+pub(super) const BITS_TIMER2: &[NamedAddress] = rows! {
     0xAD "ET2" 0xBD "PT2"
     0xC8 "CP_RL2" 0xC9 "C_T2" 0xCA "TR2" 0xCB "EXEN2" 0xCC "TCLK" 0xCD "RCLK" 0xCE "EXF2" 0xCF "TF2"
 };
 
 /// What stands in IE and IP where timer 2 would have its bits.
-pub(super) const BITS_NO_TIMER2: &[Reg] = rows! { 0xAD "IE.5" 0xBD "IP.5" };
+pub(super) const BITS_NO_TIMER2: &[NamedAddress] = rows! { 0xAD "IE.5" 0xBD "IP.5" };
 
 /// What the pins of port 3 do besides, as names of their bits (manual, "Port structures and operation").
 #[rustfmt::skip]
@@ -79,8 +79,8 @@ macro_rules! regs {
 pub(super) use regs;
 
 /// See [`regs`]; `N` is the length of all groups together.
-pub(super) const fn merge<const N: usize>(groups: &[&[Reg]]) -> [Reg; N] {
-    let mut all = [Reg { name: "", addr: 0 }; N];
+pub(super) const fn merge<const N: usize>(groups: &[&[NamedAddress]]) -> [NamedAddress; N] {
+    let mut all = [NamedAddress { name: "", addr: 0 }; N];
     let (mut len, mut g) = (0, 0);
     while g < groups.len() {
         let mut i = 0;

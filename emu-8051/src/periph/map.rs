@@ -3,7 +3,7 @@
 /// Direct addresses.
 #[rustfmt::skip]
 #[allow(missing_docs)]
-pub mod at {
+pub mod sfr {
     pub const P0:     u8 = 0x80;
     pub const SP:     u8 = 0x81;
     pub const DPL:    u8 = 0x82;

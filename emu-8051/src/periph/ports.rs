@@ -4,10 +4,10 @@
 //! AT89C2051 and AT89C4051) has none. Whoever pulls low wins on a wire; a chip that pulls low what the outside drives high
 //! is reported.
 
-use emu_core::pins::{Level, Pin, PinId};
+use emu_core::pins::{PinLevel, PinState, PinId};
 use emu_core::state;
 
-use crate::chips::Part;
+use crate::chips::Mcs51Part;
 use crate::periph::map::pin;
 
 /// Pins of all ports and RST.
@@ -15,9 +15,9 @@ pub const PINS: usize = 33;
 
 /// Latches, pins, and what other parts of the chip put on them.
 #[derive(Debug, Clone)]
-pub struct Ports {
+pub struct Mcs51Ports {
     latch: [u8; 4],
-    pins: [Pin; PINS],
+    pins: [PinState; PINS],
     /// TXD is pulled low by the serial port.
     pub txd_low: bool,
     /// RXD is pulled low by mode 0 of the serial port.
@@ -27,29 +27,29 @@ pub struct Ports {
     /// RST is driven high by the watchdog.
     pub rst_high: bool,
     /// P0 and P2 carry the addresses and data of program memory outside.
-    bus: bool,
-    comparator: bool,
+    has_bus: bool,
+    has_comparator: bool,
 }
 
-state! { Ports { latch, pins, txd_low, rxd_low, t2_low, rst_high } stays { bus, comparator } }
+state! { Mcs51Ports { latch, pins, txd_low, rxd_low, t2_low, rst_high } stays { has_bus, has_comparator } }
 
-impl Ports {
+impl Mcs51Ports {
     /// The ports after reset; `bus`: P0 and P2 belong to program memory outside.
     #[must_use]
-    pub fn new(part: &Part, bus: bool) -> Ports {
-        let mut ports = Ports {
+    pub fn new(part: &Mcs51Part, bus: bool) -> Mcs51Ports {
+        let mut ports = Mcs51Ports {
             latch: [0xFF; 4],
             // What nothing drives reads high until something has pulled it low.
-            pins: [Pin::charged(); PINS],
+            pins: [PinState::new_charged(); PINS],
             txd_low: false,
             rxd_low: false,
             t2_low: false,
             rst_high: false,
-            bus,
-            comparator: part.comparator,
+            has_bus: bus,
+            has_comparator: part.has_comparator,
         };
-        ports.pins[usize::from(pin::RST)] = Pin::default();
-        (0..PINS as PinId).for_each(|pin| _ = ports.settle(pin, 0));
+        ports.pins[usize::from(pin::RST)] = PinState::default();
+        (0..PINS as PinId).for_each(|pin| _ = ports.update_level(pin, 0));
         ports
     }
 
@@ -76,39 +76,39 @@ impl Ports {
     #[must_use]
     pub fn input(&self, port: usize) -> u8 {
         let pins = self.pins.iter().skip((port & 3) * 8).take(8);
-        let levels = pins.enumerate().fold(0, |byte, (bit, pin)| byte | u8::from(pin.high) << bit);
-        if self.comparator && port & 3 == 3 { levels & !0x40 | u8::from(self.comparator_out()) << 6 } else { levels }
+        let levels = pins.enumerate().fold(0, |byte, (bit, pin)| byte | u8::from(pin.reads_high) << bit);
+        if self.has_comparator && port & 3 == 3 { levels & !0x40 | u8::from(self.comparator_out()) << 6 } else { levels }
     }
 
     /// A pin; one that nothing drives where there is none.
     #[must_use]
-    pub fn pin(&self, pin: PinId) -> Pin {
+    pub fn pin(&self, pin: PinId) -> PinState {
         self.pins.get(usize::from(pin)).copied().unwrap_or_default()
     }
 
     /// All pins.
     #[must_use]
-    pub fn pins(&self) -> &[Pin] {
+    pub fn pins(&self) -> &[PinState] {
         &self.pins
     }
 
     /// The outside drives a pin from the cycle `at` on; its new level if that changed.
-    pub fn drive(&mut self, pin: PinId, level: Level, at: u64) -> Option<Level> {
-        self.change(pin, at, |wire| wire.outside = level)
+    pub fn drive(&mut self, pin: PinId, level: PinLevel, at: u64) -> Option<PinLevel> {
+        self.update_pin(pin, at, |wire| wire.external = level)
     }
 
     /// Settles a pin at the cycle `at` after something that drives it changed; its new level if that changed.
-    pub fn settle(&mut self, pin: PinId, at: u64) -> Option<Level> {
-        self.change(pin, at, |_| ())
+    pub fn update_level(&mut self, pin: PinId, at: u64) -> Option<PinLevel> {
+        self.update_pin(pin, at, |_| ())
     }
 
-    fn change(&mut self, pin: PinId, at: u64, outside: impl FnOnce(&mut Pin)) -> Option<Level> {
+    fn update_pin(&mut self, pin: PinId, at: u64, outside: impl FnOnce(&mut PinState)) -> Option<PinLevel> {
         let wire = self.pins.get_mut(usize::from(pin))?;
         let before = wire.level();
         outside(wire);
-        let (own, pull_up) = self.own(pin);
+        let (own, pull_up) = self.driven_level(pin);
         let wire = self.pins.get_mut(usize::from(pin))?;
-        (wire.own, wire.pull_up) = (own, pull_up);
+        (wire.driven, wire.pull_up) = (own, pull_up);
         wire.settle(at);
         let after = wire.level();
         (before != after).then_some(after)
@@ -116,40 +116,40 @@ impl Ports {
 
     /// True when chip and outside fight over a pin, or the outside drives one that belongs to the bus.
     #[must_use]
-    pub fn contention(&self, pin: PinId) -> bool {
+    pub fn has_contention(&self, pin: PinId) -> bool {
         let wire = self.pin(pin);
-        wire.contention() || self.is_bus(pin) && matches!(wire.outside, Level::Low | Level::High)
+        wire.has_contention() || self.is_bus(pin) && matches!(wire.external, PinLevel::Low | PinLevel::High)
     }
 
     /// Output of the analog comparator: P1.0 above P1.1 (AT89C2051 data sheet, "Analog comparator").
     #[must_use]
     pub fn comparator_out(&self) -> bool {
-        self.pin(8).high && !self.pin(9).high
+        self.pin(8).reads_high && !self.pin(9).reads_high
     }
 
     /// The pin belongs to program memory outside.
     #[must_use]
     pub const fn is_bus(&self, pin: PinId) -> bool {
-        self.bus && matches!(pin / 8, 0 | 2)
+        self.has_bus && matches!(pin / 8, 0 | 2)
     }
 
     /// What the chip does to a pin: the level that it drives, and whether it pulls up.
-    fn own(&self, pin: PinId) -> (Level, bool) {
+    fn driven_level(&self, pin: PinId) -> (PinLevel, bool) {
         let port = usize::from(pin / 8);
         let low = match pin {
             // It is pulled down inside ("Reset").
-            pin::RST if self.rst_high => return (Level::High, false),
-            pin::RST if self.pin(pin).outside == Level::Float => return (Level::Low, false),
-            pin::RST => return (Level::Float, false),
-            _ if self.is_bus(pin) => return (Level::Float, false),
-            pin::OUT if self.comparator => return (Level::of(self.comparator_out()), false),
+            pin::RST if self.rst_high => return (PinLevel::High, false),
+            pin::RST if self.pin(pin).external == PinLevel::Float => return (PinLevel::Low, false),
+            pin::RST => return (PinLevel::Float, false),
+            _ if self.is_bus(pin) => return (PinLevel::Float, false),
+            pin::OUT if self.has_comparator => return (PinLevel::from_bit(self.comparator_out()), false),
             pin::RXD => self.rxd_low,
             pin::TXD => self.txd_low,
             pin::T2 => self.t2_low,
             _ => false,
         };
         let latch = self.latch.get(port).is_none_or(|latch| latch >> (pin % 8) & 1 == 1);
-        let open = port == 0 || self.comparator && matches!(pin, 8 | 9);
-        (if low || !latch { Level::Low } else { Level::Float }, !open)
+        let open = port == 0 || self.has_comparator && matches!(pin, 8 | 9);
+        (if low || !latch { PinLevel::Low } else { PinLevel::Float }, !open)
     }
 }

@@ -20,20 +20,20 @@ const MODE: u8 = 3;
 
 /// A pin that is sampled at S5P2 of every cycle, with a detector of falling edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pin {
+pub(super) struct InputPin {
     /// The level at `at` and later.
     pub(super) level: bool,
     /// The level at the cycle before `at`.
     was: bool,
     at: u64,
     /// The cycle whose sample was the low one of the last falling edge.
-    pub(super) fell: u64,
+    pub(super) fell_cycle: u64,
 }
 
-state! { Pin { level, was, at, fell } }
+state! { InputPin { level, was, at, fell_cycle } }
 
-impl Pin {
-    pub(super) const HIGH: Pin = Pin { level: true, was: true, at: NEVER, fell: NEVER };
+impl InputPin {
+    pub(super) const HIGH: InputPin = InputPin { level: true, was: true, at: NEVER, fell_cycle: NEVER };
 
     /// The level from `cycle` on. Of several changes in one cycle the last one is sampled.
     pub(super) fn drive(&mut self, level: bool, cycle: u64) {
@@ -43,15 +43,15 @@ impl Pin {
         }
         self.level = level;
         if self.was && !level {
-            self.fell = cycle;
-        } else if self.fell == cycle {
-            self.fell = NEVER;
+            self.fell_cycle = cycle;
+        } else if self.fell_cycle == cycle {
+            self.fell_cycle = NEVER;
         }
     }
 
     /// The cycle in which the last falling edge is counted: the one after the low sample.
-    pub(super) fn counted(&self) -> u64 {
-        self.fell.saturating_add(1)
+    pub(super) fn counted_cycle(&self) -> u64 {
+        self.fell_cycle.saturating_add(1)
     }
 }
 
@@ -62,17 +62,17 @@ pub(super) fn overflows_in(counts: u64, first: u64, period: u64) -> u64 {
 
 /// What makes a counter count.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Feed {
+enum TimerFeed {
     Off,
     /// Every cycle.
     Cycles,
     /// An edge, counted in this cycle.
-    Once(u64),
+    OneEdge(u64),
 }
 
 /// How the bytes of a timer hang together.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Shape {
+enum TimerShape {
     /// Mode 0.
     Thirteen,
     /// Mode 1.
@@ -87,7 +87,7 @@ enum Shape {
 
 /// What counting changes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Counts {
+struct TimerCounts {
     synced: u64,
     tl: [u8; 2],
     th: [u8; 2],
@@ -97,118 +97,118 @@ struct Counts {
 }
 
 state! {
-    Counts { synced, tl, th, flag, since, overflows } if |of, now| of.synced <= now && of.overflows != NEVER
+    TimerCounts { synced, tl, th, flag, since, overflows } if |of, now| of.synced <= now && of.overflows != NEVER
 }
 
-impl Counts {
+impl TimerCounts {
     /// Counts to the next overflow of timer `n`, and from one overflow to the next.
-    fn ahead(&self, n: usize, shape: Shape) -> (u64, u64) {
+    fn counts_to_overflow(&self, n: usize, shape: TimerShape) -> (u64, u64) {
         let (tl, th) = (u64::from(self.tl[n]), u64::from(self.th[n]));
         match shape {
-            Shape::Thirteen => (0x2000 - (th << 5 | tl & 0x1F), 0x2000),
-            Shape::Sixteen => (0x1_0000 - (th << 8 | tl), 0x1_0000),
-            Shape::Reload => (0x100 - tl, 0x100 - th),
-            Shape::Low => (0x100 - tl, 0x100),
-            Shape::High => (0x100 - th, 0x100),
+            TimerShape::Thirteen => (0x2000 - (th << 5 | tl & 0x1F), 0x2000),
+            TimerShape::Sixteen => (0x1_0000 - (th << 8 | tl), 0x1_0000),
+            TimerShape::Reload => (0x100 - tl, 0x100 - th),
+            TimerShape::Low => (0x100 - tl, 0x100),
+            TimerShape::High => (0x100 - th, 0x100),
         }
     }
 
     /// The registers of timer `n` after `counts` counts.
-    fn add(&mut self, n: usize, shape: Shape, counts: u64) {
+    fn add_counts(&mut self, n: usize, shape: TimerShape, counts: u64) {
         let (tl, th) = (self.tl[n], self.th[n]);
         let low = tl.wrapping_add(counts as u8);
         match shape {
-            Shape::Thirteen => {
+            TimerShape::Thirteen => {
                 let sum = (u64::from(th) << 5 | u64::from(tl & 0x1F)).wrapping_add(counts);
                 (self.tl[n], self.th[n]) = (low, (sum >> 5) as u8);
             }
-            Shape::Sixteen => {
+            TimerShape::Sixteen => {
                 let sum = (u64::from(th) << 8 | u64::from(tl)).wrapping_add(counts);
                 (self.tl[n], self.th[n]) = (low, (sum >> 8) as u8);
             }
-            Shape::Reload => {
-                let (first, period) = self.ahead(n, shape);
+            TimerShape::Reload => {
+                let (first, period) = self.counts_to_overflow(n, shape);
                 self.tl[n] = if counts < first { low } else { th.wrapping_add(((counts - first) % period) as u8) };
             }
-            Shape::Low => self.tl[n] = low,
-            Shape::High => self.th[n] = th.wrapping_add(counts as u8),
+            TimerShape::Low => self.tl[n] = low,
+            TimerShape::High => self.th[n] = th.wrapping_add(counts as u8),
         }
     }
 }
 
 /// Timer 0, or TL0 in mode 3.
-const FIRST: usize = 0;
+const TIMER0_COUNTER: usize = 0;
 /// TH0 in mode 3.
-const SPLIT: usize = 1;
+const TH0_COUNTER: usize = 1;
 /// Timer 1.
-const SECOND: usize = 2;
+const TIMER1_COUNTER: usize = 2;
 /// The timer whose registers each of the three counters above lives in.
-const OWNER: [usize; 3] = [0, 0, 1];
+const COUNTER_OWNER: [usize; 3] = [0, 0, 1];
 
 /// Timers 0 and 1 as of the cycle they were synced to. A write acts from the cycle after that one on. Wherever a timer is
 /// named by a number, only its lowest bit counts.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Timers {
+pub struct Mcs51Timers {
     tmod: u8,
     run: [bool; 2],
-    t: [Pin; 2],
+    t: [InputPin; 2],
     int: [bool; 2],
     /// What follows from the fields above: feed and shape of the three counters, and whether any of them is fed.
-    plan: [(Feed, Shape); 3],
-    busy: bool,
-    counts: Counts,
+    counter_setup: [(TimerFeed, TimerShape); 3],
+    is_counting: bool,
+    counts: TimerCounts,
     /// The counts when a register was last written or a pin last changed: the way back when a second change falls in a
     /// cycle that is counted already.
-    before: Counts,
+    counts_before: TimerCounts,
 }
 
 // The plan follows from the rest.
 state! {
-    Timers { tmod, run, t, int, counts, before } stays { plan, busy } if |timers, now| timers.counts.synced + 1 >= now, then Timers::make_plan
+    Mcs51Timers { tmod, run, t, int, counts, counts_before } stays { counter_setup, is_counting } if |timers, now| timers.counts.synced + 1 >= now, then Mcs51Timers::update_setup
 }
 
-impl Timers {
+impl Mcs51Timers {
     /// The state after reset, synced to cycle `now`: registers 0, pins high.
     #[must_use]
-    pub fn new(now: u64) -> Timers {
-        let counts = Counts { synced: now, tl: [0; 2], th: [0; 2], flag: [false; 2], since: [NEVER; 2], overflows: 0 };
-        let mut timers = Timers {
+    pub fn new(now: u64) -> Mcs51Timers {
+        let counts = TimerCounts { synced: now, tl: [0; 2], th: [0; 2], flag: [false; 2], since: [NEVER; 2], overflows: 0 };
+        let mut timers = Mcs51Timers {
             tmod: 0,
             run: [false; 2],
-            t: [Pin::HIGH; 2],
+            t: [InputPin::HIGH; 2],
             int: [true; 2],
-            plan: [(Feed::Off, Shape::Thirteen); 3],
-            busy: false,
+            counter_setup: [(TimerFeed::Off, TimerShape::Thirteen); 3],
+            is_counting: false,
             counts,
-            before: counts,
+            counts_before: counts,
         };
-        timers.make_plan();
+        timers.update_setup();
         timers
     }
 
     /// Forgets the way back where no change can take it any more, since cycle `t` has come.
-    pub fn settle_down(&mut self, t: u64) {
-        self.sync(t.saturating_sub(1));
-        if self.before.synced.saturating_add(1) < t {
-            self.before = self.counts;
+    pub fn normalize(&mut self, t: u64) {
+        self.advance_to(t.saturating_sub(1));
+        if self.counts_before.synced.saturating_add(1) < t {
+            self.counts_before = self.counts;
         }
     }
 
     /// [`Timers::sync`] at a boundary: pins may still change in cycle `now`, which is counted anew then.
-    pub fn sync_ahead(&mut self, now: u64) {
-        self.sync(now.saturating_sub(1));
+    pub fn advance_before(&mut self, now: u64) {
+        self.advance_to(now.saturating_sub(1));
         if self.counts.synced < now {
-            self.before = self.counts;
+            self.counts_before = self.counts;
         }
-        self.sync(now);
+        self.advance_to(now);
     }
 
     /// Counts everything of the cycles up to and including `now`; nothing when that has been done already.
     #[inline]
-    pub fn sync(&mut self, now: u64) {
+    pub fn advance_to(&mut self, now: u64) {
         if now > self.counts.synced {
-            if self.busy {
-                self.count(now);
+            if self.is_counting {
+                self.count_to(now);
             }
             self.counts.synced = now;
         }
@@ -247,32 +247,32 @@ impl Timers {
     /// The cycle since whose S5P2 TFn has been set: that of the overflow, or the one after that of the write.
     /// [`NEVER`] while it is clear.
     #[must_use]
-    pub fn since(&self, n: usize) -> u64 {
+    pub fn flag_set_since(&self, n: usize) -> u64 {
         self.counts.since[n & 1]
     }
 
     /// Writes TMOD.
     pub fn set_tmod(&mut self, value: u8) {
         self.tmod = value;
-        self.written();
+        self.on_register_written();
     }
 
     /// Writes TLn.
     pub fn set_tl(&mut self, n: usize, value: u8) {
         self.counts.tl[n & 1] = value;
-        self.written();
+        self.on_register_written();
     }
 
     /// Writes THn.
     pub fn set_th(&mut self, n: usize, value: u8) {
         self.counts.th[n & 1] = value;
-        self.written();
+        self.on_register_written();
     }
 
     /// Writes TRn.
     pub fn set_run(&mut self, n: usize, on: bool) {
         self.run[n & 1] = on;
-        self.written();
+        self.on_register_written();
     }
 
     /// Writes TFn: a program, or the hardware that clears it as the interrupt is taken.
@@ -281,28 +281,28 @@ impl Timers {
         let since = &mut self.counts.since[n & 1];
         *since = if on { (*since).min(next) } else { NEVER };
         self.counts.flag[n & 1] = on;
-        self.written();
+        self.on_register_written();
     }
 
     /// Pin Tn has this level at S5P2 of `cycle` and later. The timers are synced to the cycle before, or to `cycle` itself
     /// where this or another pin has been told of for that cycle before; of several the last one holds.
     pub fn pin_t(&mut self, n: usize, level: bool, cycle: u64) {
-        self.drive(cycle, |timers, cycle| timers.t[n & 1].drive(level, cycle));
+        self.change_pin(cycle, |timers, cycle| timers.t[n & 1].drive(level, cycle));
     }
 
     /// Pin INTn has this level at S5P2 of `cycle` and later; otherwise as [`Timers::pin_t`].
     pub fn pin_int(&mut self, n: usize, level: bool, cycle: u64) {
-        self.drive(cycle, |timers, _| timers.int[n & 1] = level);
+        self.change_pin(cycle, |timers, _| timers.int[n & 1] = level);
     }
 
     /// The cycle of the next overflow that sets TFn if nobody does anything, also while TFn is set; [`NEVER`] where there
     /// is none.
     #[must_use]
     pub fn next_flag(&self, n: usize) -> u64 {
-        match (n & 1, self.split()) {
-            (0, _) => self.overflow(FIRST, 1),
-            (_, true) => self.overflow(SPLIT, 1),
-            (_, false) => self.overflow(SECOND, 1),
+        match (n & 1, self.is_split()) {
+            (0, _) => self.overflow_cycle(TIMER0_COUNTER, 1),
+            (_, true) => self.overflow_cycle(TH0_COUNTER, 1),
+            (_, false) => self.overflow_cycle(TIMER1_COUNTER, 1),
         }
     }
 
@@ -316,115 +316,115 @@ impl Timers {
     /// The cycle of timer 1's overflow number `k`, counted as [`Timers::overflows`] counts, if nobody does anything;
     /// [`NEVER`] where there is none, and for those that have been.
     #[must_use]
-    pub fn overflow_at(&self, k: u64) -> u64 {
+    pub fn cycle_of_overflow(&self, k: u64) -> u64 {
         match k.checked_sub(self.counts.overflows) {
             None | Some(0) => NEVER,
-            Some(ahead) => self.overflow(SECOND, ahead),
+            Some(ahead) => self.overflow_cycle(TIMER1_COUNTER, ahead),
         }
     }
 
     /// [`Timers::overflows`] as it will be at cycle `now` if nobody does anything.
     #[must_use]
-    pub fn overflows_at(&self, now: u64) -> u64 {
-        let (feed, shape) = self.plan[SECOND];
-        let (first, period) = self.counts.ahead(1, shape);
-        self.counts.overflows + overflows_in(self.fed(feed, now), first, period)
+    pub fn overflows_by(&self, now: u64) -> u64 {
+        let (feed, shape) = self.counter_setup[TIMER1_COUNTER];
+        let (first, period) = self.counts.counts_to_overflow(1, shape);
+        self.counts.overflows + overflows_in(self.counts_fed(feed, now), first, period)
     }
 
     /// Whether timer 0 is in mode 3.
-    fn split(&self) -> bool {
+    fn is_split(&self) -> bool {
         self.tmod & MODE == 3
     }
 
     /// After every write.
-    fn written(&mut self) {
-        self.make_plan();
-        self.before = self.counts;
+    fn on_register_written(&mut self) {
+        self.update_setup();
+        self.counts_before = self.counts;
     }
 
-    fn make_plan(&mut self) {
-        let split = self.split();
+    fn update_setup(&mut self) {
+        let split = self.is_split();
         let feed = |n: usize, run: bool| {
             let control = self.tmod >> (4 * n);
             if !run || control & GATE != 0 && !self.int[n] {
-                Feed::Off
+                TimerFeed::Off
             } else if control & COUNTER == 0 {
-                Feed::Cycles
-            } else if self.t[n].fell == NEVER {
-                Feed::Off
+                TimerFeed::Cycles
+            } else if self.t[n].fell_cycle == NEVER {
+                TimerFeed::Off
             } else {
-                Feed::Once(self.t[n].counted())
+                TimerFeed::OneEdge(self.t[n].counted_cycle())
             }
         };
         let shape = |mode: u8| match mode & MODE {
-            0 => Shape::Thirteen,
-            1 => Shape::Sixteen,
-            2 => Shape::Reload,
-            _ => Shape::Low,
+            0 => TimerShape::Thirteen,
+            1 => TimerShape::Sixteen,
+            2 => TimerShape::Reload,
+            _ => TimerShape::Low,
         };
-        let halves = if split && self.run[1] { Feed::Cycles } else { Feed::Off };
+        let halves = if split && self.run[1] { TimerFeed::Cycles } else { TimerFeed::Off };
         let held = self.tmod >> 4 & MODE == 3;
-        let second = if held { Feed::Off } else { feed(1, self.run[1] || split) };
-        self.plan = [(feed(0, self.run[0]), shape(self.tmod)), (halves, Shape::High), (second, shape(self.tmod >> 4))];
-        self.busy = self.plan.iter().any(|&(feed, _)| feed != Feed::Off);
+        let second = if held { TimerFeed::Off } else { feed(1, self.run[1] || split) };
+        self.counter_setup = [(feed(0, self.run[0]), shape(self.tmod)), (halves, TimerShape::High), (second, shape(self.tmod >> 4))];
+        self.is_counting = self.counter_setup.iter().any(|&(feed, _)| feed != TimerFeed::Off);
     }
 
-    fn drive(&mut self, cycle: u64, change: impl FnOnce(&mut Timers, u64)) {
-        self.sync(cycle.saturating_sub(1));
+    fn change_pin(&mut self, cycle: u64, change: impl FnOnce(&mut Mcs51Timers, u64)) {
+        self.advance_to(cycle.saturating_sub(1));
         let synced = self.counts.synced;
-        if synced == cycle && self.before.synced == cycle.wrapping_sub(1) {
-            self.counts = self.before;
+        if synced == cycle && self.counts_before.synced == cycle.wrapping_sub(1) {
+            self.counts = self.counts_before;
         } else {
-            self.before = self.counts;
+            self.counts_before = self.counts;
         }
         change(self, cycle.max(synced));
-        self.make_plan();
-        self.sync(synced);
+        self.update_setup();
+        self.advance_to(synced);
     }
 
     /// Counts that a feed gives in the cycles after the sync up to `now`.
-    fn fed(&self, feed: Feed, now: u64) -> u64 {
+    fn counts_fed(&self, feed: TimerFeed, now: u64) -> u64 {
         match feed {
-            Feed::Off => 0,
-            Feed::Cycles => now.saturating_sub(self.counts.synced),
-            Feed::Once(cycle) => u64::from(self.counts.synced < cycle && cycle <= now),
+            TimerFeed::Off => 0,
+            TimerFeed::Cycles => now.saturating_sub(self.counts.synced),
+            TimerFeed::OneEdge(cycle) => u64::from(self.counts.synced < cycle && cycle <= now),
         }
     }
 
     /// The cycle of the `k`th overflow of a counter after the sync; [`NEVER`] where there is none.
-    fn overflow(&self, counter: usize, k: u64) -> u64 {
-        let (feed, shape) = self.plan[counter];
-        let (first, period) = self.counts.ahead(OWNER[counter], shape);
+    fn overflow_cycle(&self, counter: usize, k: u64) -> u64 {
+        let (feed, shape) = self.counter_setup[counter];
+        let (first, period) = self.counts.counts_to_overflow(COUNTER_OWNER[counter], shape);
         let count = (k - 1).saturating_mul(period).saturating_add(first);
         match feed {
-            Feed::Cycles => self.counts.synced.saturating_add(count),
-            Feed::Once(cycle) if count == 1 && cycle > self.counts.synced => cycle,
+            TimerFeed::Cycles => self.counts.synced.saturating_add(count),
+            TimerFeed::OneEdge(cycle) if count == 1 && cycle > self.counts.synced => cycle,
             _ => NEVER,
         }
     }
 
-    fn count(&mut self, now: u64) {
-        let split = self.split();
-        for counter in [FIRST, SPLIT, SECOND] {
-            let (feed, shape) = self.plan[counter];
-            let n = OWNER[counter];
-            let counts = self.fed(feed, now);
+    fn count_to(&mut self, now: u64) {
+        let split = self.is_split();
+        for counter in [TIMER0_COUNTER, TH0_COUNTER, TIMER1_COUNTER] {
+            let (feed, shape) = self.counter_setup[counter];
+            let n = COUNTER_OWNER[counter];
+            let counts = self.counts_fed(feed, now);
             if counts == 0 {
                 continue;
             }
-            let (first, period) = self.counts.ahead(n, shape);
+            let (first, period) = self.counts.counts_to_overflow(n, shape);
             if counts >= first {
-                let cycle = self.overflow(counter, 1);
-                if counter == SECOND {
+                let cycle = self.overflow_cycle(counter, 1);
+                if counter == TIMER1_COUNTER {
                     self.counts.overflows += overflows_in(counts, first, period);
                 }
-                if counter != SECOND || !split {
-                    let flag = usize::from(counter != FIRST);
+                if counter != TIMER1_COUNTER || !split {
+                    let flag = usize::from(counter != TIMER0_COUNTER);
                     self.counts.flag[flag] = true;
                     self.counts.since[flag] = self.counts.since[flag].min(cycle);
                 }
             }
-            self.counts.add(n, shape, counts);
+            self.counts.add_counts(n, shape, counts);
         }
     }
 }

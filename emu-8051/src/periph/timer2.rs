@@ -18,7 +18,7 @@
 //! - A flag that is set already is not set again: its moment stays the first one. A TF2 that is written in the cycle before
 //!   an overflow is polled as the overflow's, a cycle earlier than the written one would be.
 
-use super::timer::{Pin, overflows_in};
+use super::timer::{InputPin, overflows_in};
 use emu_core::NEVER;
 use emu_core::state;
 
@@ -36,26 +36,26 @@ const DCEN: u8 = 1;
 /// S3 among the states of a cycle.
 const S3: u64 = 2;
 /// More cycles at once would overflow the number of states.
-const STRIDE: u64 = 1 << 60;
+const MAX_STRIDE: u64 = 1 << 60;
 
 /// What makes the timer count.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Feed {
+enum Timer2Feed {
     Off,
     /// Every cycle.
     Cycles,
     /// Every state.
     States,
     /// An edge, counted in this cycle.
-    Once(u64),
+    OneEdge(u64),
 }
 
 /// What goes on as time passes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Counts {
+struct Timer2Counts {
     synced: u64,
     /// States of the cycle synced to that are not counted yet: S6, until something is written.
-    behind: u64,
+    states_behind: u64,
     value: u16,
     rcap: u16,
     tf2: bool,
@@ -69,20 +69,20 @@ struct Counts {
 }
 
 state! {
-    Counts { synced, behind, value, rcap, tf2, exf2, tf2_since, tf2_early, exf2_since, overflows, clock }
-    if |of, now| of.synced <= now && of.behind <= 1 && of.overflows != NEVER
+    Timer2Counts { synced, states_behind, value, rcap, tf2, exf2, tf2_since, tf2_early, exf2_since, overflows, clock }
+    if |of, now| of.synced <= now && of.states_behind <= 1 && of.overflows != NEVER
 }
 
 /// What T2CON, T2MOD and the pins make of the timer.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Plan {
-    feed: Feed,
+struct Timer2Setup {
+    feed: Timer2Feed,
     /// Baud or clock generator.
-    generator: bool,
+    is_generator: bool,
     clock: bool,
     reload: bool,
     /// Auto-reload with DCEN: EXF2 is the seventeenth bit and requests no interrupt.
-    updown: bool,
+    counts_up_down: bool,
     down: bool,
     /// The cycle of an edge of T2EX that counts as an event, past or to come.
     edge: u64,
@@ -90,38 +90,38 @@ struct Plan {
 
 /// Timer 2 as of the cycle it was synced to. A write acts from the cycle after that one on. A chip without T2MOD leaves it 0.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Timer2 {
+pub struct Mcs51Timer2 {
     /// T2CON without its flags.
     control: u8,
     mode: u8,
-    t2: Pin,
-    t2ex: Pin,
-    plan: Plan,
-    counts: Counts,
+    t2: InputPin,
+    t2ex: InputPin,
+    setup: Timer2Setup,
+    counts: Timer2Counts,
     /// The counts when a register was last written or a pin last changed: the way back when a second change falls in a
     /// cycle that is counted already.
-    before: Counts,
+    counts_before: Timer2Counts,
 }
 
 // The plan follows from the rest.
 state! {
-    Timer2 { control, mode, t2, t2ex, counts, before } stays { plan } if |timer, now| timer.counts.synced + 1 >= now,
-    then Timer2::make_plan
+    Mcs51Timer2 { control, mode, t2, t2ex, counts, counts_before } stays { setup } if |timer, now| timer.counts.synced + 1 >= now,
+    then Mcs51Timer2::update_setup
 }
 
-impl Default for Timer2 {
-    fn default() -> Timer2 {
-        Timer2::new(0)
+impl Default for Mcs51Timer2 {
+    fn default() -> Mcs51Timer2 {
+        Mcs51Timer2::new(0)
     }
 }
 
-impl Timer2 {
+impl Mcs51Timer2 {
     /// The state after reset, synced to cycle `now`: registers 0, pins high.
     #[must_use]
-    pub fn new(now: u64) -> Timer2 {
-        let counts = Counts {
+    pub fn new(now: u64) -> Mcs51Timer2 {
+        let counts = Timer2Counts {
             synced: now,
-            behind: 0,
+            states_behind: 0,
             value: 0,
             rcap: 0,
             tf2: false,
@@ -132,36 +132,36 @@ impl Timer2 {
             overflows: 0,
             clock: true,
         };
-        let (t2, t2ex) = (Pin::HIGH, Pin::HIGH);
-        Timer2 { control: 0, mode: 0, t2, t2ex, plan: plan(0, 0, &t2, &t2ex), counts, before: counts }
+        let (t2, t2ex) = (InputPin::HIGH, InputPin::HIGH);
+        Mcs51Timer2 { control: 0, mode: 0, t2, t2ex, setup: setup_for(0, 0, &t2, &t2ex), counts, counts_before: counts }
     }
 
     /// Forgets the way back where no change can take it any more, since cycle `t` has come.
-    pub fn settle_down(&mut self, t: u64) {
-        self.sync(t.saturating_sub(1));
-        if self.before.synced.saturating_add(1) < t {
-            self.before = self.counts;
+    pub fn normalize(&mut self, t: u64) {
+        self.advance_to(t.saturating_sub(1));
+        if self.counts_before.synced.saturating_add(1) < t {
+            self.counts_before = self.counts;
         }
     }
 
     /// [`Timer2::sync`] at a boundary: pins may still change in cycle `now`, which is counted anew then.
-    pub fn sync_ahead(&mut self, now: u64) {
-        self.sync(now.saturating_sub(1));
+    pub fn advance_before(&mut self, now: u64) {
+        self.advance_to(now.saturating_sub(1));
         if self.counts.synced < now {
-            self.before = self.counts;
+            self.counts_before = self.counts;
         }
-        self.sync(now);
+        self.advance_to(now);
     }
 
     /// Brings everything up to S5P2 of cycle `now`; nothing when that has been done already.
     #[inline]
-    pub fn sync(&mut self, now: u64) {
+    pub fn advance_to(&mut self, now: u64) {
         if now <= self.counts.synced {
             return;
         }
-        let edge = self.plan.edge;
-        if edge == NEVER && self.plan.feed == Feed::Off {
-            (self.counts.synced, self.counts.behind) = (now, 1);
+        let edge = self.setup.edge;
+        if edge == NEVER && self.setup.feed == Timer2Feed::Off {
+            (self.counts.synced, self.counts.states_behind) = (now, 1);
             return;
         }
         if edge > self.counts.synced && edge <= now && edge != NEVER {
@@ -264,13 +264,13 @@ impl Timer2 {
     /// EXF2 (the cycle of the edge); for a flag written in cycle w it is w+1. [`NEVER`] while there is no request. EXF2
     /// requests nothing while it tells the rounds of an up/down counter.
     #[must_use]
-    pub fn since(&self) -> u64 {
+    pub fn flags_set_since(&self) -> u64 {
         self.counts.tf2_since.min(self.counts.exf2_since)
     }
 
     /// The first cycle at whose S5P2 the request stood: [`Timer2::since`], but the cycle of the overflow where one set TF2.
     #[must_use]
-    pub fn stands_since(&self) -> u64 {
+    pub fn request_active_since(&self) -> u64 {
         self.counts.tf2_since.saturating_add(u64::from(self.counts.tf2_early)).min(self.counts.exf2_since)
     }
 
@@ -278,15 +278,15 @@ impl Timer2 {
     /// also while it is set; [`NEVER`] where there is none.
     #[must_use]
     pub fn next_flag(&self) -> u64 {
-        let Counts { synced, .. } = self.counts;
-        let (first, _) = self.ahead();
-        let overflow = match self.plan.feed {
-            Feed::Cycles => synced.saturating_add(first),
-            Feed::Once(cycle) if first == 1 && cycle > synced && !self.plan.generator => cycle,
+        let Timer2Counts { synced, .. } = self.counts;
+        let (first, _) = self.counts_to_overflow();
+        let overflow = match self.setup.feed {
+            Timer2Feed::Cycles => synced.saturating_add(first),
+            Timer2Feed::OneEdge(cycle) if first == 1 && cycle > synced && !self.setup.is_generator => cycle,
             _ => NEVER,
         };
         let flag = if overflow == NEVER { NEVER } else { overflow - 1 };
-        if self.plan.edge > synced { flag.min(self.plan.edge) } else { flag }
+        if self.setup.edge > synced { flag.min(self.setup.edge) } else { flag }
     }
 
     /// Overflows as a baud or clock generator since power-up.
@@ -298,13 +298,13 @@ impl Timer2 {
     /// The state (6 x cycle + 0 for S1 to 5 for S6) of overflow number `k`, counted as [`Timer2::overflows`] counts, if nobody
     /// does anything; [`NEVER`] where there is none, and for those that have been.
     #[must_use]
-    pub fn overflow_state(&self, k: u64) -> u64 {
+    pub fn state_of_overflow(&self, k: u64) -> u64 {
         let Some(ahead @ 1..) = k.checked_sub(self.counts.overflows) else { return NEVER };
-        let (first, period) = self.ahead();
+        let (first, period) = self.counts_to_overflow();
         let count = (ahead - 1).saturating_mul(period).saturating_add(first);
-        match self.plan.feed {
-            Feed::States => self.next_state().saturating_add(count - 1),
-            Feed::Once(cycle) if count == 1 && cycle > self.counts.synced && self.plan.generator => {
+        match self.setup.feed {
+            Timer2Feed::States => self.next_state().saturating_add(count - 1),
+            Timer2Feed::OneEdge(cycle) if count == 1 && cycle > self.counts.synced && self.setup.is_generator => {
                 cycle.saturating_mul(6).saturating_add(S3)
             }
             _ => NEVER,
@@ -314,39 +314,39 @@ impl Timer2 {
     /// [`Timer2::overflows`] as it will be after `state` if nobody does anything.
     #[must_use]
     pub fn overflows_by(&self, state: u64) -> u64 {
-        let counts = match self.plan.feed {
-            Feed::States => state.saturating_add(1).saturating_sub(self.next_state()),
-            Feed::Once(cycle) if self.plan.generator && cycle > self.counts.synced => {
+        let counts = match self.setup.feed {
+            Timer2Feed::States => state.saturating_add(1).saturating_sub(self.next_state()),
+            Timer2Feed::OneEdge(cycle) if self.setup.is_generator && cycle > self.counts.synced => {
                 u64::from(cycle.saturating_mul(6).saturating_add(S3) <= state)
             }
             _ => 0,
         };
-        let (first, period) = self.ahead();
+        let (first, period) = self.counts_to_overflow();
         self.counts.overflows + overflows_in(counts, first, period)
     }
 
     /// The level that the clock generator gives to pin T2; `None` while it does not: T2OE clear or C/T2 set.
     #[must_use]
     pub fn clock_out(&self) -> Option<bool> {
-        self.plan.clock.then_some(self.counts.clock)
+        self.setup.clock.then_some(self.counts.clock)
     }
 
     /// The state in which the clock generator toggles pin T2 next; [`NEVER`] while it is off or stopped.
     #[must_use]
     pub fn next_toggle(&self) -> u64 {
-        if self.plan.clock { self.overflow_state(self.counts.overflows.saturating_add(1)) } else { NEVER }
+        if self.setup.clock { self.state_of_overflow(self.counts.overflows.saturating_add(1)) } else { NEVER }
     }
 
     /// The first state that is not counted yet.
     fn next_state(&self) -> u64 {
-        self.counts.synced.saturating_add(1).saturating_mul(6).saturating_sub(self.counts.behind)
+        self.counts.synced.saturating_add(1).saturating_mul(6).saturating_sub(self.counts.states_behind)
     }
 
     /// Counts to the next overflow, and from one overflow to the next.
-    fn ahead(&self) -> (u64, u64) {
-        let Counts { value, rcap, .. } = self.counts;
-        let period = 0x1_0000 - if self.plan.reload { u64::from(rcap) } else { 0 };
-        let first = if self.plan.down { 1 + u64::from(value.wrapping_sub(rcap)) } else { 0x1_0000 - u64::from(value) };
+    fn counts_to_overflow(&self) -> (u64, u64) {
+        let Timer2Counts { value, rcap, .. } = self.counts;
+        let period = 0x1_0000 - if self.setup.reload { u64::from(rcap) } else { 0 };
+        let first = if self.setup.down { 1 + u64::from(value.wrapping_sub(rcap)) } else { 0x1_0000 - u64::from(value) };
         (first, period)
     }
 
@@ -354,23 +354,23 @@ impl Timer2 {
     fn advance(&mut self, now: u64) {
         while self.counts.synced < now {
             let from = self.counts.synced;
-            let to = now.min(from.saturating_add(STRIDE));
-            match self.plan.feed {
-                Feed::Off => {}
-                Feed::Cycles => self.count(to - from, from),
-                Feed::States => self.count((to - from) * 6 + self.counts.behind - 1, from),
-                Feed::Once(cycle) if from < cycle && cycle <= to => self.count(1, cycle - 1),
-                Feed::Once(_) => {}
+            let to = now.min(from.saturating_add(MAX_STRIDE));
+            match self.setup.feed {
+                Timer2Feed::Off => {}
+                Timer2Feed::Cycles => self.count(to - from, from),
+                Timer2Feed::States => self.count((to - from) * 6 + self.counts.states_behind - 1, from),
+                Timer2Feed::OneEdge(cycle) if from < cycle && cycle <= to => self.count(1, cycle - 1),
+                Timer2Feed::OneEdge(_) => {}
             }
             self.counts.synced = to;
-            self.counts.behind = 1;
+            self.counts.states_behind = 1;
         }
     }
 
     /// `counts` counts; when each takes a cycle, `from` is the cycle before the first.
     fn count(&mut self, counts: u64, from: u64) {
-        let (first, period) = self.ahead();
-        let Plan { generator, clock, reload, updown, down, .. } = self.plan;
+        let (first, period) = self.counts_to_overflow();
+        let Timer2Setup { is_generator: generator, clock, reload, counts_up_down: updown, down, .. } = self.setup;
         let state = &mut self.counts;
         if counts < first {
             let step = counts as u16;
@@ -395,8 +395,8 @@ impl Timer2 {
 
     /// A falling edge of T2EX in `cycle`, which is counted.
     fn edge(&mut self, cycle: u64) {
-        if !self.plan.generator {
-            if self.plan.reload {
+        if !self.setup.is_generator {
+            if self.setup.reload {
                 self.counts.value = self.counts.rcap;
             } else {
                 self.counts.rcap = self.counts.value;
@@ -407,49 +407,49 @@ impl Timer2 {
     }
 
     /// A write at the end of the cycle synced to.
-    fn write(&mut self, change: impl FnOnce(&mut Timer2)) {
-        if self.plan.feed == Feed::States {
-            self.count(self.counts.behind, self.counts.synced);
+    fn write(&mut self, change: impl FnOnce(&mut Mcs51Timer2)) {
+        if self.setup.feed == Timer2Feed::States {
+            self.count(self.counts.states_behind, self.counts.synced);
         }
-        self.counts.behind = 0;
+        self.counts.states_behind = 0;
         change(self);
-        self.make_plan();
+        self.update_setup();
         let counts = &mut self.counts;
-        let requests = counts.exf2 && !self.plan.updown;
+        let requests = counts.exf2 && !self.setup.counts_up_down;
         counts.exf2_since = if requests { counts.exf2_since.min(counts.synced.saturating_add(1)) } else { NEVER };
-        self.before = self.counts;
+        self.counts_before = self.counts;
     }
 
-    fn drive(&mut self, cycle: u64, change: impl FnOnce(&mut Timer2, u64)) {
-        self.sync(cycle.saturating_sub(1));
+    fn drive(&mut self, cycle: u64, change: impl FnOnce(&mut Mcs51Timer2, u64)) {
+        self.advance_to(cycle.saturating_sub(1));
         let synced = self.counts.synced;
-        if synced == cycle && self.before.synced == cycle.wrapping_sub(1) {
-            self.counts = self.before;
+        if synced == cycle && self.counts_before.synced == cycle.wrapping_sub(1) {
+            self.counts = self.counts_before;
         } else {
-            self.before = self.counts;
+            self.counts_before = self.counts;
         }
         change(self, cycle.max(synced));
-        self.make_plan();
-        self.sync(synced);
+        self.update_setup();
+        self.advance_to(synced);
     }
 
-    fn make_plan(&mut self) {
-        self.plan = plan(self.control, self.mode, &self.t2, &self.t2ex);
+    fn update_setup(&mut self) {
+        self.setup = setup_for(self.control, self.mode, &self.t2, &self.t2ex);
     }
 }
 
-fn plan(control: u8, mode: u8, t2: &Pin, t2ex: &Pin) -> Plan {
+fn setup_for(control: u8, mode: u8, t2: &InputPin, t2ex: &InputPin) -> Timer2Setup {
     let counter = control & COUNTER != 0;
     let clock = mode & T2OE != 0 && !counter;
     let generator = control & BAUD != 0 || clock;
     let reload = generator || control & CAPTURE == 0;
     let updown = reload && !generator && mode & DCEN != 0;
     let feed = match (control & TR2 != 0, counter) {
-        (true, true) if t2.fell != NEVER => Feed::Once(t2.counted()),
-        (true, false) if generator => Feed::States,
-        (true, false) => Feed::Cycles,
-        _ => Feed::Off,
+        (true, true) if t2.fell_cycle != NEVER => Timer2Feed::OneEdge(t2.counted_cycle()),
+        (true, false) if generator => Timer2Feed::States,
+        (true, false) => Timer2Feed::Cycles,
+        _ => Timer2Feed::Off,
     };
-    let edge = if control & EXEN2 != 0 && !updown { t2ex.fell } else { NEVER };
-    Plan { feed, generator, clock, reload, updown, down: updown && !t2ex.level, edge }
+    let edge = if control & EXEN2 != 0 && !updown { t2ex.fell_cycle } else { NEVER };
+    Timer2Setup { feed, is_generator: generator, clock, reload, counts_up_down: updown, down: updown && !t2ex.level, edge }
 }

@@ -4,7 +4,7 @@
 use emu_core::NEVER;
 use emu_core::state;
 
-use super::Soc;
+use super::Mcs51Soc;
 use super::power::SMOD;
 use crate::periph::map::pin;
 
@@ -14,7 +14,7 @@ const TCLK: u8 = 0x10;
 
 /// Where ticks of a 16x baud clock come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Source {
+pub(super) enum BaudSource {
     /// Mode 0 needs none.
     None,
     /// Overflows of timer 1, or every second one.
@@ -27,115 +27,115 @@ pub(super) enum Source {
 
 /// A side of the port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Side {
+enum SerialSide {
     Tx,
     Rx,
 }
 
 /// How far the clocks of both sides have come: what their sources have counted.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Baud {
+pub(super) struct BaudClock {
     tx: u64,
     rx: u64,
 }
 
-state! { Baud { tx, rx } }
+state! { BaudClock { tx, rx } }
 
-impl Baud {
+impl BaudClock {
     /// Nothing counted.
-    pub(super) const START: Baud = Baud { tx: 0, rx: 0 };
+    pub(super) const START: BaudClock = BaudClock { tx: 0, rx: 0 };
 }
 
-impl Soc {
-    fn source(&self, side: Side) -> Source {
-        let clock = if side == Side::Tx { TCLK } else { RCLK };
+impl Mcs51Soc {
+    fn source(&self, side: SerialSide) -> BaudSource {
+        let clock = if side == SerialSide::Tx { TCLK } else { RCLK };
         match self.serial.mode() {
-            0 => Source::None,
-            2 => Source::States,
-            _ if self.timer2.as_ref().is_some_and(|t| t.t2con() & clock != 0) => Source::Timer2,
-            _ => Source::Timer1,
+            0 => BaudSource::None,
+            2 => BaudSource::States,
+            _ if self.timer2.as_ref().is_some_and(|t| t.t2con() & clock != 0) => BaudSource::Timer2,
+            _ => BaudSource::Timer1,
         }
     }
 
     /// What a source has counted up to S5P2 of cycle `t`.
-    fn counted(&self, source: Source, t: u64) -> u64 {
+    fn source_ticks(&self, source: BaudSource, t: u64) -> u64 {
         match source {
-            Source::None => 0,
-            Source::Timer1 => self.timers.overflows_at(t),
-            Source::Timer2 => {
+            BaudSource::None => 0,
+            BaudSource::Timer1 => self.timers.overflows_by(t),
+            BaudSource::Timer2 => {
                 self.timer2.as_ref().map_or(0, |timer2| timer2.overflows_by(t.saturating_mul(6).saturating_add(4)))
             }
-            Source::States => t.saturating_mul(6).saturating_add(5),
+            BaudSource::States => t.saturating_mul(6).saturating_add(5),
         }
     }
 
     /// Counts of the source per tick: 1, or 2 as long as SMOD is clear.
-    const fn divider(&self, source: Source) -> u64 {
+    const fn divider(&self, source: BaudSource) -> u64 {
         match source {
-            Source::Timer1 | Source::States if self.pcon & SMOD == 0 => 2,
+            BaudSource::Timer1 | BaudSource::States if self.pcon & SMOD == 0 => 2,
             _ => 1,
         }
     }
 
     /// The sources of both sides.
-    pub(super) fn sources(&self) -> [Source; 2] {
-        [self.source(Side::Tx), self.source(Side::Rx)]
+    pub(super) fn sources(&self) -> [BaudSource; 2] {
+        [self.source(SerialSide::Tx), self.source(SerialSide::Rx)]
     }
 
     /// After a write at the end of cycle `t`: a source that was not `before` begins with its count there. One that stays goes
     /// on, with what the write itself has let it count.
-    pub(super) fn rebase(&mut self, before: [Source; 2], t: u64) {
+    pub(super) fn rebase(&mut self, before: [BaudSource; 2], t: u64) {
         let now = self.sources();
         if now[0] != before[0] {
-            self.baud.tx = self.counted(now[0], t);
+            self.baud.tx = self.source_ticks(now[0], t);
         }
         if now[1] != before[1] {
-            self.baud.rx = self.counted(now[1], t);
+            self.baud.rx = self.source_ticks(now[1], t);
         }
     }
 
     /// Brings the serial port up to S5P2 of cycle `t`, the first at which it has anything to do, if it has.
     pub(super) fn run_serial(&mut self, t: u64) {
-        let idle = self.serial.tx_wait().is_none() && self.serial.rx_wait().is_none();
-        if !idle || self.serial.shift_next() <= t {
+        let idle = self.serial.tx_ticks_to_next_step().is_none() && self.serial.rx_ticks_to_next_step().is_none();
+        if !idle || self.serial.next_shift_cycle() <= t {
             self.pass_ticks(t);
         }
     }
 
     /// The same, with the ticks that an idle port lets pass: before something is done to it or its clocks.
     pub(super) fn pass_ticks(&mut self, t: u64) {
-        while self.serial.shift_next() <= t {
-            let cycle = self.serial.shift_next();
-            let step = self.serial.shift_step(cycle, self.ports.pin(pin::RXD).high);
-            self.took(step, cycle);
+        while self.serial.next_shift_cycle() <= t {
+            let cycle = self.serial.next_shift_cycle();
+            let step = self.serial.step_shifter(cycle, self.ports.pin(pin::RXD).reads_high);
+            self.on_serial_step(step, cycle);
         }
         if self.serial.mode() == 0 {
             return;
         }
-        let mut ticks = self.ticks(Side::Tx, t);
-        while let Some(wait) = self.serial.tx_wait().filter(|&wait| wait <= ticks) {
-            self.serial.tx_pass(wait - 1);
-            let step = self.serial.tx_step(t);
-            self.took(step, t);
+        let mut ticks = self.ticks(SerialSide::Tx, t);
+        while let Some(wait) = self.serial.tx_ticks_to_next_step().filter(|&wait| wait <= ticks) {
+            self.serial.tx_advance(wait - 1);
+            let step = self.serial.step_transmitter(t);
+            self.on_serial_step(step, t);
             ticks -= wait;
         }
-        self.serial.tx_pass(ticks);
-        let mut ticks = self.ticks(Side::Rx, t);
-        while let Some(wait) = self.serial.rx_wait().filter(|&wait| wait <= ticks) {
-            self.serial.rx_pass(wait - 1);
-            let sample = self.ports.pin(pin::RXD).high;
-            let step = self.serial.rx_step(t, sample);
-            self.took(step, t);
+        self.serial.tx_advance(ticks);
+        let mut ticks = self.ticks(SerialSide::Rx, t);
+        while let Some(wait) = self.serial.rx_ticks_to_next_step().filter(|&wait| wait <= ticks) {
+            self.serial.rx_advance(wait - 1);
+            let sample = self.ports.pin(pin::RXD).reads_high;
+            let step = self.serial.step_receiver(t, sample);
+            self.on_serial_step(step, t);
             ticks -= wait;
         }
-        self.serial.rx_pass(ticks);
+        self.serial.rx_advance(ticks);
     }
 
     /// Ticks of a side since the last time, which are taken for passed.
-    fn ticks(&mut self, side: Side, t: u64) -> u64 {
+    fn ticks(&mut self, side: SerialSide, t: u64) -> u64 {
         let source = self.source(side);
-        let (counted, divider) = (self.counted(source, t), self.divider(source));
-        let before = if side == Side::Tx { &mut self.baud.tx } else { &mut self.baud.rx };
+        let (counted, divider) = (self.source_ticks(source, t), self.divider(source));
+        let before = if side == SerialSide::Tx { &mut self.baud.tx } else { &mut self.baud.rx };
         let ticks = (counted / divider).saturating_sub(*before / divider);
         *before = counted.max(*before);
         ticks
@@ -143,23 +143,23 @@ impl Soc {
 
     /// The cycle of the serial port's next step; NEVER when it has none, or its clock stands.
     pub(super) fn next_serial(&self) -> u64 {
-        let side = |side: Side, wait: Option<u64>, counted: u64| {
+        let side = |side: SerialSide, wait: Option<u64>, counted: u64| {
             let Some(wait) = wait else { return NEVER };
             let source = self.source(side);
             let divider = self.divider(source);
             let target = (counted / divider).saturating_add(wait).saturating_mul(divider);
             match source {
-                Source::None => NEVER,
-                Source::Timer1 => self.timers.overflow_at(target),
-                Source::Timer2 => match self.timer2.as_ref().map_or(NEVER, |t| t.overflow_state(target)) {
+                BaudSource::None => NEVER,
+                BaudSource::Timer1 => self.timers.cycle_of_overflow(target),
+                BaudSource::Timer2 => match self.timer2.as_ref().map_or(NEVER, |t| t.state_of_overflow(target)) {
                     NEVER => NEVER,
                     state => state.saturating_add(1) / 6,
                 },
-                Source::States => target / 6,
+                BaudSource::States => target / 6,
             }
         };
-        let tx = side(Side::Tx, self.serial.tx_wait(), self.baud.tx);
-        let rx = side(Side::Rx, self.serial.rx_wait(), self.baud.rx);
-        tx.min(rx).min(self.serial.shift_next())
+        let tx = side(SerialSide::Tx, self.serial.tx_ticks_to_next_step(), self.baud.tx);
+        let rx = side(SerialSide::Rx, self.serial.rx_ticks_to_next_step(), self.baud.rx);
+        tx.min(rx).min(self.serial.next_shift_cycle())
     }
 }

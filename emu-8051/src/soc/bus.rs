@@ -10,25 +10,25 @@
 //! second S1P1  RD or WR falls     S4P1  it rises     S4P2  P0 lets go, P2 shows its latch again
 //! ```
 
-use emu_core::cpu::{Bus as _, Wake};
-use emu_core::pins::{Event, Level, PinId, Time};
+use emu_core::cpu::{Bus as _, BusEffect};
+use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
 
-use super::Soc;
-use crate::periph::map::{at, pin};
+use super::Mcs51Soc;
+use crate::periph::map::{sfr, pin};
 use crate::periph::ports::PINS;
 
 /// Clocks of the first cycle.
-const ADDRESS: u8 = 8;
-const TURN: u8 = 10;
-const DATA: u8 = 11;
+const ADDRESS_PHASE: u8 = 8;
+const TURNAROUND_PHASE: u8 = 10;
+const DATA_PHASE: u8 = 11;
 /// Clocks of the second cycle.
-const FALL: u8 = 0;
-const RISE: u8 = 6;
-const RELEASE: u8 = 7;
+const STROBE_FALL_PHASE: u8 = 0;
+const STROBE_RISE_PHASE: u8 = 6;
+const RELEASE_PHASE: u8 = 7;
 
 /// A byte is moved over the bus.
 #[derive(Debug, Clone, Copy)]
-pub struct Transfer {
+pub struct BusTransfer {
     /// Address; its upper byte is that of the latch of P2 for MOVX @Ri.
     pub addr: u16,
     /// The byte.
@@ -37,73 +37,73 @@ pub struct Transfer {
     pub write: bool,
 }
 
-impl Soc {
+impl Mcs51Soc {
     /// MOVX is to be told of: it changes the latch of port 0, or its edges are wanted.
     #[inline]
     #[must_use]
-    pub fn minds_movx(&self) -> bool {
-        self.shows_bus || self.ports.latch(0) != 0xFF
+    pub fn has_bus_pins(&self) -> bool {
+        self.logs_bus || self.ports.latch(0) != 0xFF
     }
 
     /// Logs the edges of MOVX from now on, or does not. A chip without a bus has none.
-    pub fn show_bus(&mut self, on: bool) {
-        self.shows_bus = on && self.part.bus;
+    pub fn set_bus_on_pins(&mut self, on: bool) {
+        self.logs_bus = on && self.part.has_bus;
     }
 
     /// MOVX whose last cycle is `now`: leaves ones in the latch of port 0.
-    pub fn external_access(&mut self, transfer: Transfer, now: u64) -> Wake {
-        if self.shows_bus && self.log.is_on() && !self.ports.is_bus(0) {
+    pub fn external_access(&mut self, transfer: BusTransfer, now: u64) -> BusEffect {
+        if self.logs_bus && self.log.is_enabled() && !self.ports.is_bus(0) {
             self.log_transfer(transfer, now);
         }
-        self.write_bits(u16::from(at::P0), 0xFF, 0xFF, now)
+        self.write_bits(u16::from(sfr::P0), 0xFF, 0xFF, now)
     }
 
     /// Logs edges, sent bytes and fights over pins from the machine cycle `now` on, those that are fought for already too, or
     /// stops and forgets them.
-    pub fn log(&mut self, on: bool, now: u64) {
-        self.log.switch(on, now, (0..PINS as PinId).filter(|&pin| self.ports.contention(pin)));
+    pub fn set_event_log(&mut self, on: bool, now: u64) {
+        self.log.set_enabled(on, now, (0..PINS as PinId).filter(|&pin| self.ports.has_contention(pin)));
     }
 
     /// The byte whose stop bit is being sent.
     #[must_use]
-    pub fn stopping(&self) -> Option<u8> {
-        self.serial.stopping()
+    pub fn byte_in_stop_bit(&self) -> Option<u8> {
+        self.serial.byte_in_stop_bit()
     }
 
-    fn log_transfer(&mut self, transfer: Transfer, now: u64) {
+    fn log_transfer(&mut self, transfer: BusTransfer, now: u64) {
         self.run(now);
         let [high, low] = transfer.addr.to_be_bytes();
         let strobe = if transfer.write { pin::WR } else { pin::RD };
         let (first, second) = (now.saturating_sub(1), now);
         let mut levels = [0, 1, 2, 3].map(|port| [0, 1, 2, 3, 4, 5, 6, 7].map(|bit| self.level(port * 8 + bit)));
         let rest = levels;
-        let mut edge = |cycle: u64, clock: u8, pin: PinId, level: Level| {
+        let mut edge = |cycle: u64, clock: u8, pin: PinId, level: PinLevel| {
             let before = &mut levels[usize::from(pin / 8)][usize::from(pin % 8)];
             if *before != level {
                 *before = level;
                 let phase = clock * self.clocks_per_cycle / 12;
-                self.log.note(Event::Edge { at: Time { cycle, phase }, pin, level });
+                self.log.record(ChipEvent::Edge { at: CycleTime { cycle, phase }, pin, level });
             }
         };
         for bit in 0..8 {
-            edge(first, ADDRESS, bit, Level::of(low >> bit & 1 == 1));
-            edge(first, ADDRESS, 16 + bit, Level::of(high >> bit & 1 == 1));
+            edge(first, ADDRESS_PHASE, bit, PinLevel::from_bit(low >> bit & 1 == 1));
+            edge(first, ADDRESS_PHASE, 16 + bit, PinLevel::from_bit(high >> bit & 1 == 1));
         }
         for bit in 0..8 {
             match transfer.write {
-                true => edge(first, DATA, bit, Level::of(transfer.value >> bit & 1 == 1)),
-                false => edge(first, TURN, bit, Level::Float),
+                true => edge(first, DATA_PHASE, bit, PinLevel::from_bit(transfer.value >> bit & 1 == 1)),
+                false => edge(first, TURNAROUND_PHASE, bit, PinLevel::Float),
             }
         }
-        let pulls = rest[3][usize::from(strobe % 8)] == Level::High;
+        let pulls = rest[3][usize::from(strobe % 8)] == PinLevel::High;
         if pulls {
-            edge(second, FALL, strobe, Level::Low);
-            edge(second, RISE, strobe, Level::High);
+            edge(second, STROBE_FALL_PHASE, strobe, PinLevel::Low);
+            edge(second, STROBE_RISE_PHASE, strobe, PinLevel::High);
         }
         for bit in 0..8 {
             // What the latch of port 0 does to its pins it does now, before the ones are written.
-            edge(second, RELEASE, bit, rest[0][usize::from(bit)]);
-            edge(second, RELEASE, 16 + bit, rest[2][usize::from(bit)]);
+            edge(second, RELEASE_PHASE, bit, rest[0][usize::from(bit)]);
+            edge(second, RELEASE_PHASE, 16 + bit, rest[2][usize::from(bit)]);
         }
     }
 }

@@ -5,39 +5,39 @@
 
 use emu_core::NEVER;
 
-use super::Soc;
+use super::Mcs51Soc;
 use crate::periph::map::pin;
 
-impl Soc {
+impl Mcs51Soc {
     /// Puts out the toggles up to the end of cycle `t`.
     pub(super) fn clock_out(&mut self, t: u64) {
         while let Some((state, high)) = self.next_toggle().filter(|(state, _)| state / 6 <= t) {
-            self.toggled += 1;
-            self.put_clock(high, state / 6, (state % 6 * 2) as u8);
+            self.toggles_shown += 1;
+            self.drive_clock_pin(high, state / 6, (state % 6 * 2) as u8);
         }
     }
 
     /// The clock output after a write at the end of cycle `t`.
-    pub(super) fn clock_written(&mut self, t: u64) {
+    pub(super) fn on_clock_control_written(&mut self, t: u64) {
         let Some(timer2) = &self.timer2 else { return };
-        self.toggled = timer2.overflows();
+        self.toggles_shown = timer2.overflows();
         let high = timer2.clock_out() != Some(false);
-        self.put_clock(high, t + 1, 0);
+        self.drive_clock_pin(high, t + 1, 0);
     }
 
     /// The state of the next toggle that is not on the pin yet, and the level that follows.
     pub(super) fn next_toggle(&self) -> Option<(u64, bool)> {
         let timer2 = self.timer2.as_ref()?;
         let high = timer2.clock_out()?;
-        let next = self.toggled + 1;
+        let next = self.toggles_shown + 1;
         let ahead = next.saturating_sub(timer2.overflows());
-        Some((timer2.overflow_state(next), high ^ (ahead & 1 != 0))).filter(|&(state, _)| state != NEVER)
+        Some((timer2.state_of_overflow(next), high ^ (ahead & 1 != 0))).filter(|&(state, _)| state != NEVER)
     }
 
-    fn put_clock(&mut self, high: bool, t: u64, phase: u8) {
+    fn drive_clock_pin(&mut self, high: bool, t: u64, phase: u8) {
         if self.ports.t2_low == high {
             self.ports.t2_low = !high;
-            self.settle(pin::T2, t, phase);
+            self.update_pin(pin::T2, t, phase);
         }
     }
 }

@@ -7,16 +7,16 @@
 use emu_core::NEVER;
 use emu_core::state;
 
-use super::Soc;
+use super::Mcs51Soc;
 use crate::periph::map::irq;
-use crate::periph::timer2::Timer2;
+use crate::periph::timer2::Mcs51Timer2;
 
 /// The EA bit of IE.
 const EA: u8 = 0x80;
 
 /// An external interrupt, INT0 or INT1.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct External {
+pub(super) struct ExternalInterrupt {
     /// ITn: falling edges count; else the level.
     pub edge: bool,
     /// IEn, as an edge has left it.
@@ -29,16 +29,16 @@ pub(super) struct External {
     levels: [(u64, bool); 3],
 }
 
-state! { External { edge, flag, since, level_since, levels } }
+state! { ExternalInterrupt { edge, flag, since, level_since, levels } }
 
-impl External {
+impl ExternalInterrupt {
     /// After reset, the pin at this level.
-    pub(super) const fn new(level: bool) -> External {
-        External { edge: false, flag: false, since: 0, level_since: 0, levels: [(0, level); 3] }
+    pub(super) const fn new(level: bool) -> ExternalInterrupt {
+        ExternalInterrupt { edge: false, flag: false, since: 0, level_since: 0, levels: [(0, level); 3] }
     }
 
     /// The pin is sampled at this level from `cycle` on.
-    pub(super) fn pin(&mut self, level: bool, cycle: u64) {
+    pub(super) fn sample(&mut self, level: bool, cycle: u64) {
         if self.edge && self.levels[0].1 && !level && !self.flag {
             (self.flag, self.since) = (true, cycle);
         }
@@ -70,7 +70,7 @@ impl External {
     }
 
     /// The request stood at S5P2 of `cycle`.
-    fn stood(&self, cycle: u64) -> bool {
+    fn was_requested_at(&self, cycle: u64) -> bool {
         if self.edge {
             return self.flag && self.since <= cycle;
         }
@@ -79,28 +79,28 @@ impl External {
     }
 
     /// False where [`External::stood`] is, whatever the cycle.
-    const fn may_have_stood(&self) -> bool {
+    const fn may_have_been_requested(&self) -> bool {
         let [(_, now), (_, before), (_, first)] = self.levels;
         if self.edge { self.flag } else { !(now & before & first) }
     }
 
     /// The cycle from which on the request that stands now has stood.
-    fn since(&self) -> u64 {
+    fn requested_since(&self) -> u64 {
         if self.edge { self.since } else { self.level_since.max(self.levels[0].0) }
     }
 
     /// The service routine is called: hardware clears an edge.
-    const fn take(&mut self) {
+    const fn acknowledge(&mut self) {
         self.flag = false;
     }
 }
 
 /// The interrupt system but for the flags of timers and serial port, which they keep.
 #[derive(Debug, Clone)]
-pub(super) struct Interrupts {
+pub(super) struct InterruptSystem {
     pub ie: u8,
     pub ip: u8,
-    pub external: [External; 2],
+    pub external: [ExternalInterrupt; 2],
     /// Levels in progress: bit 0 low, bit 1 high.
     in_progress: u8,
     /// Requests that count at the boundaries before these two cycles as they were sampled, although a program took them back
@@ -108,13 +108,13 @@ pub(super) struct Interrupts {
     polled: [(u64, u8); 2],
 }
 
-state! { Interrupts { ie, ip, external, in_progress, polled } }
+state! { InterruptSystem { ie, ip, external, in_progress, polled } }
 
-impl Interrupts {
+impl InterruptSystem {
     /// After reset, with INT0 and INT1 at these levels.
-    pub(super) const fn new(levels: [bool; 2]) -> Interrupts {
-        let external = [External::new(levels[0]), External::new(levels[1])];
-        Interrupts { ie: 0, ip: 0, external, in_progress: 0, polled: [(0, 0); 2] }
+    pub(super) const fn new(levels: [bool; 2]) -> InterruptSystem {
+        let external = [ExternalInterrupt::new(levels[0]), ExternalInterrupt::new(levels[1])];
+        InterruptSystem { ie: 0, ip: 0, external, in_progress: 0, polled: [(0, 0); 2] }
     }
 
     /// Sources that are enabled, as bits by number minus 1.
@@ -124,7 +124,7 @@ impl Interrupts {
 
     /// The external interrupt `n` has woken the chip, and is served at the boundary before cycle `t` although its level has
     /// gone.
-    pub(super) const fn remember(&mut self, n: usize, t: u64) {
+    pub(super) const fn remember_request(&mut self, n: usize, t: u64) {
         self.polled = [(t, 1 << (2 * n)), (0, 0)];
     }
 
@@ -139,7 +139,7 @@ impl Interrupts {
     }
 
     /// The one of `requests` that would be served now.
-    const fn choose(&self, requests: u8) -> Option<u8> {
+    const fn highest_priority(&self, requests: u8) -> Option<u8> {
         let enabled = requests & self.enabled();
         let high = enabled & self.ip;
         let chosen = match self.in_progress {
@@ -156,28 +156,28 @@ const fn bit(source: u8) -> u8 {
     1 << (source - 1)
 }
 
-impl Soc {
+impl Mcs51Soc {
     /// Enabled sources whose request stood at S5P2 of `cycle`, as bits by number minus 1; everything is run up to `cycle` or
     /// later. Others are not asked: a write that enables them holds interrupts up until they have been polled anew.
-    fn stood(&self, cycle: u64) -> u8 {
+    fn requests_at(&self, cycle: u64) -> u8 {
         let [int0, int1] = &self.interrupts.external;
-        let set = u8::from(int0.may_have_stood())
+        let set = u8::from(int0.may_have_been_requested())
             | u8::from(self.timers.flag(0)) << 1
-            | u8::from(int1.may_have_stood()) << 2
+            | u8::from(int1.may_have_been_requested()) << 2
             | u8::from(self.timers.flag(1)) << 3
             | u8::from(self.serial.scon() & 3 != 0) << 4
-            | u8::from(self.timer2.as_ref().is_some_and(|timer2| timer2.since() != NEVER)) << 5;
+            | u8::from(self.timer2.as_ref().is_some_and(|timer2| timer2.flags_set_since() != NEVER)) << 5;
         let mut left = self.interrupts.enabled() & set;
         let mut requests = 0;
         while left != 0 {
             let source = left.trailing_zeros() as u8 + 1;
             left &= left - 1;
             let stood = match source {
-                irq::INT0 => self.interrupts.external[0].stood(cycle),
-                irq::INT1 => self.interrupts.external[1].stood(cycle),
-                irq::TIMER0 => self.timers.since(0) <= cycle,
-                irq::TIMER1 => self.timers.since(1) <= cycle,
-                irq::SERIAL => self.serial.since() <= cycle,
+                irq::INT0 => self.interrupts.external[0].was_requested_at(cycle),
+                irq::INT1 => self.interrupts.external[1].was_requested_at(cycle),
+                irq::TIMER0 => self.timers.flag_set_since(0) <= cycle,
+                irq::TIMER1 => self.timers.flag_set_since(1) <= cycle,
+                irq::SERIAL => self.serial.flags_set_since() <= cycle,
                 _ => self.timer2.as_ref().is_some_and(|timer2| self.timer2_since(timer2) <= cycle),
             };
             requests |= u8::from(stood) << (source - 1);
@@ -186,32 +186,32 @@ impl Soc {
     }
 
     /// Since when timer 2 asks: an overflow is polled in its own cycle, by either reading.
-    fn timer2_since(&self, timer2: &Timer2) -> u64 {
-        if self.readings.sample_now { timer2.stands_since() } else { timer2.since() }
+    fn timer2_since(&self, timer2: &Mcs51Timer2) -> u64 {
+        if self.readings.samples_interrupt_at_once { timer2.request_active_since() } else { timer2.flags_set_since() }
     }
 
     /// How far back the requests stood that count at a boundary before cycle `t`.
-    fn back(&self, t: u64) -> u64 {
-        t.saturating_sub(if self.readings.sample_now { 1 } else { 2 })
+    fn sample_cycle(&self, t: u64) -> u64 {
+        t.saturating_sub(if self.readings.samples_interrupt_at_once { 1 } else { 2 })
     }
 
     /// Requests that count at the boundary before cycle `t`, up to which everything is run.
     pub(super) fn requests(&self, t: u64) -> u8 {
         let polled = self.interrupts.polled.iter().filter(|polled| polled.0 == t);
-        polled.fold(self.stood(self.back(t)), |requests, polled| requests | polled.1)
+        polled.fold(self.requests_at(self.sample_cycle(t)), |requests, polled| requests | polled.1)
     }
 
     /// Before a program writes flags at the end of cycle `t`: what was sampled in the cycle before is polled in `t`, what was
     /// sampled in `t` is polled in `t + 1`.
     pub(super) fn poll(&mut self, t: u64) {
-        if !self.readings.sample_now && self.interrupts.enabled() != 0 {
-            self.interrupts.polled = [(t + 1, self.requests(t + 1)), (t + 2, self.stood(t))];
+        if !self.readings.samples_interrupt_at_once && self.interrupts.enabled() != 0 {
+            self.interrupts.polled = [(t + 1, self.requests(t + 1)), (t + 2, self.requests_at(t))];
         }
     }
 
     /// The interrupt that is served at the boundary before cycle `t`.
-    pub(super) fn served(&self, t: u64) -> Option<u8> {
-        self.interrupts.choose(self.requests(t))
+    pub(super) fn interrupt_to_serve(&self, t: u64) -> Option<u8> {
+        self.interrupts.highest_priority(self.requests(t))
     }
 
     /// The first boundary from the one before cycle `t` on at which an interrupt can be served, everything being synced to
@@ -221,10 +221,10 @@ impl Soc {
         if enabled == 0 || self.interrupts.all_in_progress() {
             return NEVER;
         }
-        if self.served(t).is_some() {
+        if self.interrupt_to_serve(t).is_some() {
             return t;
         }
-        let delay = if self.readings.sample_now { 1 } else { 2 };
+        let delay = if self.readings.samples_interrupt_at_once { 1 } else { 2 };
         let later = |since: u64| if since.saturating_add(delay) > t { since.saturating_add(delay) } else { NEVER };
         let above = if self.interrupts.in_progress == 0 { 0xFF } else { self.interrupts.ip };
         let is = |source: u8| enabled & above & bit(source) != 0;
@@ -234,20 +234,20 @@ impl Soc {
             let external = &self.interrupts.external[n];
             if is(irq::INT0 + 2 * n as u8) {
                 if external.flag() {
-                    next = next.min(later(external.since()));
+                    next = next.min(later(external.requested_since()));
                 }
                 // A level that has gone already may have been sampled for the next boundary.
-                if !external.edge && external.stood(self.back(t + 1)) {
+                if !external.edge && external.was_requested_at(self.sample_cycle(t + 1)) {
                     next = next.min(t + 1);
                 }
             }
             if is(irq::TIMER0 + 2 * n as u8) {
-                let set = if self.timers.flag(n) { self.timers.since(n) } else { self.timers.next_flag(n) };
+                let set = if self.timers.flag(n) { self.timers.flag_set_since(n) } else { self.timers.next_flag(n) };
                 next = next.min(later(set));
             }
         }
         if is(irq::SERIAL) && self.serial.scon() & 3 != 0 {
-            next = next.min(later(self.serial.since()));
+            next = next.min(later(self.serial.flags_set_since()));
         }
         if let Some(timer2) = self.timer2.as_ref().filter(|_| is(irq::TIMER2)) {
             // An overflow right after a program has set TF2 is polled a cycle before what the program wrote.
@@ -257,10 +257,10 @@ impl Soc {
     }
 
     /// The service routine of `source` is called: its flag is cleared where hardware does so.
-    pub(super) fn serve(&mut self, source: u8) {
+    pub(super) fn enter(&mut self, source: u8) {
         match source {
-            irq::INT0 => self.interrupts.external[0].take(),
-            irq::INT1 => self.interrupts.external[1].take(),
+            irq::INT0 => self.interrupts.external[0].acknowledge(),
+            irq::INT1 => self.interrupts.external[1].acknowledge(),
             irq::TIMER0 => self.timers.set_flag(0, false),
             irq::TIMER1 => self.timers.set_flag(1, false),
             _ => {}

@@ -4,65 +4,65 @@ use emu_core::NEVER;
 use emu_core::cpu::Bus;
 use emu_core::pins::PinId;
 
-use super::{SAMPLED, Soc, power};
+use super::{SAMPLED_PINS, Mcs51Soc, power};
 use crate::chips;
-use crate::periph::map::at;
+use crate::periph::map::sfr;
 
-impl Soc {
+impl Mcs51Soc {
     /// Brings timers and serial port up to S5P2 of cycle `t`.
-    pub(super) fn sync(&mut self, t: u64) {
+    pub(super) fn sync_timers(&mut self, t: u64) {
         self.run_serial(t);
-        self.timers.sync(t);
+        self.timers.advance_to(t);
         if let Some(timer2) = &mut self.timer2 {
-            timer2.sync(t);
+            timer2.advance_to(t);
         }
-        self.synced = t;
+        self.timers_synced_to = t;
     }
 
     /// The same at the boundary before cycle `t`, whose pins may still change.
     pub(super) fn sync_boundary(&mut self, t: u64) {
-        self.timers.sync_ahead(t);
+        self.timers.advance_before(t);
         if let Some(timer2) = &mut self.timer2 {
-            timer2.sync_ahead(t);
+            timer2.advance_before(t);
         }
-        self.sync(t);
+        self.sync_timers(t);
     }
 
     /// Writes the bits of `mask` of a register by hand at the boundary before the machine cycle `now`.
     pub fn poke(&mut self, reg: u16, mask: u8, value: u8, now: u64) {
         self.run(now);
-        self.sync_boundary(self.inner(now));
+        self.sync_boundary(self.to_oscillator_time(now));
         self.write_bits(reg, mask, value, now);
     }
 
     /// What a register reads, everything being synced.
-    pub(super) fn show(&self, addr: u8) -> u8 {
+    pub(super) fn read_sfr(&self, addr: u8) -> u8 {
         let timers = &self.timers;
         match addr {
-            at::P0 if self.part.bus => self.ports.input(0),
-            at::P1 => self.ports.input(1),
-            at::P2 if self.part.bus => self.ports.input(2),
-            at::P3 => self.ports.input(3),
-            at::PCON => self.pcon,
-            at::TCON => self.tcon(),
-            at::TMOD => timers.tmod(),
-            at::TL0 => timers.tl(0),
-            at::TL1 => timers.tl(1),
-            at::TH0 => timers.th(0),
-            at::TH1 => timers.th(1),
-            at::AUXR if self.part.at89s => self.auxr,
-            at::SCON => self.serial.scon(),
-            at::SBUF => self.serial.sbuf(),
-            at::IE => self.interrupts.ie,
-            at::IP => self.interrupts.ip,
+            sfr::P0 if self.part.has_bus => self.ports.input(0),
+            sfr::P1 => self.ports.input(1),
+            sfr::P2 if self.part.has_bus => self.ports.input(2),
+            sfr::P3 => self.ports.input(3),
+            sfr::PCON => self.pcon,
+            sfr::TCON => self.tcon(),
+            sfr::TMOD => timers.tmod(),
+            sfr::TL0 => timers.tl(0),
+            sfr::TL1 => timers.tl(1),
+            sfr::TH0 => timers.th(0),
+            sfr::TH1 => timers.th(1),
+            sfr::AUXR if self.part.is_at89s => self.auxr,
+            sfr::SCON => self.serial.scon(),
+            sfr::SBUF => self.serial.sbuf(),
+            sfr::IE => self.interrupts.ie,
+            sfr::IP => self.interrupts.ip,
             _ => match &self.timer2 {
                 Some(timer2) => match addr {
-                    at::T2CON => timer2.t2con(),
-                    at::T2MOD => timer2.t2mod(),
-                    at::RCAP2L => timer2.rcapl(),
-                    at::RCAP2H => timer2.rcaph(),
-                    at::TL2 => timer2.tl(),
-                    at::TH2 => timer2.th(),
+                    sfr::T2CON => timer2.t2con(),
+                    sfr::T2MOD => timer2.t2mod(),
+                    sfr::RCAP2L => timer2.rcapl(),
+                    sfr::RCAP2H => timer2.rcaph(),
+                    sfr::TL2 => timer2.tl(),
+                    sfr::TH2 => timer2.th(),
                     _ => 0,
                 },
                 None => 0,
@@ -81,17 +81,17 @@ impl Soc {
     }
 
     /// Writes the bits of `mask` at the end of cycle `t`, everything being synced to it.
-    pub(super) fn store(&mut self, addr: u8, mask: u8, value: u8, t: u64) {
+    pub(super) fn write_sfr(&mut self, addr: u8, mask: u8, value: u8, t: u64) {
         let kept = |old: u8| old & !mask | value & mask;
         // What the baud clocks hang on.
-        let clocks = !matches!(addr, at::TL0 | at::TH0 | at::IE | at::IP);
+        let clocks = !matches!(addr, sfr::TL0 | sfr::TH0 | sfr::IE | sfr::IP);
         let sources = self.sources();
         if clocks {
             self.pass_ticks(t);
         }
         match addr {
-            at::PCON => {
-                let writable = match (self.part.cmos, self.part.at89s) {
+            sfr::PCON => {
+                let writable = match (self.part.is_cmos, self.part.is_at89s) {
                     (false, _) => power::SMOD,
                     (true, at89s) => {
                         power::SMOD | power::GF | power::PD | power::IDL | if at89s { power::POF } else { 0 }
@@ -100,41 +100,41 @@ impl Soc {
                 self.pcon = kept(self.pcon) & writable;
                 self.enter_power_modes(t);
             }
-            at::TCON => self.store_tcon(mask, value, t),
-            at::TMOD => self.timers.set_tmod(kept(self.timers.tmod())),
-            at::TL0 => self.timers.set_tl(0, value),
-            at::TL1 => self.timers.set_tl(1, value),
-            at::TH0 => self.timers.set_th(0, value),
-            at::TH1 => self.timers.set_th(1, value),
-            at::AUXR if self.part.at89s => self.auxr = value & (power::DISRTO | power::WDIDLE | power::DISALE),
-            at::WDTRST if self.part.at89s => self.watchdog.write(value, t),
-            at::SCON => {
+            sfr::TCON => self.write_tcon(mask, value, t),
+            sfr::TMOD => self.timers.set_tmod(kept(self.timers.tmod())),
+            sfr::TL0 => self.timers.set_tl(0, value),
+            sfr::TL1 => self.timers.set_tl(1, value),
+            sfr::TH0 => self.timers.set_th(0, value),
+            sfr::TH1 => self.timers.set_th(1, value),
+            sfr::AUXR if self.part.is_at89s => self.auxr = value & (power::DISRTO | power::WDIDLE | power::DISALE),
+            sfr::WDTRST if self.part.is_at89s => self.watchdog.write(value, t),
+            sfr::SCON => {
                 self.poll(t);
                 let step = self.serial.set_scon(kept(self.serial.scon()), t);
-                self.took(step, t);
+                self.on_serial_step(step, t);
             }
-            at::SBUF => {
+            sfr::SBUF => {
                 let step = self.serial.write_sbuf(value, t);
-                self.took(step, t);
+                self.on_serial_step(step, t);
             }
-            at::IE => self.interrupts.ie = kept(self.interrupts.ie) & (0x9F | self.timer2_bit()),
-            at::IP => self.interrupts.ip = kept(self.interrupts.ip) & (0x1F | self.timer2_bit()),
-            at::T2CON | at::T2MOD => self.poll(t),
+            sfr::IE => self.interrupts.ie = kept(self.interrupts.ie) & (0x9F | self.timer2_bit()),
+            sfr::IP => self.interrupts.ip = kept(self.interrupts.ip) & (0x1F | self.timer2_bit()),
+            sfr::T2CON | sfr::T2MOD => self.poll(t),
             _ => {}
         }
         if let Some(timer2) = &mut self.timer2 {
             match addr {
-                at::T2CON => timer2.set_t2con(kept(timer2.t2con())),
-                at::T2MOD if self.part.timer2 == chips::Timer2::Full => timer2.set_t2mod(value & 3),
-                at::RCAP2L => timer2.set_rcapl(value),
-                at::RCAP2H => timer2.set_rcaph(value),
-                at::TL2 => timer2.set_tl(value),
-                at::TH2 => timer2.set_th(value),
+                sfr::T2CON => timer2.set_t2con(kept(timer2.t2con())),
+                sfr::T2MOD if self.part.timer2 == chips::Timer2Kind::Full => timer2.set_t2mod(value & 3),
+                sfr::RCAP2L => timer2.set_rcapl(value),
+                sfr::RCAP2H => timer2.set_rcaph(value),
+                sfr::TL2 => timer2.set_tl(value),
+                sfr::TH2 => timer2.set_th(value),
                 _ => {}
             }
         }
-        if matches!(addr, at::T2CON..=at::TH2) {
-            self.clock_written(t);
+        if matches!(addr, sfr::T2CON..=sfr::TH2) {
+            self.on_clock_control_written(t);
         }
         if clocks {
             self.rebase(sources, t);
@@ -146,7 +146,7 @@ impl Soc {
         if self.timer2.is_some() { 0x20 } else { 0 }
     }
 
-    fn store_tcon(&mut self, mask: u8, value: u8, t: u64) {
+    fn write_tcon(&mut self, mask: u8, value: u8, t: u64) {
         self.poll(t);
         let bit = |n: usize| (mask >> n & 1 != 0).then_some(value >> n & 1 != 0);
         for n in 0..2 {
@@ -168,8 +168,8 @@ impl Soc {
 
     /// Writes the bits of `mask` of a port's latch at the end of cycle `t`; pins follow in the next. True when nothing but
     /// those pins can have changed.
-    pub(super) fn store_port(&mut self, port: usize, mask: u8, value: u8, t: u64) -> bool {
-        if self.absent(port) {
+    pub(super) fn write_port(&mut self, port: usize, mask: u8, value: u8, t: u64) -> bool {
+        if self.is_port_missing(port) {
             return true;
         }
         let changed = self.ports.set_latch(port, self.ports.latch(port) & !mask | value & mask);
@@ -177,31 +177,31 @@ impl Soc {
         let mut listens = false;
         for bit in (0..8).filter(|bit| changed >> bit & 1 == 1) {
             let pin = (port * 8) as PinId + bit;
-            self.settle(pin, t + 1, 0);
-            listens |= SAMPLED.contains(&pin);
+            self.update_pin(pin, t + 1, 0);
+            listens |= SAMPLED_PINS.contains(&pin);
         }
         if listens {
-            self.schedule();
+            self.update_deadline();
         }
         !listens && self.log.len() == logged
     }
 
     /// True for ports 0 and 2 of the chips without them.
-    pub(super) const fn absent(&self, port: usize) -> bool {
-        port & 1 == 0 && !self.part.bus
+    pub(super) const fn is_port_missing(&self, port: usize) -> bool {
+        port & 1 == 0 && !self.part.has_bus
     }
 
     /// How long a register keeps its value from the machine cycle `now` on, nothing being due at it.
-    pub(super) fn steady(&self, addr: u8, now: u64) -> u64 {
-        let later = |t: u64| t.saturating_add(self.frozen);
+    pub(super) fn sfr_steady_until(&self, addr: u8, now: u64) -> u64 {
+        let later = |t: u64| t.saturating_add(self.stopped_cycles);
         match addr {
-            at::P0 | at::P1 | at::P2 | at::P3 | at::SCON | at::SBUF => self.due(),
-            at::TCON => later(self.timers.next_flag(0).min(self.timers.next_flag(1))).min(self.due()),
-            at::T2CON => later(self.timer2.as_ref().map_or(NEVER, |t| t.next_flag())).min(self.due()),
-            at::TL0 | at::TL1 | at::TH0 | at::TH1 | at::TL2 | at::TH2 => now,
-            at::RCAP2L | at::RCAP2H => now,
+            sfr::P0 | sfr::P1 | sfr::P2 | sfr::P3 | sfr::SCON | sfr::SBUF => self.next_due(),
+            sfr::TCON => later(self.timers.next_flag(0).min(self.timers.next_flag(1))).min(self.next_due()),
+            sfr::T2CON => later(self.timer2.as_ref().map_or(NEVER, |t| t.next_flag())).min(self.next_due()),
+            sfr::TL0 | sfr::TL1 | sfr::TH0 | sfr::TH1 | sfr::TL2 | sfr::TH2 => now,
+            sfr::RCAP2L | sfr::RCAP2H => now,
             // The read itself does something.
-            at::IE | at::IP if self.readings.hold_on_read => now,
+            sfr::IE | sfr::IP if self.readings.read_holds_interrupts => now,
             _ => NEVER,
         }
     }

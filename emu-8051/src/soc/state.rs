@@ -1,69 +1,69 @@
 //! The chip around the core as a state ([`emu_core::state`]).
 
 use emu_core::NEVER;
-use emu_core::outside::Log;
-use emu_core::state::{Damaged, State, Tape};
+use emu_core::external_io::EventLog;
+use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 
-use super::Soc;
+use super::Mcs51Soc;
 use crate::chips;
 
-impl State for Soc {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+impl SnapshotState for Mcs51Soc {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let machine = tape.now();
         // What is due follows from the rest; what the core was told last it is told again.
         #[rustfmt::skip]
-        let Soc {
-            part, readings: _, clocks_per_cycle: _, shows_bus: _, log: _, deadline: _, told: _, ports, timers, timer2, toggled, serial,
-            baud, interrupts, power, watchdog, pcon, auxr, frozen, sampled, edges, drives, synced, irq_at, sample_at,
+        let Mcs51Soc {
+            part, readings: _, clocks_per_cycle: _, logs_bus: _, log: _, deadline: _, core_deadline: _, ports, timers, timer2, toggles_shown: toggled, serial,
+            baud, interrupts, power, watchdog, pcon, auxr, stopped_cycles: frozen, sampled_levels: sampled, edges, drives, timers_synced_to: synced, next_interrupt_boundary: irq_at, sample_at,
         } = self;
-        frozen.state(tape)?;
-        power.state(tape)?;
+        frozen.pass_state(tape)?;
+        power.pass_state(tape)?;
         // A hand that sets PD between two instructions stops the oscillator at the end of the cycle that is
         // to come.
-        tape.demand(*frozen <= machine && power.stopped_at(machine) <= machine + 1)?;
+        tape.require(*frozen <= machine && power.stopped_at(machine) <= machine + 1)?;
         tape.set_now(power.stopped_at(machine).saturating_sub(*frozen));
-        ports.state(tape)?;
-        timers.state(tape)?;
-        timer2.state(tape)?;
-        tape.demand(timer2.is_some() == (part.timer2 != chips::Timer2::None))?;
-        toggled.state(tape)?;
-        serial.state(tape)?;
-        baud.state(tape)?;
-        interrupts.state(tape)?;
-        watchdog.state(tape)?;
-        pcon.state(tape)?;
-        auxr.state(tape)?;
-        sampled.state(tape)?;
-        edges.state(tape)?;
-        drives.state(tape)?;
-        synced.state(tape)?;
-        irq_at.state(tape)?;
-        sample_at.state(tape)?;
-        tape.demand(*toggled != NEVER && *synced <= tape.now())?;
-        if tape.reads() {
-            (self.log, self.told) = (Log::OFF, 0);
-            self.schedule();
-            tape.demand(self.due() > machine)?;
+        ports.pass_state(tape)?;
+        timers.pass_state(tape)?;
+        timer2.pass_state(tape)?;
+        tape.require(timer2.is_some() == (part.timer2 != chips::Timer2Kind::None))?;
+        toggled.pass_state(tape)?;
+        serial.pass_state(tape)?;
+        baud.pass_state(tape)?;
+        interrupts.pass_state(tape)?;
+        watchdog.pass_state(tape)?;
+        pcon.pass_state(tape)?;
+        auxr.pass_state(tape)?;
+        sampled.pass_state(tape)?;
+        edges.pass_state(tape)?;
+        drives.pass_state(tape)?;
+        synced.pass_state(tape)?;
+        irq_at.pass_state(tape)?;
+        sample_at.pass_state(tape)?;
+        tape.require(*toggled != NEVER && *synced <= tape.now())?;
+        if tape.is_reading() {
+            (self.log, self.core_deadline) = (EventLog::OFF, 0);
+            self.update_deadline();
+            tape.require(self.next_due() > machine)?;
         }
         Ok(())
     }
 }
 
-impl Soc {
+impl Mcs51Soc {
     /// Does everything up to the machine cycle `now`, also what nobody waits for, so that machines that are equal look so.
-    pub(crate) fn settle_down(&mut self, now: u64) {
-        self.log = Log::OFF;
+    pub(crate) fn normalize(&mut self, now: u64) {
+        self.log = EventLog::OFF;
         self.run(now);
-        let t = self.inner(now);
+        let t = self.to_oscillator_time(now);
         let before = t.saturating_sub(1);
-        if self.synced < before {
-            self.sync(before);
+        if self.timers_synced_to < before {
+            self.sync_timers(before);
         }
         self.pass_ticks(before);
-        self.timers.settle_down(t);
+        self.timers.normalize(t);
         if let Some(timer2) = &mut self.timer2 {
-            timer2.settle_down(t);
+            timer2.normalize(t);
         }
-        self.schedule();
+        self.update_deadline();
     }
 }

@@ -1,14 +1,14 @@
 //! Random writes to all registers of every chip: a machine that is saved and restored is the machine that was
 //! not.
 
-use emu_8051::chips::{PARTS, Part};
-use emu_8051::{Mcs51, Options, Readings};
+use emu_8051::chips::{MCS51_PARTS, Mcs51Part};
+use emu_8051::{Mcs51, Options, Mcs51Readings};
 use emu_core::RamInit;
-use emu_core::cuts::{boundary_byte, plan_at_random, search};
+use emu_core::cut_tests::{boundary_byte, random_slice_plan, search_restore_faults};
 use emu_core::image::{Image, Segment};
 use emu_core::pins::PinId;
 use emu_core::rng::Rng;
-use emu_core::slices::{Plan, pick};
+use emu_core::slices::{SlicePlan, pick_random};
 
 /// Programs for each chip; `EMU_STATE_PROGRAMS` asks for another number.
 const PROGRAMS: u64 = if cfg!(debug_assertions) { 10 } else { 60 };
@@ -18,9 +18,9 @@ const SPAN: u64 = 4_000;
 const CORE: [u16; 6] = [0x81, 0x82, 0x83, 0xD0, 0xE0, 0xF0];
 
 /// An address of a register of the chip.
-fn register(part: &'static Part, rng: &mut Rng) -> u8 {
+fn register(part: &'static Mcs51Part, rng: &mut Rng) -> u8 {
     loop {
-        let addr = pick(rng, part.chip.regs).addr;
+        let addr = pick_random(rng, part.chip.regs).addr;
         if !CORE.contains(&addr) || rng.one_in(10) {
             return addr as u8;
         }
@@ -29,22 +29,22 @@ fn register(part: &'static Part, rng: &mut Rng) -> u8 {
 
 /// MOV of a constant, ORL, ANL, a single bit, a read, a wait, a mode of saving power, the watchdog, external
 /// memory.
-fn step(part: &'static Part, code: &mut Vec<u8>, rng: &mut Rng) {
+fn step(part: &'static Mcs51Part, code: &mut Vec<u8>, rng: &mut Rng) {
     match rng.below(16) {
         // MOV R7,#n; DJNZ R7,$.
         0 => code.extend([0x7F, rng.below(60) as u8 + 1, 0xDF, 0xFE]),
         // ORL PCON,#n.
-        1 => code.extend([0x43, 0x87, pick(rng, &[1, 1, 2, 0x80])]),
+        1 => code.extend([0x43, 0x87, pick_random(rng, &[1, 1, 2, 0x80])]),
         // WDTRST.
         2 => code.extend([0x75, 0xA6, 0x1E, 0x75, 0xA6, 0xE1]),
         // A register that bits can be written in, in one of the ways.
         3..=5 => {
             let bit = register(part, rng) & 0xF8 | rng.below(8) as u8;
-            code.extend([pick(rng, &[0xD2, 0xC2, 0xB2]), bit]);
+            code.extend([pick_random(rng, &[0xD2, 0xC2, 0xB2]), bit]);
         }
         6 => code.extend([0xE5, register(part, rng)]),
         // ORL or ANL of a register with a constant.
-        7 => code.extend([pick(rng, &[0x43, 0x53, 0x63]), register(part, rng), boundary_byte(rng)]),
+        7 => code.extend([pick_random(rng, &[0x43, 0x53, 0x63]), register(part, rng), boundary_byte(rng)]),
         // MOV DPTR,#n; MOVX @DPTR,A.
         8 => code.extend([0x90, rng.below(256) as u8, boundary_byte(rng), 0xF0]),
         // MOV IE,#n.
@@ -54,13 +54,13 @@ fn step(part: &'static Part, code: &mut Vec<u8>, rng: &mut Rng) {
 }
 
 /// Service routines, writes, and a loop over some of them or a jump to itself.
-fn program(part: &'static Part, rng: &mut Rng) -> Vec<u8> {
+fn program(part: &'static Mcs51Part, rng: &mut Rng) -> Vec<u8> {
     let mut code = vec![0; 3];
     for source in 0..6 {
         code.resize(3 + 8 * source, 0);
         if rng.one_in(2) {
             // ANL SCON,#FCh, or ANL T2CON,#3Fh, or CPL P1.0.
-            code.extend(pick(rng, &[[0x53, 0x98, 0xFC], [0x53, 0xC8, 0x3F], [0xB2, 0x90, 0x00]]));
+            code.extend(pick_random(rng, &[[0x53, 0x98, 0xFC], [0x53, 0xC8, 0x3F], [0xB2, 0x90, 0x00]]));
         }
         code.push(0x32);
     }
@@ -71,29 +71,29 @@ fn program(part: &'static Part, rng: &mut Rng) -> Vec<u8> {
     (0..1 + rng.below(40)).for_each(|_| step(part, &mut code, rng));
     let body = code.len();
     (0..rng.below(6)).for_each(|_| step(part, &mut code, rng));
-    let end = pick(rng, &[body, code.len()]);
+    let end = pick_random(rng, &[body, code.len()]);
     let jump = |to: usize| [0x02, (to >> 8) as u8, to as u8];
     code.extend(jump(end));
     code[..3].copy_from_slice(&jump(start));
     code
 }
 
-fn plan(part: &'static Part, rng: &mut Rng) -> Plan<Mcs51> {
+fn plan(part: &'static Mcs51Part, rng: &mut Rng) -> SlicePlan<Mcs51> {
     let bytes = program(part, rng);
-    let readings = Readings { sample_now: rng.one_in(4), hold_on_read: rng.one_in(4) };
+    let readings = Mcs51Readings { samples_interrupt_at_once: rng.one_in(4), read_holds_interrupts: rng.one_in(4) };
     let options = Options { von_neumann: rng.one_in(6), ea: !rng.one_in(8), x2: rng.one_in(2), readings };
     let listing: Vec<String> = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
     let image = Image { segments: vec![Segment { space: "code", addr: 0, bytes }], ..Image::default() };
     let start = Mcs51::with(&part.chip, &image, RamInit::Random(rng.next_u64()), options);
     // The reset pin now and then.
     let pins: Vec<PinId> = (0..32 + PinId::from(rng.one_in(3))).collect();
-    let plan = plan_at_random(start, &pins, SPAN, rng);
-    let what = format!("{}, {options:?}\n{}\n{}", part.chip.name, listing.join(" "), plan.what);
-    Plan { what, ..plan }
+    let plan = random_slice_plan(start, &pins, SPAN, rng);
+    let what = format!("{}, {options:?}\n{}\n{}", part.chip.name, listing.join(" "), plan.description);
+    SlicePlan { description: what, ..plan }
 }
 
 #[test]
 fn saved_and_restored() {
-    let chips: Vec<(&str, &'static Part)> = PARTS.iter().map(|part| (part.chip.name, part)).collect();
-    search(&chips, PROGRAMS, |part, rng| plan(part, rng));
+    let chips: Vec<(&str, &'static Mcs51Part)> = MCS51_PARTS.iter().map(|part| (part.chip.name, part)).collect();
+    search_restore_faults(&chips, PROGRAMS, |part, rng| plan(part, rng));
 }

@@ -1,23 +1,23 @@
 //! Small programs that once ran otherwise than they should, each with what it showed.
 
 use emu_8051::chips::chip;
-use emu_8051::{Mcs51, Options, Readings};
-use emu_core::pins::Event;
-use emu_core::{Cpu, Probe, RamInit, Stop};
+use emu_8051::{Mcs51, Options, Mcs51Readings};
+use emu_core::pins::ChipEvent;
+use emu_core::{Cpu, Probe, RamInit, StopReason};
 
 /// Lines from address 0.
 fn machine(name: &str, lines: &[&str], options: Options) -> Mcs51 {
     let chip = chip(name).expect("a chip of this crate");
-    let image = emu_asm::image(chip, &lines.join("\n")).unwrap_or_else(|e| panic!("{lines:?}: {e}"));
+    let image = emu_asm::assemble_text(chip, &lines.join("\n")).unwrap_or_else(|e| panic!("{lines:?}: {e}"));
     Mcs51::with(chip, &image, RamInit::Zero, options)
 }
 
 #[derive(Default)]
-struct Events(Vec<Event>);
+struct Events(Vec<ChipEvent>);
 
 impl Probe for Events {
     const EVENTS: bool = true;
-    fn event(&mut self, event: Event) -> bool {
+    fn on_event(&mut self, event: ChipEvent) -> bool {
         self.0.push(event);
         false
     }
@@ -30,9 +30,9 @@ fn a_clock_out_toggles_in_any_state() {
         ["mov RCAP2H,#0xFF", "mov RCAP2L,#0xFB", "mov TH2,#0xFF", "mov TL2,#0xFB", "mov T2MOD,#2", "mov T2CON,#4"];
     let mut cpu = machine("at89s52", &[&lines[..], &["nop", "sjmp 18"]].concat(), Options::default());
     let mut events = Events::default();
-    assert_eq!(cpu.run(100, &mut events), Stop::Limit);
+    assert_eq!(cpu.run(100, &mut events), StopReason::Limit);
     // TR2 is written in cycle 11; the first state counted is number 72, the fifth 76, and then every fifth.
-    let states: Vec<u64> = events.0.iter().map(|e| e.at().cycle * 6 + u64::from(e.at().phase) / 2).collect();
+    let states: Vec<u64> = events.0.iter().map(|e| e.time().cycle * 6 + u64::from(e.time().phase) / 2).collect();
     let wanted: Vec<u64> = (0..).map(|n| 76 + 5 * n).take_while(|&state| state < 6 * 100).collect();
     assert_eq!(states[..wanted.len()], wanted);
 }
@@ -51,10 +51,10 @@ fn a_loop_that_jumps_into_an_instruction_is_not_one_that_only_looks() {
 #[test]
 fn a_loop_over_ie_holds_interrupts_where_reads_do() {
     for spare in 0..4 {
-        let readings = Readings { hold_on_read: true, ..Readings::default() };
+        let readings = Mcs51Readings { read_holds_interrupts: true, ..Mcs51Readings::default() };
         let lines = [&["mov TMOD,#2", "mov IE,#0x82", "setb TR0"], &vec!["nop"; spare][..], &["jnb IE.6,$"]].concat();
         let mut cpu = machine("8051", &lines, Options { readings, ..Options::default() });
-        assert_eq!(cpu.run(10_000, &mut ()), Stop::Limit);
+        assert_eq!(cpu.run(10_000, &mut ()), StopReason::Limit);
         assert_eq!((cpu.pc(), cpu.reg("SP")), (8 + spare as u32, Some(7)), "{spare} NOPs before it");
     }
 }
@@ -63,12 +63,12 @@ fn a_loop_over_ie_holds_interrupts_where_reads_do() {
 #[test]
 fn a_hand_in_power_down_acts_now() {
     let mut cpu = machine("at89s52", &["mov IE,#0x81", "orl PCON,#2", "sjmp $"], Options::default());
-    cpu.drive(emu_core::Time::at(9000), 26, emu_core::Level::Low);
+    cpu.drive(emu_core::CycleTime::at(9000), 26, emu_core::PinLevel::Low);
     let mut events = Events::default();
-    assert_eq!(cpu.run(500, &mut events), Stop::Limit);
+    assert_eq!(cpu.run(500, &mut events), StopReason::Limit);
     assert!(cpu.poke("sfr", 0x90, 0xFE));
     cpu.run(600, &mut events);
-    let at: Vec<u64> = events.0.iter().map(|e| e.at().cycle).collect();
+    let at: Vec<u64> = events.0.iter().map(|e| e.time().cycle).collect();
     assert_eq!(at, [501], "the write ends with cycle 500");
 }
 
@@ -81,8 +81,8 @@ fn a_hand_puts_to_sleep_in_the_cycle_of_an_edge() {
         cpu.run(50, &mut ());
         assert!(cpu.poke("sfr", 0x87, 2));
         let now = cpu.cycle();
-        cpu.drive(emu_core::Time::at(now), pin, emu_core::Level::Low);
+        cpu.drive(emu_core::CycleTime::at(now), pin, emu_core::PinLevel::Low);
         cpu.run(now + 100, &mut ());
-        assert_eq!(cpu.level(pin), emu_core::Level::Low, "{name}");
+        assert_eq!(cpu.pin_level(pin), emu_core::PinLevel::Low, "{name}");
     }
 }

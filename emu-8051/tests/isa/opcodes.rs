@@ -1,8 +1,8 @@
 //! Bytes and machine cycles of every opcode, against a table of their own.
 
-use emu_8051::isa::row_of;
+use emu_8051::isa::find_row;
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Stop};
+use emu_core::{Cpu, StopReason};
 
 use super::rig::Rig;
 
@@ -60,7 +60,7 @@ fn every_opcode_has_its_bytes_and_cycles() {
     let mut rng = Rng::new(0x5EED_0003);
     let mut rig = Rig::new("nop");
     for (opcode, bytes, cycles) in opcodes {
-        let row = row_of([opcode, 0, 0]).unwrap_or_else(|| panic!("{opcode:02x} has no row")).0;
+        let row = find_row([opcode, 0, 0]).unwrap_or_else(|| panic!("{opcode:02x} has no row")).0;
         assert_eq!(row.len(), bytes, "{opcode:02x} {}", row.name);
         for n in 0..64 {
             // A relative target of distance 0 is the next instruction whether the jump is taken or not.
@@ -89,7 +89,7 @@ fn every_opcode_has_its_bytes_and_cycles() {
             rig.cpu.set_pc(Rig::PC);
             let (before, counted) = (rig.cpu.cycle(), rig.cpu.instructions());
             let stop = rig.cpu.step(&mut ());
-            assert!(matches!(stop, Stop::Limit | Stop::Halted), "{code:02x?}: {stop:?}");
+            assert!(matches!(stop, StopReason::Limit | StopReason::Halted), "{code:02x?}: {stop:?}");
             assert_eq!(rig.cpu.cycle() - before, cycles, "{code:02x?} {}: cycles", row.name);
             assert_eq!(rig.cpu.instructions() - counted, 1, "{code:02x?}");
             let called = |rig: &Rig| u32::from(rig.get("idata", 0x62)) << 8 | u32::from(rig.get("idata", 0x61));
@@ -109,7 +109,7 @@ fn a5_stops_and_is_not_executed() {
     rig.cpu.set_pc(Rig::PC);
     let before = (rig.cpu.cycle(), rig.cpu.instructions());
     for _ in 0..2 {
-        assert_eq!(rig.cpu.step(&mut ()), Stop::Illegal { pc: Rig::PC, word: 0xA5 });
+        assert_eq!(rig.cpu.step(&mut ()), StopReason::Illegal { pc: Rig::PC, word: 0xA5 });
         assert_eq!((rig.cpu.cycle(), rig.cpu.instructions(), rig.cpu.pc()), (before.0, before.1, Rig::PC));
     }
 }

@@ -3,7 +3,7 @@
 use emu_8051::Mcs51;
 use emu_8051::chips::chip;
 use emu_core::image::Image;
-use emu_core::{Cpu, RamInit, Stop};
+use emu_core::{Cpu, RamInit, StopReason};
 
 pub const ACC: u32 = 0xE0;
 pub const B: u32 = 0xF0;
@@ -26,7 +26,7 @@ impl Rig {
     }
 
     pub fn put_line(&mut self, line: &str) {
-        let bytes = emu_asm::line(self.cpu.chip(), line, Self::PC).unwrap_or_else(|e| panic!("{line}: {e}"));
+        let bytes = emu_asm::assemble_line(self.cpu.chip(), line, Self::PC).unwrap_or_else(|e| panic!("{line}: {e}"));
         for (addr, &byte) in (Self::PC..).zip(&bytes) {
             assert!(self.cpu.poke("code", addr, byte as u8));
         }
@@ -45,7 +45,7 @@ impl Rig {
     pub fn go(&mut self) -> u64 {
         self.cpu.set_pc(Self::PC);
         let before = self.cpu.cycle();
-        assert_eq!(self.cpu.step(&mut ()), Stop::Limit);
+        assert_eq!(self.cpu.step(&mut ()), StopReason::Limit);
         self.cpu.cycle() - before
     }
 

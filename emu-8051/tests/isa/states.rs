@@ -1,17 +1,17 @@
 //! Random programs, and what happens to them from outside: chips, wirings, drives of pins, and a hand that stirs the machine
 //! between runs.
 
-use emu_8051::chips::{PARTS, chip};
-use emu_8051::isa::row_of;
-use emu_8051::{Mcs51, Options, Readings};
+use emu_8051::chips::{MCS51_PARTS, chip};
+use emu_8051::isa::find_row;
+use emu_8051::{Mcs51, Options, Mcs51Readings};
 use emu_core::image::{Image, Segment};
-use emu_core::pins::{Level, PinId, Time};
+use emu_core::pins::{PinLevel, PinId, CycleTime};
 use emu_core::rng::Rng;
-use emu_core::slices::{Act, Plan, pick};
+use emu_core::slices::{RandomInput, SlicePlan, pick_random};
 use emu_core::{Cpu, RamInit};
 
 fn byte(rng: &mut Rng) -> u8 {
-    if rng.one_in(3) { pick(rng, &[0, 1, 2, 0x0F, 0x7F, 0x80, 0xFE, 0xFF]) } else { rng.next_u64() as u8 }
+    if rng.one_in(3) { pick_random(rng, &[0, 1, 2, 0x0F, 0x7F, 0x80, 0xFE, 0xFF]) } else { rng.next_u64() as u8 }
 }
 
 /// Registers that random code reaches: all that there are, the quiet ones of PCON and the watchdog less often.
@@ -22,14 +22,14 @@ const SFRS: &[u8] = &[
 
 fn direct(rng: &mut Rng) -> u8 {
     match rng.below(40) {
-        0 => pick(rng, &[0x87, 0xA6, 0xFF]),
-        1..=14 => pick(rng, SFRS),
+        0 => pick_random(rng, &[0x87, 0xA6, 0xFF]),
+        1..=14 => pick_random(rng, SFRS),
         _ => rng.next_u64() as u8 & 0x7F,
     }
 }
 
 fn bit(rng: &mut Rng) -> u8 {
-    if rng.one_in(2) { pick(rng, SFRS) & 0xF8 | rng.next_u64() as u8 & 7 } else { rng.next_u64() as u8 & 0x7F }
+    if rng.one_in(2) { pick_random(rng, SFRS) & 0xF8 | rng.next_u64() as u8 & 7 } else { rng.next_u64() as u8 & 0x7F }
 }
 
 /// Random instructions of all opcodes; nowhere a byte A5h, so that no jump into an operand ends the run.
@@ -37,7 +37,7 @@ pub fn wild(len: usize, rng: &mut Rng) -> Vec<u8> {
     let mut code = Vec::with_capacity(len + 3);
     while code.len() < len {
         let opcode = rng.next_u64() as u8;
-        let Some((row, ..)) = row_of([opcode, 0, 0]) else { continue };
+        let Some((row, ..)) = find_row([opcode, 0, 0]) else { continue };
         let end = code.len() + row.len() as usize;
         code.push(opcode);
         for slot in row.operands.iter().filter(|slot| !slot.kind.wide) {
@@ -165,7 +165,7 @@ impl Text {
     /// The lines of `text`, split by semicolons.
     fn add(&mut self, text: &str, rng: &mut Rng) {
         let (bit, register) = (rng.below(8), 2 + rng.below(6));
-        let some = |places: &[u32], rng: &mut Rng| if places.is_empty() { 0x4000 } else { pick(rng, places) };
+        let some = |places: &[u32], rng: &mut Rng| if places.is_empty() { 0x4000 } else { pick_random(rng, places) };
         let mut filled = text.replace("%b", &bit.to_string()).replace("%r", &register.to_string());
         filled = filled.replace("%n", &some(&self.nops, rng).to_string());
         filled = filled.replace("%i", &some(&self.constants, rng).to_string());
@@ -186,7 +186,7 @@ impl Text {
                         .replace(&format!("#L{n}"), &format!("#{}", labels[n]))
                 });
                 let words =
-                    emu_asm::line(chip("8052").expect("a chip"), &line, pc).unwrap_or_else(|e| panic!("{line}: {e}"));
+                    emu_asm::assemble_line(chip("8052").expect("a chip"), &line, pc).unwrap_or_else(|e| panic!("{line}: {e}"));
                 if round == 1 && line == "nop" {
                     self.nops.push(pc);
                 }
@@ -216,9 +216,9 @@ fn orderly(rng: &mut Rng) -> Text {
         if rng.one_in(3) {
             text.add("mov PSW,#8", rng);
         }
-        (0..1 + rng.below(2)).for_each(|_| text.add(pick(rng, SERVICE), rng));
+        (0..1 + rng.below(2)).for_each(|_| text.add(pick_random(rng, SERVICE), rng));
         match source {
-            4 => text.add(pick(rng, &["clr RI; clr TI", "anl SCON,#0xFC", "jbc RI,L1; clr TI"]), rng),
+            4 => text.add(pick_random(rng, &["clr RI; clr TI", "anl SCON,#0xFC", "jbc RI,L1; clr TI"]), rng),
             5 => text.add("anl T2CON,#0x3F", rng),
             _ => {}
         }
@@ -228,52 +228,52 @@ fn orderly(rng: &mut Rng) -> Text {
     text.org(0x130);
     let begin = text.here();
     text.bytes[..3].copy_from_slice(&[0x02, (begin >> 8) as u8, begin as u8]);
-    let (mode, timers) = (rng.next_u64() as u8, pick(rng, &[0x21u8, 0x11, 0x22, 0x12, 0x02, 0x23, 0x10]));
+    let (mode, timers) = (rng.next_u64() as u8, pick_random(rng, &[0x21u8, 0x11, 0x22, 0x12, 0x02, 0x23, 0x10]));
     let gates = if rng.one_in(4) { mode & 0xCC } else { 0 };
     text.add(&format!("mov TMOD,#{}; mov SP,#0x58", timers | gates), rng);
     text.add("mov TH0,#%k; mov TL0,#%k; mov TH1,#%k; mov TL1,#%k", rng);
-    text.add(&format!("mov SCON,#{}", pick(rng, &[0x50u8, 0x10, 0x90, 0xD0, 0x40, 0x00, 0x52])), rng);
-    text.add(&format!("mov T2CON,#{}", pick(rng, &[4u8, 0x0C, 0x0D, 0x34, 5, 6, 0x3C, 0])), rng);
+    text.add(&format!("mov SCON,#{}", pick_random(rng, &[0x50u8, 0x10, 0x90, 0xD0, 0x40, 0x00, 0x52])), rng);
+    text.add(&format!("mov T2CON,#{}", pick_random(rng, &[4u8, 0x0C, 0x0D, 0x34, 5, 6, 0x3C, 0])), rng);
     text.add(&format!("mov T2MOD,#{}; mov RCAP2H,#%k; mov RCAP2L,#%k", rng.below(4)), rng);
     text.add(&format!("mov PCON,#{}; mov IP,#%k", rng.below(2) << 7), rng);
     text.add(&format!("mov TCON,#{}", 0x50 | rng.next_u64() as u8 & 0x05), rng);
     let enabled = if rng.one_in(5) { 0 } else { 0x80 | rng.next_u64() as u8 & 0x3F };
     text.add(&format!("mov IE,#{enabled}"), rng);
     let body = text.here();
-    (0..3 + rng.below(14)).for_each(|_| text.add(pick(rng, SNIPPETS), rng));
+    (0..3 + rng.below(14)).for_each(|_| text.add(pick_random(rng, SNIPPETS), rng));
     text.add(&if rng.one_in(8) { "sjmp L0".into() } else { format!("ljmp {body}") }, rng);
     text
 }
 
 /// A pin that something listens to, more often than another.
 fn pin(rng: &mut Rng) -> PinId {
-    if rng.one_in(2) { pick(rng, &[8, 9, 24, 26, 27, 28, 29]) } else { rng.below(32) as PinId }
+    if rng.one_in(2) { pick_random(rng, &[8, 9, 24, 26, 27, 28, 29]) } else { rng.below(32) as PinId }
 }
 
-fn level(rng: &mut Rng) -> Level {
-    pick(rng, &[Level::Low, Level::Low, Level::High, Level::Float, Level::Float])
+fn level(rng: &mut Rng) -> PinLevel {
+    pick_random(rng, &[PinLevel::Low, PinLevel::Low, PinLevel::High, PinLevel::Float, PinLevel::Float])
 }
 
-fn act(text: &Text, rng: &mut Rng) -> Act {
-    let head = |rng: &mut Rng| if text.heads.is_empty() { rng.below(0x1000) as u32 } else { pick(rng, &text.heads) };
+fn act(text: &Text, rng: &mut Rng) -> RandomInput {
+    let head = |rng: &mut Rng| if text.heads.is_empty() { rng.below(0x1000) as u32 } else { pick_random(rng, &text.heads) };
     match rng.below(9) {
-        0 => Act::Poke("idata", 0x20 + rng.below(2) as u32, byte(rng)),
-        1 => Act::Poke("sfr", direct(rng).into(), byte(rng)),
-        2 => Act::Poke("bit", bit(rng).into(), byte(rng)),
-        3 => Act::Pc(head(rng)),
-        4 | 5 => Act::Trap(head(rng), !rng.one_in(3)),
-        6 => Act::Drive(pin(rng), level(rng)),
-        7 if !text.nops.is_empty() => Act::Poke("code", pick(rng, &text.nops), pick(rng, &[0, 4])),
-        _ => Act::Nothing,
+        0 => RandomInput::Poke("idata", 0x20 + rng.below(2) as u32, byte(rng)),
+        1 => RandomInput::Poke("sfr", direct(rng).into(), byte(rng)),
+        2 => RandomInput::Poke("bit", bit(rng).into(), byte(rng)),
+        3 => RandomInput::Pc(head(rng)),
+        4 | 5 => RandomInput::Trap(head(rng), !rng.one_in(3)),
+        6 => RandomInput::Drive(pin(rng), level(rng)),
+        7 if !text.nops.is_empty() => RandomInput::Poke("code", pick_random(rng, &text.nops), pick_random(rng, &[0, 4])),
+        _ => RandomInput::Nothing,
     }
 }
 
 /// One random program with all around it, for about `span` cycles.
-pub fn plan(seed: u64, span: u64) -> Plan<Mcs51> {
+pub fn plan(seed: u64, span: u64) -> SlicePlan<Mcs51> {
     let rng = &mut Rng::new(seed);
-    let part = pick(rng, &[0, 1, 3, 4, 6, 7, 8, 8, 9, 10, 10, 11, 12]);
-    let chip = &PARTS[part].chip;
-    let readings = Readings { sample_now: rng.one_in(4), hold_on_read: rng.one_in(4) };
+    let part = pick_random(rng, &[0, 1, 3, 4, 6, 7, 8, 8, 9, 10, 10, 11, 12]);
+    let chip = &MCS51_PARTS[part].chip;
+    let readings = Mcs51Readings { samples_interrupt_at_once: rng.one_in(4), read_holds_interrupts: rng.one_in(4) };
     let options = Options { von_neumann: rng.one_in(4), ea: !rng.one_in(8), x2: rng.one_in(2), readings };
     let mut text = if rng.one_in(4) {
         // The same 4 KB all over memory: returns to anywhere find a program.
@@ -285,21 +285,21 @@ pub fn plan(seed: u64, span: u64) -> Plan<Mcs51> {
     let bytes = std::mem::take(&mut text.bytes);
     let image = Image { segments: vec![Segment { space: "code", addr: 0, bytes }], ..Image::default() };
     let mut start = Mcs51::with(chip, &image, RamInit::Random(rng.next_u64()), options);
-    start.show_bus(rng.one_in(4));
+    start.set_bus_on_pins(rng.one_in(4));
     // Drives come in swarms and singly, some of them at the same cycle.
     let mut at = 0;
     while at < span {
         at += if rng.one_in(3) { rng.below(4) } else { rng.below(span / 10) };
-        start.drive(Time::at(at), pin(rng), level(rng));
+        start.drive(CycleTime::at(at), pin(rng), level(rng));
     }
     if rng.one_in(10) {
         let at = rng.below(span);
-        start.drive(Time::at(at), 32, Level::High);
-        start.drive(Time::at(at + rng.below(6)), 32, Level::Low);
+        start.drive(CycleTime::at(at), 32, PinLevel::High);
+        start.drive(CycleTime::at(at + rng.below(6)), 32, PinLevel::Low);
     }
-    let mut acts: Vec<(u64, Act)> = (0..rng.below(6)).map(|_| (rng.below(span), act(&text, rng))).collect();
-    acts.push((span, Act::Nothing));
+    let mut acts: Vec<(u64, RandomInput)> = (0..rng.below(6)).map(|_| (rng.below(span), act(&text, rng))).collect();
+    acts.push((span, RandomInput::Nothing));
     acts.sort_by_key(|act| act.0);
     let what = format!("seed {seed:#018x}, {}, {options:?}, {acts:x?}", chip.name);
-    Plan { what, start, acts, places: text.heads }
+    SlicePlan { description: what, start, inputs: acts, breakpoint_candidates: text.heads }
 }

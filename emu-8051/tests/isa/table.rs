@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use emu_8051::Mcs51;
 use emu_8051::chips::chip;
-use emu_8051::isa::{SHAPES, row_of};
+use emu_8051::isa::{SHAPES, find_row};
 use emu_core::image::Image;
-use emu_core::pins::{Level, PinId, Time};
+use emu_core::pins::{PinLevel, PinId, CycleTime};
 use emu_core::rng::Rng;
-use emu_core::{Cpu, RamInit, Stop};
+use emu_core::{Cpu, RamInit, StopReason};
 
 use super::rig::parity;
 
@@ -83,7 +83,7 @@ fn code(case: &Case, pc: u32) -> Vec<u8> {
     match case.asm.strip_prefix("db ") {
         Some(bytes) => bytes.split_whitespace().map(|b| u8::from_str_radix(b, 16).expect("a byte")).collect(),
         None => {
-            let words = emu_asm::line(chip("8052").expect("a chip"), case.asm, pc)
+            let words = emu_asm::assemble_line(chip("8052").expect("a chip"), case.asm, pc)
                 .unwrap_or_else(|e| panic!("line {}: {e}", case.number));
             words.iter().map(|&word| word as u8).collect()
         }
@@ -146,7 +146,7 @@ impl State {
     /// The machine as it is; latches of ports show where the outside pulls all pins high.
     fn of(cpu: &Mcs51) -> State {
         let mut cpu = cpu.clone();
-        (0..32).for_each(|pin| cpu.drive(Time::at(cpu.cycle()), pin, Level::High));
+        (0..32).for_each(|pin| cpu.drive(CycleTime::at(cpu.cycle()), pin, PinLevel::High));
         let ram = (0..0x100).map(|addr| cpu.peek("idata", addr).unwrap_or(0)).collect();
         let sfr = (0..0x100).map(|addr| cpu.peek("sfr", addr).unwrap_or(0)).collect();
         State { ram, sfr, pc: cpu.pc() }
@@ -206,7 +206,7 @@ fn run(case: &Case, seed: u64) -> Result<(), String> {
     }
     wanted.put_into(&mut cpu, &named);
     for pin in pulled {
-        cpu.drive(Time::at(cpu.cycle()), pin, Level::Low);
+        cpu.drive(CycleTime::at(cpu.cycle()), pin, PinLevel::Low);
     }
     // Registers that are not named are those of reset, and RAM that is not there reads as nothing.
     let found = State::of(&cpu);
@@ -223,12 +223,12 @@ fn run(case: &Case, seed: u64) -> Result<(), String> {
     if let Ok(cycles) = case.outcome.parse::<u64>() {
         wanted.pc = (pc + bytes.len() as u32) & 0xFFFF;
         // A jump to itself with nothing to wake the chip is also the end of a program.
-        let ends = stop == Stop::Halted && cpu.pc() == pc;
-        if stop != Stop::Limit && !ends || spent != cycles || done != 1 {
+        let ends = stop == StopReason::Halted && cpu.pc() == pc;
+        if stop != StopReason::Limit && !ends || spent != cycles || done != 1 {
             return Err(format!("  {stop:?} after {spent} cycles and {done} instructions, {cycles} wanted\n"));
         }
     } else {
-        let stops = Stop::Illegal { pc, word: bytes[0].into() };
+        let stops = StopReason::Illegal { pc, word: bytes[0].into() };
         if case.outcome != "illegal" || stop != stops || spent != 0 {
             return Err(format!("  {stop:?} after {spent} cycles, {} wanted\n", case.outcome));
         }
@@ -270,7 +270,7 @@ fn every_row_has_a_case() {
         let pc = case.before.iter().find(|item| item.0 == "PC").map_or(0x1234, |item| item.1);
         let bytes = code(&case, pc);
         let at = |i: usize| bytes.get(i).copied().unwrap_or(0);
-        if let Some((row, kind, _)) = row_of([at(0), at(1), at(2)]) {
+        if let Some((row, kind, _)) = find_row([at(0), at(1), at(2)]) {
             let above = at(1) >= 0x80 || row.name == "MovDirDir" && at(2) >= 0x80;
             seen.entry(kind as usize).or_default().insert(above);
         }

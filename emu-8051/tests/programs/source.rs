@@ -10,9 +10,9 @@
 //! Every `-- {a|b} rest` is a case: `$1`, `$2` in the program and in the rest stand for a, b. Lines behind it that begin with
 //! three blanks go on with it. `#` begins a line of comment.
 
-use emu_8051::{Mcs51, Options, Readings, chips};
+use emu_8051::{Mcs51, Options, Mcs51Readings, chips};
 use emu_core::image::{Image, Segment};
-use emu_core::pins::{Level, PinId, Time};
+use emu_core::pins::{PinLevel, PinId, CycleTime};
 use emu_core::{Chip, Cpu, RamInit};
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ pub struct Program {
     pub name: String,
     chip: String,
     options: Options,
-    drives: Vec<(u64, PinId, Level)>,
+    drives: Vec<(u64, PinId, PinLevel)>,
     image: Image,
 }
 
@@ -31,7 +31,7 @@ impl Program {
         let chip = chips::chip(&self.chip).unwrap_or_else(|| panic!("{}: no chip {}", self.name, self.chip));
         let mut mcs51 = Mcs51::with(chip, &self.image, RamInit::Zero, self.options);
         for &(at, pin, level) in &self.drives {
-            mcs51.drive(Time::at(at), pin, level);
+            mcs51.drive(CycleTime::at(at), pin, level);
         }
         mcs51
     }
@@ -48,15 +48,15 @@ pub fn pin(text: &str) -> Option<PinId> {
 }
 
 /// A level by its letter.
-pub fn level(letter: &str) -> Option<Level> {
-    [("L", Level::Low), ("H", Level::High), ("F", Level::Float)].iter().find(|l| l.0 == letter).map(|l| l.1)
+pub fn level(letter: &str) -> Option<PinLevel> {
+    [("L", PinLevel::Low), ("H", PinLevel::High), ("F", PinLevel::Float)].iter().find(|l| l.0 == letter).map(|l| l.1)
 }
 
 /// `20L`, `20.4H`: cycle, clock, level.
-pub fn edge(text: &str) -> Option<(Time, Level)> {
+pub fn edge(text: &str) -> Option<(CycleTime, PinLevel)> {
     let (at, letter) = text.split_at_checked(text.len().checked_sub(1)?)?;
     let (cycle, phase) = at.split_once('.').unwrap_or((at, "0"));
-    Some((Time { cycle: cycle.parse().ok()?, phase: phase.parse().ok()? }, level(letter)?))
+    Some((CycleTime { cycle: cycle.parse().ok()?, phase: phase.parse().ok()? }, level(letter)?))
 }
 
 /// All cases of a text: name, program and the rest.
@@ -115,7 +115,7 @@ pub fn program(name: &str, source: &str) -> (Program, BTreeMap<String, u32>) {
                     von_neumann: is("von-neumann"),
                     ea: !is("ea-low"),
                     x2: is("x2"),
-                    readings: Readings { sample_now: is("now"), hold_on_read: is("access") },
+                    readings: Mcs51Readings { samples_interrupt_at_once: is("now"), read_holds_interrupts: is("access") },
                 };
             }
             ["drive", wire, ref edges @ ..] => {
@@ -149,7 +149,7 @@ fn assemble(name: &str, chip: &'static Chip, lines: &[String], labels: &mut BTre
         let (line, times) = line.split_once('*').map_or((line, 1), |(l, n)| (l.trim(), number(name, n.trim())));
         (0..times).for_each(|_| text += &format!(" {line}\n"));
     }
-    let image = emu_asm::image(chip, &text).unwrap_or_else(|e| panic!("{name}:\n{e}"));
+    let image = emu_asm::assemble_text(chip, &text).unwrap_or_else(|e| panic!("{name}:\n{e}"));
     labels.extend(image.symbols.iter().map(|symbol| (symbol.name.clone(), symbol.addr)));
     let mut bytes = vec![0; image.end("code") as usize];
     image.fill("code", &mut bytes);

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use emu_8051::periph::serial::{Line, RI, Serial, Step, TI};
+use emu_8051::periph::serial::{SerialLine, RI, SerialPort, SerialStep, TI};
 use emu_core::NEVER;
 
 /// `what | script | what happens`. In a script `N` is the cycle of what follows it: `scon=XX`, `sbuf=XX` are writes at its
@@ -77,14 +77,14 @@ both at once: the pin shows what is sent | 10 scon=10 sbuf=F5 25 | 12 ^, 13 R0, 
 ";
 
 /// Says what a step in `cycle` did, with its place in the order of the cycle.
-fn note(said: &mut Vec<(u64, u8, String)>, cycle: u64, step: Step, port: &Serial) {
+fn note(said: &mut Vec<(u64, u8, String)>, cycle: u64, step: SerialStep, port: &SerialPort) {
     for edge in step.edges() {
         let (cycle, phase) = (edge.at.cycle, edge.at.phase);
         match (edge.line, edge.level, phase) {
-            (Line::Txd, level, 0) => said.push((cycle, 0, format!("T{}", u8::from(level)))),
-            (Line::Rxd, level, 0) => said.push((cycle, 0, format!("R{}", u8::from(level)))),
-            (Line::Txd, false, 4) => said.push((cycle, 4, "^".into())),
-            (Line::Txd, true, 10) => {}
+            (SerialLine::Txd, level, 0) => said.push((cycle, 0, format!("T{}", u8::from(level)))),
+            (SerialLine::Rxd, level, 0) => said.push((cycle, 0, format!("R{}", u8::from(level)))),
+            (SerialLine::Txd, false, 4) => said.push((cycle, 4, "^".into())),
+            (SerialLine::Txd, true, 10) => {}
             _ => said.push((cycle, phase, format!("{edge:?}"))),
         }
     }
@@ -94,7 +94,7 @@ fn note(said: &mut Vec<(u64, u8, String)>, cycle: u64, step: Step, port: &Serial
     if step.flags & RI != 0 {
         said.push((cycle, 11, format!("RI {:02X} {}", port.sbuf(), port.scon() >> 2 & 1)));
     }
-    if let Some(byte) = step.sent {
+    if let Some(byte) = step.sent_byte {
         said.push((cycle, 12, format!("sent {byte:02X}")));
     }
 }
@@ -113,31 +113,31 @@ fn run(script: &str) -> String {
             _ => at = word.parse().expect("a cycle"),
         }
     }
-    let mut port = Serial::new();
+    let mut port = SerialPort::new();
     let mut level = true;
     let mut said: Vec<(u64, u8, String)> = Vec::new();
     for cycle in 0..=at {
         if let Some(&new) = wire.get(&cycle) {
             level = new;
-            port.line(level);
+            port.set_rxd_level(level);
         }
-        if port.shift_next() == cycle {
-            let step = port.shift_step(cycle, level);
+        if port.next_shift_cycle() == cycle {
+            let step = port.step_shifter(cycle, level);
             note(&mut said, cycle, step, &port);
         }
         // The first tick is that of cycle 1.
         if cycle > 0 {
-            if port.tx_wait() == Some(1) {
-                let step = port.tx_step(cycle);
+            if port.tx_ticks_to_next_step() == Some(1) {
+                let step = port.step_transmitter(cycle);
                 note(&mut said, cycle, step, &port);
             } else {
-                port.tx_pass(1);
+                port.tx_advance(1);
             }
-            if port.rx_wait() == Some(1) {
-                let step = port.rx_step(cycle, level);
+            if port.rx_ticks_to_next_step() == Some(1) {
+                let step = port.step_receiver(cycle, level);
                 note(&mut said, cycle, step, &port);
             } else {
-                port.rx_pass(1);
+                port.rx_advance(1);
             }
         }
         for act in acts.get(&cycle).into_iter().flatten() {
@@ -151,7 +151,7 @@ fn run(script: &str) -> String {
                     note(&mut said, cycle, step, &port);
                 }
                 _ => {
-                    let since = if port.since() == NEVER { "-".into() } else { port.since().to_string() };
+                    let since = if port.flags_set_since() == NEVER { "-".into() } else { port.flags_set_since().to_string() };
                     let text = format!("scon={:02X} sbuf={:02X} since={since}", port.scon(), port.sbuf());
                     said.push((cycle, 13, text));
                 }
@@ -184,27 +184,27 @@ fn cases_of_the_manual() {
 #[test]
 fn far_distances_cost_nothing() {
     const FAR: u64 = 1 << 50;
-    let mut port = Serial::new();
+    let mut port = SerialPort::new();
     let _ = port.set_scon(0x50, 0);
-    port.tx_pass(FAR + 5);
-    port.rx_pass(FAR);
-    assert_eq!((port.tx_wait(), port.rx_wait()), (None, None));
+    port.tx_advance(FAR + 5);
+    port.rx_advance(FAR);
+    assert_eq!((port.tx_ticks_to_next_step(), port.rx_ticks_to_next_step()), (None, None));
     let _ = port.write_sbuf(0xFF, FAR);
     // 2^50 + 5 ticks leave 11 to the next rollover.
-    assert_eq!(port.tx_wait(), Some(11));
-    port.line(false);
-    assert_eq!(port.rx_wait(), Some(1));
-    let _ = port.rx_step(FAR, false);
-    assert_eq!(port.rx_wait(), Some(9));
-    port.line(true);
-    port.rx_pass(6);
-    port.line(false);
-    port.rx_pass(2);
-    let _ = port.rx_step(FAR + 9, false);
-    assert_eq!(port.rx_wait(), Some(144));
-    port.rx_pass(143);
-    assert_eq!(port.rx_step(FAR + 153, false).flags, 1);
+    assert_eq!(port.tx_ticks_to_next_step(), Some(11));
+    port.set_rxd_level(false);
+    assert_eq!(port.rx_ticks_to_next_step(), Some(1));
+    let _ = port.step_receiver(FAR, false);
+    assert_eq!(port.rx_ticks_to_next_step(), Some(9));
+    port.set_rxd_level(true);
+    port.rx_advance(6);
+    port.set_rxd_level(false);
+    port.rx_advance(2);
+    let _ = port.step_receiver(FAR + 9, false);
+    assert_eq!(port.rx_ticks_to_next_step(), Some(144));
+    port.rx_advance(143);
+    assert_eq!(port.step_receiver(FAR + 153, false).flags, 1);
     // The frame is over, and the line stays low.
-    port.rx_pass(FAR);
-    assert_eq!((port.rx_wait(), port.since(), port.shift_next()), (None, FAR + 153, NEVER));
+    port.rx_advance(FAR);
+    assert_eq!((port.rx_ticks_to_next_step(), port.flags_set_since(), port.next_shift_cycle()), (None, FAR + 153, NEVER));
 }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use emu_8051::periph::serial::{Line, REN, RI, Serial, Step, TI};
+use emu_8051::periph::serial::{SerialLine, REN, RI, SerialPort, SerialStep, TI};
 use emu_core::NEVER;
 use emu_core::rng::Rng;
 
@@ -55,39 +55,39 @@ impl Wire {
 /// A port that only hears of ticks when it must.
 #[derive(Clone)]
 struct Lazy {
-    port: Serial,
+    port: SerialPort,
     tx: u64,
     rx: u64,
 }
 
 impl Lazy {
     fn sync(&mut self) {
-        self.port.tx_pass(std::mem::take(&mut self.tx));
-        self.port.rx_pass(std::mem::take(&mut self.rx));
+        self.port.tx_advance(std::mem::take(&mut self.tx));
+        self.port.rx_advance(std::mem::take(&mut self.rx));
     }
 
-    fn synced(&self) -> Serial {
+    fn synced(&self) -> SerialPort {
         let mut copy = self.clone();
         copy.sync();
         copy.port
     }
 
-    fn tx_tick(&mut self, cycle: u64) -> Step {
-        if self.port.tx_wait() != Some(self.tx + 1) {
+    fn tx_tick(&mut self, cycle: u64) -> SerialStep {
+        if self.port.tx_ticks_to_next_step() != Some(self.tx + 1) {
             self.tx += 1;
-            return Step::default();
+            return SerialStep::default();
         }
-        self.port.tx_pass(std::mem::take(&mut self.tx));
-        self.port.tx_step(cycle)
+        self.port.tx_advance(std::mem::take(&mut self.tx));
+        self.port.step_transmitter(cycle)
     }
 
-    fn rx_tick(&mut self, cycle: u64, level: bool) -> Step {
-        if self.port.rx_wait() != Some(self.rx + 1) {
+    fn rx_tick(&mut self, cycle: u64, level: bool) -> SerialStep {
+        if self.port.rx_ticks_to_next_step() != Some(self.rx + 1) {
             self.rx += 1;
-            return Step::default();
+            return SerialStep::default();
         }
-        self.port.rx_pass(std::mem::take(&mut self.rx));
-        self.port.rx_step(cycle, level)
+        self.port.rx_advance(std::mem::take(&mut self.rx));
+        self.port.step_receiver(cycle, level)
     }
 }
 
@@ -119,8 +119,8 @@ fn one(seed: u64, seen: &mut Seen) {
     let mut rng = Rng::new(seed);
     let (tx_rate, rx_rate) = (Rate::draw(&mut rng), Rate::draw(&mut rng));
     let mut model = Model::new();
-    let mut lazy = Lazy { port: Serial::new(), tx: 0, rx: 0 };
-    let mut eager = Serial::new();
+    let mut lazy = Lazy { port: SerialPort::new(), tx: 0, rx: 0 };
+    let mut eager = SerialPort::new();
     let mut wire = Wire::default();
     let mut level = true;
     let (mut txd, mut rxd) = (true, true);
@@ -128,33 +128,33 @@ fn one(seed: u64, seen: &mut Seen) {
     let mut sent = Vec::new();
     for cycle in 0..4_000 {
         let place = |what: &str| format!("{what}, seed {seed}, cycle {cycle}");
-        let mut note = |step: Step, other: Step, scon: u8, now: u8| {
+        let mut note = |step: SerialStep, other: SerialStep, scon: u8, now: u8| {
             assert_eq!(step, other, "{}", place("lazy step"));
             assert_eq!(step.flags, !scon & now & (RI | TI), "{}", place("flags"));
             edges.extend(step.edges());
-            sent.extend(step.sent.map(|byte| (cycle, byte)));
+            sent.extend(step.sent_byte.map(|byte| (cycle, byte)));
         };
         model.cycle(cycle, level);
         let was = eager.scon();
-        if eager.shift_next() == cycle {
-            let step = eager.shift_step(cycle, level);
-            note(lazy.port.shift_step(cycle, level), step, was, eager.scon());
+        if eager.next_shift_cycle() == cycle {
+            let step = eager.step_shifter(cycle, level);
+            note(lazy.port.step_shifter(cycle, level), step, was, eager.scon());
         }
-        assert!(eager.shift_next() > cycle);
-        let same = |model: &Model, lazy: &Lazy, eager: &Serial| {
+        assert!(eager.next_shift_cycle() > cycle);
+        let same = |model: &Model, lazy: &Lazy, eager: &SerialPort| {
             assert_eq!(lazy.synced(), *eager, "{}", place("lazy"));
             assert_eq!(eager.scon(), model.scon, "{}", place("SCON"));
             assert_eq!(eager.sbuf(), model.sbuf, "{}", place("SBUF"));
-            assert_eq!(eager.since(), model.since(), "{}", place("since"));
-            assert_eq!((eager.busy(), eager.receiving()), (model.busy(), model.receiving()), "{}", place("state"));
+            assert_eq!(eager.flags_set_since(), model.since(), "{}", place("since"));
+            assert_eq!((eager.is_busy(), eager.is_receiving()), (model.busy(), model.receiving()), "{}", place("state"));
         };
         for _ in 0..tx_rate.ticks(cycle) {
             let was = eager.scon();
-            let step = match eager.tx_wait() {
-                Some(1) => eager.tx_step(cycle),
+            let step = match eager.tx_ticks_to_next_step() {
+                Some(1) => eager.step_transmitter(cycle),
                 _ => {
-                    eager.tx_pass(1);
-                    Step::default()
+                    eager.tx_advance(1);
+                    SerialStep::default()
                 }
             };
             note(lazy.tx_tick(cycle), step, was, eager.scon());
@@ -166,11 +166,11 @@ fn one(seed: u64, seen: &mut Seen) {
             if now != level {
                 level = now;
                 lazy.sync();
-                lazy.port.line(level);
-                eager.line(level);
+                lazy.port.set_rxd_level(level);
+                eager.set_rxd_level(level);
             }
             let was = eager.scon();
-            let step = eager.rx_step(cycle, level);
+            let step = eager.step_receiver(cycle, level);
             note(lazy.rx_tick(cycle, level), step, was, eager.scon());
             model.rx_tick(cycle, level);
             seen.received[usize::from(model.scon >> 6)] += u32::from(step.flags & RI != 0);
@@ -179,7 +179,7 @@ fn one(seed: u64, seen: &mut Seen) {
         edges.sort_by_key(|edge| edge.at);
         for phase in 0..12 {
             while let Some(edge) = edges.first().filter(|edge| (edge.at.cycle, edge.at.phase) == (cycle, phase)) {
-                let line = if edge.line == Line::Txd { &mut txd } else { &mut rxd };
+                let line = if edge.line == SerialLine::Txd { &mut txd } else { &mut rxd };
                 assert_ne!(*line, edge.level, "{}", place("an edge without a change"));
                 *line = edge.level;
                 edges.remove(0);
@@ -189,7 +189,7 @@ fn one(seed: u64, seen: &mut Seen) {
         }
         assert!(edges.iter().all(|edge| edge.at.cycle == cycle + 1), "{}", place("an edge in the past"));
         assert_eq!(eager.txd_at(cycle), model.txd[9], "{}", place("TXD at S5P2"));
-        assert_eq!(eager.rxd_out().unwrap_or(true), model.rxd[9], "{}", place("RXD at S5P2"));
+        assert_eq!(eager.driven_rxd().unwrap_or(true), model.rxd[9], "{}", place("RXD at S5P2"));
         assert_eq!(sent, model.sent, "{}", place("sent"));
 
         // The program writes at the end of the cycle.
@@ -220,10 +220,10 @@ fn one(seed: u64, seen: &mut Seen) {
             assert_eq!(step, eager.set_scon(v, cycle));
             model.write_scon(v, cycle);
             edges.extend(step.edges());
-            sent.extend(step.sent.map(|byte| (cycle, byte)));
+            sent.extend(step.sent_byte.map(|byte| (cycle, byte)));
             same(&model, &lazy, &eager);
         }
-        assert_eq!(eager.shift_next() == NEVER, !model.shifting(), "{}", place("mode 0 at rest"));
+        assert_eq!(eager.next_shift_cycle() == NEVER, !model.shifting(), "{}", place("mode 0 at rest"));
     }
     seen.lost += model.lost;
     for (n, count) in model.sent_in.into_iter().enumerate() {

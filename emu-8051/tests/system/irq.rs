@@ -2,7 +2,7 @@
 
 use emu_8051::Mcs51;
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Probe, Stop};
+use emu_core::{Cpu, Probe, StopReason};
 
 use crate::model::{self, Do, PINS, Setup};
 use crate::source;
@@ -14,7 +14,7 @@ const CYCLES: u64 = 1500;
 struct Calls(Vec<(u64, u8)>);
 
 impl Probe for Calls {
-    fn irq(&mut self, at: u64, vector: u8) {
+    fn on_interrupt(&mut self, at: u64, vector: u8) {
         self.0.push((at, vector));
     }
 }
@@ -141,8 +141,8 @@ fn every_call_is_that_of_the_ticked_model() {
         // At one go, or in slices, which must make no difference.
         let slice = [CYCLES, 1, 7, 100][(seed % 4) as usize];
         let mut until = 0;
-        let mut stop = Stop::Limit;
-        while until < CYCLES && stop == Stop::Limit {
+        let mut stop = StopReason::Limit;
+        while until < CYCLES && stop == StopReason::Limit {
             until += slice;
             stop = mcs51.run(until, &mut found);
         }

@@ -1,7 +1,7 @@
 //! Two machines on one wire in each direction, each with its own clock.
 
 use emu_8051::Mcs51;
-use emu_core::pins::{Event, Level, Time};
+use emu_core::pins::{ChipEvent, PinLevel, CycleTime};
 use emu_core::{Cpu, Probe};
 
 use crate::source::{self, Program, pin};
@@ -66,13 +66,13 @@ send: mov SBUF,@R0
 ";
 
 #[derive(Default)]
-struct Edges(Vec<(u64, Level)>);
+struct Edges(Vec<(u64, PinLevel)>);
 
 impl Probe for Edges {
     const EVENTS: bool = true;
-    fn event(&mut self, event: Event) -> bool {
+    fn on_event(&mut self, event: ChipEvent) -> bool {
         match event {
-            Event::Edge { at, pin: on, level } if Some(on) == pin("P3.1") => self.0.push((at.cycle, level)),
+            ChipEvent::Edge { at, pin: on, level } if Some(on) == pin("P3.1") => self.0.push((at.cycle, level)),
             _ => {}
         }
         false
@@ -90,10 +90,10 @@ fn talk(a: &mut Mcs51, b: &mut Mcs51, cycles: u64, rate: u64) {
         a.run(until, &mut from_a);
         b.run(until * rate / 1_000_000, &mut from_b);
         for (cycle, level) in from_a.0.drain(..) {
-            b.drive(Time::at((cycle + DELAY) * rate / 1_000_000), rxd, level);
+            b.drive(CycleTime::at((cycle + DELAY) * rate / 1_000_000), rxd, level);
         }
         for (cycle, level) in from_b.0.drain(..) {
-            a.drive(Time::at(cycle * 1_000_000 / rate + DELAY), rxd, level);
+            a.drive(CycleTime::at(cycle * 1_000_000 / rate + DELAY), rxd, level);
         }
     }
 }

@@ -1,12 +1,12 @@
 //! Timers 0 and 1 by hand (user's manual, "Timer/Counters").
 
 use crate::table::{Device, check};
-use emu_8051::periph::timer::Timers;
+use emu_8051::periph::timer::Mcs51Timers;
 use emu_core::NEVER;
 
-impl Device for Timers {
+impl Device for Mcs51Timers {
     fn sync(&mut self, cycle: u64) {
-        self.sync(cycle);
+        self.advance_to(cycle);
     }
 
     fn get(&self, name: &str) -> u64 {
@@ -20,14 +20,14 @@ impl Device for Timers {
             "tr1" => u64::from(self.run(1)),
             "tf0" => u64::from(self.flag(0)),
             "tf1" => u64::from(self.flag(1)),
-            "since0" => self.since(0),
-            "since1" => self.since(1),
+            "since0" => self.flag_set_since(0),
+            "since1" => self.flag_set_since(1),
             "next0" => self.next_flag(0),
             "next1" => self.next_flag(1),
             "overflows" => self.overflows(),
             _ => match (name.strip_prefix("overflow"), name.strip_prefix("by")) {
-                (Some(k), _) => self.overflow_at(k.parse().expect("a number")),
-                (_, Some(now)) => self.overflows_at(now.parse().expect("a number")),
+                (Some(k), _) => self.cycle_of_overflow(k.parse().expect("a number")),
+                (_, Some(now)) => self.overflows_by(now.parse().expect("a number")),
                 _ => panic!("no {name}"),
             },
         }
@@ -66,7 +66,7 @@ impl Device for Timers {
 #[test]
 fn by_hand() {
     check(
-        || Timers::new(0),
+        || Mcs51Timers::new(0),
         "
         reset                      | tmod:0 tl0:0 th0:0 tl1:0 th1:0 tr0:0 tr1:0 tf0:0 tf1:0 next0:never next1:never since0:never
         stopped                    | tmod=11 @500 tl0:0 tl1:0 tf0:0
@@ -139,20 +139,20 @@ fn by_hand() {
 
 #[test]
 fn numbers_of_timers_are_masked_and_time_does_not_go_back() {
-    let mut timers = Timers::new(100);
+    let mut timers = Mcs51Timers::new(100);
     timers.set_tmod(0x11);
     timers.set_run(3, true);
-    timers.sync(110);
-    timers.sync(50);
+    timers.advance_to(110);
+    timers.advance_to(50);
     assert_eq!((timers.tl(0), timers.tl(1), timers.tl(7)), (0, 10, 10));
     timers.pin_t(5, false, 3);
-    timers.sync(u64::MAX);
+    timers.advance_to(u64::MAX);
     assert_eq!(timers.next_flag(1), NEVER, "beyond the end of time there is no moment to name");
 
-    let mut counter = Timers::new(100);
+    let mut counter = Mcs51Timers::new(100);
     counter.set_tmod(0x50);
     counter.set_run(1, true);
     counter.pin_t(1, false, 3);
-    counter.sync(101);
+    counter.advance_to(101);
     assert_eq!(counter.tl(1), 1, "an edge told too late is one of the cycle synced to");
 }

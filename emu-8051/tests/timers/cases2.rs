@@ -1,11 +1,11 @@
 //! Timer 2 by hand (user's manual, "Timer 2"; AT89S52 data sheet for T2MOD).
 
 use crate::table::{Device, check};
-use emu_8051::periph::timer2::Timer2;
+use emu_8051::periph::timer2::Mcs51Timer2;
 
-impl Device for Timer2 {
+impl Device for Mcs51Timer2 {
     fn sync(&mut self, cycle: u64) {
-        self.sync(cycle);
+        self.advance_to(cycle);
     }
 
     fn get(&self, name: &str) -> u64 {
@@ -17,12 +17,12 @@ impl Device for Timer2 {
             "tf2" => u64::from(self.t2con() >> 7),
             "exf2" => u64::from(self.t2con() >> 6 & 1),
             "out" => self.clock_out().map_or(0xFF, u64::from),
-            "since" => self.since(),
+            "since" => self.flags_set_since(),
             "next" => self.next_flag(),
             "toggle" => self.next_toggle(),
             "overflows" => self.overflows(),
             _ => match (name.strip_prefix("overflow"), name.strip_prefix("by")) {
-                (Some(k), _) => self.overflow_state(k.parse().expect("a number")),
+                (Some(k), _) => self.state_of_overflow(k.parse().expect("a number")),
                 (_, Some(state)) => self.overflows_by(state.parse().expect("a number")),
                 _ => panic!("no {name}"),
             },
@@ -57,7 +57,7 @@ impl Device for Timer2 {
 #[test]
 fn by_hand() {
     check(
-        || Timer2::new(0),
+        || Mcs51Timer2::new(0),
         "
         reset                      | con:0 mod:0 t:0 rcap:0 out:FF since:never next:never toggle:never overflow1:never
         stopped                    | con=00 tl=FF th=FF @99 t:FFFF tf2:0 next:never
@@ -128,21 +128,21 @@ fn by_hand() {
 
 #[test]
 fn time_does_not_go_back_and_has_no_end() {
-    let mut timer = Timer2::new(100);
+    let mut timer = Mcs51Timer2::new(100);
     timer.set_t2con(0x1C);
-    timer.sync(110);
-    timer.sync(50);
+    timer.advance_to(110);
+    timer.advance_to(50);
     assert_eq!(timer.tl(), 59);
     let mut last = timer.clone();
-    last.sync(u64::MAX);
+    last.advance_to(u64::MAX);
     assert_eq!(last.t2con() & 0x40, 0, "no edge, however long");
     timer.pin_t2ex(false, 3);
-    timer.sync(u64::MAX);
+    timer.advance_to(u64::MAX);
     assert_eq!(timer.t2con() & 0x40, 0, "an edge told too late is not an edge of the cycles gone");
 
-    let mut counter = Timer2::new(100);
+    let mut counter = Mcs51Timer2::new(100);
     counter.set_t2con(0x06);
     counter.pin_t2(false, 3);
-    counter.sync(101);
+    counter.advance_to(101);
     assert_eq!(counter.tl(), 1, "an edge told too late is one of the cycle synced to");
 }

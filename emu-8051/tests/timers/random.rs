@@ -1,7 +1,7 @@
 //! Timers 0 and 1 against the ticked model, under random writes, pins and distances.
 
 use crate::model::Model;
-use emu_8051::periph::timer::Timers;
+use emu_8051::periph::timer::Mcs51Timers;
 use emu_core::NEVER;
 use emu_core::rng::Rng;
 
@@ -24,7 +24,7 @@ pub fn distance(rng: &mut Rng, longest: u64) -> u64 {
     }
 }
 
-fn write(rng: &mut Rng, timers: &mut Timers, model: &mut Model) {
+fn write(rng: &mut Rng, timers: &mut Mcs51Timers, model: &mut Model) {
     let (n, value) = (rng.below(2) as usize, byte(rng));
     match rng.below(5) {
         0 => {
@@ -53,7 +53,7 @@ fn write(rng: &mut Rng, timers: &mut Timers, model: &mut Model) {
     }
 }
 
-fn pins(rng: &mut Rng, timers: &mut Timers, model: &mut Model, cycle: u64) {
+fn pins(rng: &mut Rng, timers: &mut Mcs51Timers, model: &mut Model, cycle: u64) {
     let (n, level) = (rng.below(2) as usize, rng.one_in(2));
     if rng.one_in(2) {
         timers.pin_t(n, level, cycle);
@@ -64,9 +64,9 @@ fn pins(rng: &mut Rng, timers: &mut Timers, model: &mut Model, cycle: u64) {
     }
 }
 
-fn same(timers: &Timers, model: &Model, seed: u64, step: u64) {
+fn same(timers: &Mcs51Timers, model: &Model, seed: u64, step: u64) {
     for n in 0..2 {
-        let found = (timers.tl(n), timers.th(n), timers.run(n), timers.flag(n), timers.since(n));
+        let found = (timers.tl(n), timers.th(n), timers.run(n), timers.flag(n), timers.flag_set_since(n));
         let wanted = (model.tl[n], model.th[n], model.run[n], model.flag[n], model.since[n]);
         assert_eq!(found, wanted, "seed {seed} step {step} cycle {}: timer {n}: tl th run flag since", model.cycle);
     }
@@ -75,21 +75,21 @@ fn same(timers: &Timers, model: &Model, seed: u64, step: u64) {
 }
 
 /// Both go on by `cycles`, and what was foretold comes true.
-fn advance(rng: &mut Rng, timers: &mut Timers, model: &mut Model, cycles: u64, at: &str) {
+fn advance(rng: &mut Rng, timers: &mut Mcs51Timers, model: &mut Model, cycles: u64, at: &str) {
     let from = model.cycle;
     let upto = from + cycles;
     let flags = [timers.next_flag(0), timers.next_flag(1)];
     let ahead = 1 + rng.below(5);
-    let overflow = timers.overflow_at(model.overflows + ahead);
+    let overflow = timers.cycle_of_overflow(model.overflows + ahead);
     let middle = from + rng.below(cycles + 1);
-    let by = timers.overflows_at(middle) - model.overflows;
-    assert_eq!(timers.overflow_at(model.overflows), NEVER, "{at}");
+    let by = timers.overflows_by(middle) - model.overflows;
+    assert_eq!(timers.cycle_of_overflow(model.overflows), NEVER, "{at}");
     model.flags_log.iter_mut().for_each(Vec::clear);
     model.overflow_log.clear();
     for _ in 0..cycles {
         model.tick();
     }
-    timers.sync(upto);
+    timers.advance_to(upto);
     let foretold = |told: u64, came: Option<&u64>, what: &str| match came {
         Some(&came) => assert_eq!(told, came, "{at}: {what}"),
         None => assert!(told > upto, "{at}: {what} told for {told}, nothing came until {upto}"),
@@ -106,7 +106,7 @@ fn timers_0_and_1_as_ticked() {
     for seed in 0..25_000 {
         let mut rng = Rng::new(seed);
         let start = rng.below(3) * 1000;
-        let (mut timers, mut model) = (Timers::new(start), Model::new(start));
+        let (mut timers, mut model) = (Mcs51Timers::new(start), Model::new(start));
         for step in 0..14 {
             let at = format!("seed {seed} step {step} cycle {}", model.cycle);
             for _ in 0..rng.below(if step == 0 { 9 } else { 3 }) {

@@ -2,10 +2,10 @@
 
 use crate::model2::Model;
 use crate::random::{byte, distance};
-use emu_8051::periph::timer2::Timer2;
+use emu_8051::periph::timer2::Mcs51Timer2;
 use emu_core::rng::Rng;
 
-fn write(rng: &mut Rng, timer: &mut Timer2, model: &mut Model) {
+fn write(rng: &mut Rng, timer: &mut Mcs51Timer2, model: &mut Model) {
     model.finish();
     let value = byte(rng);
     let (low, high) = (u16::from(value), u16::from(value) << 8);
@@ -41,7 +41,7 @@ fn write(rng: &mut Rng, timer: &mut Timer2, model: &mut Model) {
     }
 }
 
-fn pins(rng: &mut Rng, timer: &mut Timer2, model: &mut Model, cycle: u64) {
+fn pins(rng: &mut Rng, timer: &mut Mcs51Timer2, model: &mut Model, cycle: u64) {
     let (n, level) = (rng.below(2) as usize, rng.one_in(2));
     if n == 0 {
         timer.pin_t2(level, cycle)
@@ -51,25 +51,25 @@ fn pins(rng: &mut Rng, timer: &mut Timer2, model: &mut Model, cycle: u64) {
     model.pins[n] = level;
 }
 
-fn same(timer: &Timer2, model: &Model, at: &str) {
+fn same(timer: &Mcs51Timer2, model: &Model, at: &str) {
     let found = (timer.t2con(), timer.t2mod(), timer.th(), timer.tl(), timer.rcaph(), timer.rcapl());
     let [high, low] = model.value.to_be_bytes();
     let [rcaph, rcapl] = model.rcap.to_be_bytes();
     let wanted = (model.t2con(), model.t2mod, high, low, rcaph, rcapl);
     assert_eq!(found, wanted, "{at} now {}: t2con t2mod th2 tl2 rcap2h rcap2l", model.cycle);
-    let found = (timer.since(), timer.overflows(), timer.clock_out());
+    let found = (timer.flags_set_since(), timer.overflows(), timer.clock_out());
     let wanted = (model.since(), model.overflows, model.clock_on().then_some(model.clock));
     assert_eq!(found, wanted, "{at} now {}: since overflows clock_out", model.cycle);
 }
 
 /// Both go on by `cycles`, and what was foretold comes true.
-fn advance(rng: &mut Rng, timer: &mut Timer2, model: &mut Model, cycles: u64, at: &str) {
+fn advance(rng: &mut Rng, timer: &mut Mcs51Timer2, model: &mut Model, cycles: u64, at: &str) {
     let from = model.cycle;
     let upto = from + cycles;
     let last = 6 * upto + 4;
     let (flag, toggle) = (timer.next_flag(), timer.next_toggle());
     let ahead = 1 + rng.below(5);
-    let overflow = timer.overflow_state(model.overflows + ahead);
+    let overflow = timer.state_of_overflow(model.overflows + ahead);
     let middle = 6 * from + 4 + rng.below(6 * cycles + 1);
     let by = timer.overflows_by(middle) - model.overflows;
     model.flag_log.clear();
@@ -78,7 +78,7 @@ fn advance(rng: &mut Rng, timer: &mut Timer2, model: &mut Model, cycles: u64, at
     for _ in 0..cycles {
         model.tick();
     }
-    timer.sync(upto);
+    timer.advance_to(upto);
     let foretold = |told: u64, came: Option<&u64>, last: u64, what: &str| match came {
         Some(&came) => assert_eq!(told, came, "{at}: {what}"),
         None => assert!(told > last, "{at}: {what} told for {told}, nothing came until {last}"),
@@ -96,7 +96,7 @@ fn timer_2_as_ticked() {
     for seed in 0..25_000 {
         let mut rng = Rng::new(seed);
         let start = rng.below(3) * 1000;
-        let (mut timer, mut model) = (Timer2::new(start), Model::new(start));
+        let (mut timer, mut model) = (Mcs51Timer2::new(start), Model::new(start));
         for step in 0..14 {
             let at = format!("seed {seed} step {step} cycle {}", model.cycle);
             for _ in 0..rng.below(if step == 0 { 9 } else { 3 }) {

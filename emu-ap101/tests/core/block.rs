@@ -1,7 +1,7 @@
 //! The block of the configuration: what is read, what is refused and where, and images as Intel HEX.
 
 use emu_ap101::chips::AP101;
-use emu_ap101::{Ap101, Config, Inputs};
+use emu_ap101::{Ap101, Ap101Config, InputSampling};
 use emu_core::image::{load_hex, write_hex};
 
 use crate::rig::{Block, image, words};
@@ -39,7 +39,7 @@ fn damaged_blocks_are_refused_where_they_are() {
     for &(at, byte, place, cause) in DAMAGES {
         let mut image = image(&words("nop"), Some(&Block::EMPTY));
         image.segments[1].bytes[at] = byte;
-        let damages = Config::of(&image).expect_err("damaged");
+        let damages = Ap101Config::read_config(&image).expect_err("damaged");
         let [damage] = damages.as_slice() else { panic!("{at:x}: {damages:?}") };
         assert_eq!(damage.addr as usize, 0x1000 + place, "{at:x}");
         assert!(damage.cause.contains(cause) && !damage.hint.is_empty(), "{at:x}: {damage:?}");
@@ -52,7 +52,7 @@ fn every_fault_is_told() {
     for at in [2, 0x61, 0x104] {
         image.segments[1].bytes[at] = 0xEE;
     }
-    let places: Vec<u32> = Config::of(&image).expect_err("damaged").iter().map(|damage| damage.addr).collect();
+    let places: Vec<u32> = Ap101Config::read_config(&image).expect_err("damaged").iter().map(|damage| damage.addr).collect();
     assert_eq!(places, [0x1002, 0x1061, 0x1104]);
 }
 
@@ -63,17 +63,17 @@ fn half_a_block_is_none() {
         let segment = &mut image.segments[1];
         segment.bytes = segment.bytes[from..to].to_vec();
         segment.addr = from as u32;
-        let damages = Config::of(&image).expect_err("half a block");
+        let damages = Ap101Config::read_config(&image).expect_err("half a block");
         assert_eq!(damages.iter().map(|damage| damage.addr).collect::<Vec<_>>(), [place]);
     }
 }
 
 #[test]
 fn without_a_block_there_is_one_program_and_all_channels() {
-    let config = Config::of(&image(&words("ld I1; sto E1"), None)).expect("no block");
-    assert_eq!(config, Config::default());
+    let config = Ap101Config::read_config(&image(&words("ld I1; sto E1"), None)).expect("no block");
+    assert_eq!(config, Ap101Config::default());
     assert_eq!((config.output_channels, config.input_channels, config.hz), (256, 512, 1_000_000));
-    assert_eq!((config.inputs, config.period, config.programs.len()), (Inputs::Scan, 0, 0));
+    assert_eq!((config.inputs, config.period, config.programs.len()), (InputSampling::Scan, 0, 0));
 }
 
 #[test]
@@ -84,8 +84,8 @@ fn a_configuration_writes_its_block() {
     // A clock that is not said is written as what it is.
     let plain = Block { hz: 1_000_000, ..Block::EMPTY };
     for block in [plain, full] {
-        let config = Config::of(&image(&words("nop"), Some(&block))).expect("sound");
-        assert_eq!(config.block(), block.bytes());
+        let config = Ap101Config::read_config(&image(&words("nop"), Some(&block))).expect("sound");
+        assert_eq!(config.to_bytes(), block.bytes());
     }
 }
 
@@ -97,13 +97,13 @@ fn an_image_comes_back_from_its_hex_file() {
         let image = image(&program, block);
         let write = |image: &emu_core::image::Image| {
             let start =
-                |space: &str| AP101.hex.iter().find(|window| window.name == space).map_or(0, |window| window.start);
+                |space: &str| AP101.hex_spaces.iter().find(|window| window.name == space).map_or(0, |window| window.start);
             let segments: Vec<_> =
                 image.segments.iter().map(|s| (start(s.space) + s.addr, s.bytes.as_slice())).collect();
             write_hex(&segments)
         };
         let text = write(&image);
-        let loaded = load_hex("a.hex", text.as_bytes(), AP101.hex).expect("a file of ours");
+        let loaded = load_hex("a.hex", text.as_bytes(), AP101.hex_spaces).expect("a file of ours");
         assert!(loaded.warnings.is_empty());
         assert_eq!(loaded.image.segments, image.segments);
         assert_eq!(write(&loaded.image), text);
@@ -114,9 +114,9 @@ fn an_image_comes_back_from_its_hex_file() {
 #[test]
 fn half_a_word_is_noted_and_bytes_behind_the_memories_are_refused() {
     let text = write_hex(&[(0, &[1, 2, 3])]);
-    let loaded = load_hex("a.hex", text.as_bytes(), AP101.hex).expect("half a word stays erased");
+    let loaded = load_hex("a.hex", text.as_bytes(), AP101.hex_spaces).expect("half a word stays erased");
     let codes: Vec<&str> = loaded.warnings.iter().map(|note| note.code).collect();
     assert_eq!(codes, ["HEX018"]);
     let behind = write_hex(&[(0x1300, &[1])]);
-    assert!(load_hex("a.hex", behind.as_bytes(), AP101.hex).is_err());
+    assert!(load_hex("a.hex", behind.as_bytes(), AP101.hex_spaces).is_err());
 }

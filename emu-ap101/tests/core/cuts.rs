@@ -1,6 +1,6 @@
 //! Random programs: a machine that is saved and restored is the machine that was not.
 
-use emu_core::cuts::search;
+use emu_core::cut_tests::search_restore_faults;
 
 use crate::slices::plan;
 
@@ -9,5 +9,5 @@ const PROGRAMS: u64 = if cfg!(debug_assertions) { 10 } else { 60 };
 
 #[test]
 fn saved_and_restored() {
-    search(&[("ap101", ())], PROGRAMS, |(), rng| plan(rng.next_u64()));
+    search_restore_faults(&[("ap101", ())], PROGRAMS, |(), rng| plan(rng.next_u64()));
 }

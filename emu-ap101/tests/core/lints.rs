@@ -11,7 +11,7 @@ struct Told(Vec<String>);
 
 impl Probe for Told {
     const LINT: bool = true;
-    fn lint(&mut self, _: u64, pc: u32, lint: Lint) {
+    fn on_lint(&mut self, _: u64, pc: u32, lint: Lint) {
         assert!(!lint.hint().is_empty());
         self.0.push(format!("{pc} {}: {lint}", lint.code()));
     }

@@ -1,7 +1,7 @@
 //! Images for the tests: programs as text, the block as what differs from an empty one.
 
 use emu_ap101::chips::AP101;
-use emu_ap101::config::{LENGTH, MODULES, PROGRAMS};
+use emu_ap101::config::{CONFIG_BYTES, MODULES, PROGRAMS};
 use emu_core::image::{Image, Segment};
 
 /// What a block says, by its fields.
@@ -33,7 +33,7 @@ impl Block {
     };
 
     pub fn bytes(&self) -> Vec<u8> {
-        let mut bytes = vec![0; LENGTH as usize];
+        let mut bytes = vec![0; CONFIG_BYTES as usize];
         let mut put = |at: usize, value: &[u8]| bytes[at..at + value.len()].copy_from_slice(value);
         put(0, &[b'A', b'P', 1, self.live.into(), self.reconfigurable.into()]);
         put(6, &self.outputs.to_le_bytes());
@@ -69,5 +69,5 @@ pub fn image(words: &[u16], block: Option<&Block>) -> Image {
 /// The words of a program, an instruction between semicolons.
 pub fn words(text: &str) -> Vec<u16> {
     let lines = text.split(';').map(str::trim).filter(|line| !line.is_empty());
-    lines.flat_map(|line| emu_asm::line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {error}"))).collect()
+    lines.flat_map(|line| emu_asm::assemble_line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {error}"))).collect()
 }

@@ -2,10 +2,10 @@
 
 use emu_ap101::{Ap101, isa};
 use emu_core::Cpu;
-use emu_core::cpu::Reset;
-use emu_core::pins::Level;
+use emu_core::cpu::ResetCause;
+use emu_core::pins::PinLevel;
 use emu_core::rng::Rng;
-use emu_core::slices::{Act, Plan, Subject, pick};
+use emu_core::slices::{RandomInput, SlicePlan, SliceSubject, pick_random};
 
 use crate::rig::{Block, image};
 
@@ -18,7 +18,7 @@ const LIVES: [(usize, u64); 2] = [(40, 2000), (5, 20_000)];
 /// An instruction, most of them on the few bits that there are.
 fn word(rng: &mut Rng, first: u16, len: u16) -> u16 {
     let word = rng.next_u64() as u16;
-    let offset = pick(rng, &[0u16, 1, 2, 3, 4, 7, 127, 128, 129, 130, 248, 255, 256, 257, 258, 511]);
+    let offset = pick_random(rng, &[0u16, 1, 2, 3, 4, 7, 127, 128, 129, 130, 248, 255, 256, 257, 258, 511]);
     match word >> 12 {
         _ if rng.one_in(20) => word,
         0xD | 0xE if !rng.one_in(12) => word & 0xF000 | (first + rng.below(len.into()) as u16),
@@ -27,15 +27,15 @@ fn word(rng: &mut Rng, first: u16, len: u16) -> u16 {
     }
 }
 
-pub fn plan(seed: u64) -> Plan<Ap101> {
+pub fn plan(seed: u64) -> SlicePlan<Ap101> {
     let rng = &mut Rng::new(seed);
     let mut block = Block {
         live: rng.one_in(3),
         reconfigurable: rng.one_in(3),
-        outputs: pick(rng, &[0, 1, 4, 4, 256]),
-        inputs: pick(rng, &[0, 4, 512]),
-        hz: pick(rng, &[0, 1000, 32_768]),
-        period: pick(rng, &[0, 0, 5, 40, 300]),
+        outputs: pick_random(rng, &[0, 1, 4, 4, 256]),
+        inputs: pick_random(rng, &[0, 4, 512]),
+        hz: pick_random(rng, &[0, 1000, 32_768]),
+        period: pick_random(rng, &[0, 0, 5, 40, 300]),
         ..Block::EMPTY
     };
     for module in block.modules.iter_mut().take(5) {
@@ -51,31 +51,31 @@ pub fn plan(seed: u64) -> Plan<Ap101> {
         let len = rng.below(20) as u16;
         words.extend((0..len).map(|_| word(rng, 0, len)));
     }
-    let (touched, span) = pick(rng, &LIVES);
-    let mut acts: Vec<(u64, Act)> = (0..touched).map(|_| (rng.below(span), act(rng, words.len() as u64 + 1))).collect();
-    acts.push((span, Act::Nothing));
+    let (touched, span) = pick_random(rng, &LIVES);
+    let mut acts: Vec<(u64, RandomInput)> = (0..touched).map(|_| (rng.below(span), act(rng, words.len() as u64 + 1))).collect();
+    acts.push((span, RandomInput::Nothing));
     acts.sort_by_key(|act| act.0);
     let listing: String = words.iter().map(|&word| format!("{}\n", isa::disassemble(&[word], 0).text)).collect();
     let what = format!("seed {seed}\n{block:?}\n{listing}{acts:?}");
     let block = (!rng.one_in(5)).then_some(&block);
     let places = (0..words.len() as u32).collect();
-    Plan { what, start: Ap101::new(&image(&words, block)), acts, places }
+    SlicePlan { description: what, start: Ap101::new(&image(&words, block)), inputs: acts, breakpoint_candidates: places }
 }
 
-fn act(rng: &mut Rng, words: u64) -> Act {
+fn act(rng: &mut Rng, words: u64) -> RandomInput {
     let bit = rng.below(2) as u8;
     match rng.below(12) {
-        0 => Act::Poke("m", pick(rng, &[1, 2, 3, 248, 249, 250, 256, 257]), bit),
-        1 => Act::Poke("e", rng.below(5) as u32, bit),
-        2 => Act::Poke("code", rng.below(2 * words) as u32, rng.next_u64() as u8),
-        3 => Act::Poke(pick(rng, &["i", "preset"]), rng.below(8) as u32, bit),
-        4 => Act::Pc(rng.below(words) as u32),
-        5 => Act::Trap(rng.below(words) as u32, bit == 1),
-        6 => Act::Reset(pick(rng, &[Reset::PowerOn, Reset::External])),
-        7 => Act::Drive(768, if rng.one_in(3) { Level::Low } else { Level::High }),
-        8 => Act::Drive(769, Level::of(bit == 1)),
-        9 => Act::Drive(512 + rng.below(4) as u16, Level::of(bit == 1)),
-        _ => Act::Drive(rng.below(5) as u16, pick(rng, &[Level::Low, Level::High, Level::Float, Level::PullUp])),
+        0 => RandomInput::Poke("m", pick_random(rng, &[1, 2, 3, 248, 249, 250, 256, 257]), bit),
+        1 => RandomInput::Poke("e", rng.below(5) as u32, bit),
+        2 => RandomInput::Poke("code", rng.below(2 * words) as u32, rng.next_u64() as u8),
+        3 => RandomInput::Poke(pick_random(rng, &["i", "preset"]), rng.below(8) as u32, bit),
+        4 => RandomInput::Pc(rng.below(words) as u32),
+        5 => RandomInput::Trap(rng.below(words) as u32, bit == 1),
+        6 => RandomInput::Reset(pick_random(rng, &[ResetCause::PowerOn, ResetCause::External])),
+        7 => RandomInput::Drive(768, if rng.one_in(3) { PinLevel::Low } else { PinLevel::High }),
+        8 => RandomInput::Drive(769, PinLevel::from_bit(bit == 1)),
+        9 => RandomInput::Drive(512 + rng.below(4) as u16, PinLevel::from_bit(bit == 1)),
+        _ => RandomInput::Drive(rng.below(5) as u16, pick_random(rng, &[PinLevel::Low, PinLevel::High, PinLevel::Float, PinLevel::PullUp])),
     }
 }
 
@@ -91,19 +91,19 @@ fn seen(cpu: &Ap101) -> Vec<Option<u8>> {
 
 #[test]
 fn random_programs() {
-    let subject = Subject {
-        seen,
+    let subject = SliceSubject {
+        visible_state: seen,
         memories: |cpu| (0..4096).map(|addr| cpu.peek("code", addr)).collect(),
-        code: 24,
-        set_skip: Ap101::set_skip,
-        asleep: Ap101::waits,
-        spoil: |cpu| {
+        code_words: 24,
+        set_skip_idle_loops: Ap101::set_skip_idle_loops,
+        asleep: Ap101::is_waiting,
+        corrupt_state: |cpu| {
             cpu.poke("code", 2 * cpu.pc(), 0);
             cpu.poke("m", 1, 1);
         },
     };
     let mut rng = Rng::new(SEED);
-    let far: u64 = (0..PROGRAMS).map(|_| subject.same_however_run(&plan(rng.next_u64()), &mut rng)).sum();
+    let far: u64 = (0..PROGRAMS).map(|_| subject.assert_slicing_invariant(&plan(rng.next_u64()), &mut rng)).sum();
     // Were they all to stop at once, nothing would have been compared.
     assert!(far > PROGRAMS * LIVES[0].1 / 8, "only {far} cycles in all");
 }

@@ -1,8 +1,8 @@
 //! Machines that have settled: which halt, and that jumping over their rounds is the same as running them.
 
 use emu_ap101::Ap101;
-use emu_core::cpu::{Cpu, Stop};
-use emu_core::pins::{Level, Time};
+use emu_core::cpu::{Cpu, StopReason};
+use emu_core::pins::{PinLevel, CycleTime};
 
 use crate::rig::{Block, image, words};
 
@@ -48,12 +48,12 @@ fn what_has_settled_halts() {
         block.modules[0] = module;
         for skip in [true, false] {
             let mut machine = machine(text, &block);
-            machine.set_skip(skip);
+            machine.set_skip_idle_loops(skip);
             let stop = machine.run(3_000_000, &mut ());
-            assert_eq!((stop == Stop::Halted).then(|| machine.cycle()), end, "{text}, skip {skip}");
+            assert_eq!((stop == StopReason::Halted).then(|| machine.cycle()), end, "{text}, skip {skip}");
             if end.is_some() {
                 let seen = (machine.cycle(), machine.instructions());
-                assert_eq!(machine.run(FAR, &mut ()), Stop::Halted, "{text}: again");
+                assert_eq!(machine.run(FAR, &mut ()), StopReason::Halted, "{text}: again");
                 assert_eq!((machine.cycle(), machine.instructions()), seen, "{text}: again");
             }
         }
@@ -64,42 +64,42 @@ fn what_has_settled_halts() {
 fn a_drive_to_come_keeps_it_running_up_to_there() {
     let mut machine = machine("ld I1; nop; sto E1", &Block::EMPTY);
     // The same level again, and then another.
-    machine.drive(Time::at(FAR), 1, Level::Low);
-    machine.drive(Time::at(2 * FAR), 1, Level::High);
-    assert_eq!(machine.run(FAR, &mut ()), Stop::Limit);
+    machine.drive(CycleTime::at(FAR), 1, PinLevel::Low);
+    machine.drive(CycleTime::at(2 * FAR), 1, PinLevel::High);
+    assert_eq!(machine.run(FAR, &mut ()), StopReason::Limit);
     // Program cycles of 7 from 4 on, 3 instructions each.
     let rounds = (FAR - 4) / 7;
     let rest = (FAR - 4) % 7;
     assert!(rest <= 3, "not in a reload");
     assert_eq!((machine.cycle(), machine.instructions()), (FAR, 3 * rounds + rest));
-    assert_eq!(machine.run(4 * FAR, &mut ()), Stop::Halted);
+    assert_eq!(machine.run(4 * FAR, &mut ()), StopReason::Halted);
     assert_eq!(machine.peek("e", 1), Some(1));
     assert!((2 * FAR..2 * FAR + 2000).contains(&machine.cycle()), "{}", machine.cycle());
     // Something comes after all.
-    machine.drive(Time::at(0), 1, Level::Low);
-    assert_eq!(machine.run(4 * FAR, &mut ()), Stop::Halted);
+    machine.drive(CycleTime::at(0), 1, PinLevel::Low);
+    assert_eq!(machine.run(4 * FAR, &mut ()), StopReason::Halted);
     assert_eq!(machine.peek("e", 1), Some(0));
 }
 
 #[test]
 fn a_step_goes_on_where_a_run_halts() {
     let mut machine = machine("ldc M0; nop; sto E1", &Block::EMPTY);
-    assert_eq!(machine.run(3000, &mut ()), Stop::Halted);
+    assert_eq!(machine.run(3000, &mut ()), StopReason::Halted);
     let before = machine.instructions();
-    assert_eq!(machine.step(&mut ()), Stop::Limit);
+    assert_eq!(machine.step(&mut ()), StopReason::Limit);
     assert_eq!(machine.instructions(), before + 1);
-    assert_eq!(machine.run(3000, &mut ()), Stop::Halted);
+    assert_eq!(machine.run(3000, &mut ()), StopReason::Halted);
     assert_eq!(machine.instructions(), before + 3);
 }
 
 #[test]
 fn a_breakpoint_is_met_in_every_round() {
     let mut machine = machine("ldc M0; nop; sto E1", &Block::EMPTY);
-    machine.drive(Time::at(10_004), 1, Level::Low);
-    assert_eq!(machine.run(3000, &mut ()), Stop::Limit);
-    machine.trap(1, true);
+    machine.drive(CycleTime::at(10_004), 1, PinLevel::Low);
+    assert_eq!(machine.run(3000, &mut ()), StopReason::Limit);
+    machine.set_breakpoint(1, true);
     let mut met = 0;
-    while machine.run(10_000, &mut ()) == (Stop::Trap { pc: 1 }) {
+    while machine.run(10_000, &mut ()) == (StopReason::Breakpoint { pc: 1 }) {
         met += 1;
     }
     assert_eq!(met, 1000);

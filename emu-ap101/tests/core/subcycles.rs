@@ -1,8 +1,8 @@
 //! Fetch and execution, one after the other.
 
 use emu_ap101::Ap101;
-use emu_core::cpu::{Cpu, Probe, Stop, Subcycle};
-use emu_core::pins::{Level, Time};
+use emu_core::cpu::{Cpu, Probe, StopReason, Subcycle};
+use emu_core::pins::{PinLevel, CycleTime};
 
 use crate::rig::{Block, image, words};
 
@@ -15,7 +15,7 @@ struct Notes {
 
 impl Probe for Notes {
     const SUBCYCLE: bool = true;
-    fn subcycle(&mut self, at: Time, phase: Subcycle, pc: u32, word: u16) -> bool {
+    fn on_subcycle(&mut self, at: CycleTime, phase: Subcycle, pc: u32, word: u16) -> bool {
         self.seen.push((at.cycle, at.phase, phase, pc, word));
         phase == Subcycle::Fetch && self.stop == Some(pc)
     }
@@ -28,7 +28,7 @@ fn machine() -> Ap101 {
 #[test]
 fn subcycles_come_in_pairs() {
     let mut notes = Notes::default();
-    assert_eq!(machine().run(6, &mut notes), Stop::Limit);
+    assert_eq!(machine().run(6, &mut notes), StopReason::Limit);
     let (fetch, execute) = (Subcycle::Fetch, Subcycle::Execute);
     let program = words("ldc M1; sto M2; jmp 0");
     let wanted: Vec<_> = (0..3u32)
@@ -43,7 +43,7 @@ fn subcycles_come_in_pairs() {
 #[test]
 fn a_stop_between_them_shows_ric_and_goes_on_from_there() {
     let (mut whole, mut parted) = (machine(), machine());
-    assert_eq!(parted.run(100, &mut Notes { stop: Some(1), ..Notes::default() }), Stop::Probe);
+    assert_eq!(parted.run(100, &mut Notes { stop: Some(1), ..Notes::default() }), StopReason::Probe);
     assert_eq!((parted.cycle(), parted.instructions(), parted.pc()), (3, 1, 2));
     assert_eq!(parted.reg("RIC"), Some(words("sto M2")[0].into()));
     assert!(parted.has_fetched());
@@ -51,7 +51,7 @@ fn a_stop_between_them_shows_ric_and_goes_on_from_there() {
     // A snapshot between two subcycles goes on like its original.
     let mut copy = parted.clone();
     for machine in [&mut parted, &mut copy, &mut whole] {
-        assert_eq!(machine.run(50, &mut ()), Stop::Limit);
+        assert_eq!(machine.run(50, &mut ()), StopReason::Limit);
         assert_eq!((machine.cycle(), machine.peek("m", 2)), (50, Some(1)));
     }
     for name in ["A", "NA", "RIC"] {
@@ -65,7 +65,7 @@ fn a_stop_between_them_shows_ric_and_goes_on_from_there() {
 fn subcycle_by_subcycle_is_the_same_as_in_one_go() {
     let (mut whole, mut parted) = (machine(), machine());
     for machine in [&mut whole, &mut parted] {
-        machine.drive(Time { cycle: 9, phase: 1 }, 512, Level::High);
+        machine.drive(CycleTime { cycle: 9, phase: 1 }, 512, PinLevel::High);
     }
     whole.run(40, &mut ());
     let mut steps = 0;
@@ -82,7 +82,7 @@ fn subcycle_by_subcycle_is_the_same_as_in_one_go() {
 #[test]
 fn a_step_is_one_instruction_or_one_wait() {
     let mut machine = machine();
-    assert_eq!(machine.step(&mut ()), Stop::Limit);
+    assert_eq!(machine.step(&mut ()), StopReason::Limit);
     assert_eq!((machine.cycle(), machine.instructions()), (2, 0), "the reload after power-up");
     for n in 1..=3 {
         machine.step(&mut ());
@@ -95,7 +95,7 @@ fn a_step_is_one_instruction_or_one_wait() {
 #[test]
 fn what_is_in_ric_is_what_is_executed() {
     let mut machine = machine();
-    assert_eq!(machine.run(100, &mut Notes { stop: Some(1), ..Notes::default() }), Stop::Probe);
+    assert_eq!(machine.run(100, &mut Notes { stop: Some(1), ..Notes::default() }), StopReason::Probe);
     // The word has left program memory already.
     machine.poke("code", 2, words("sto M3")[0] as u8);
     machine.step(&mut ());

@@ -51,7 +51,7 @@ fn words_and_their_texts() {
         let (word, text) = line.split_once(' ').expect("a word and a text");
         let word = u16::from_str_radix(word, 16).expect("hex");
         assert_eq!(isa::disassemble(&[word], 0).text, text, "{word:04X}");
-        assert_eq!(emu_asm::line(&AP101, text, 0), Ok(vec![word]), "{text}");
+        assert_eq!(emu_asm::assemble_line(&AP101, text, 0), Ok(vec![word]), "{text}");
     }
 }
 
@@ -64,7 +64,7 @@ fn every_word_comes_back_from_its_text() {
         let number = |text: &str| text.trim_end_matches(",X").parse().unwrap_or(0);
         let nowhere = zone('E').is_some_and(|n| number(n) > 255) || zone('R').is_some_and(|n| number(n) > 383);
         let said = !nowhere && !text.starts_with("STC   I") && !text.starts_with("RTC   I");
-        assert_eq!(emu_asm::line(&AP101, &text, 0).ok(), said.then(|| vec![word]), "{word:04X} {text}");
+        assert_eq!(emu_asm::assemble_line(&AP101, &text, 0).ok(), said.then(|| vec![word]), "{word:04X} {text}");
     }
 }
 
@@ -74,7 +74,7 @@ fn every_row_is_in_the_table_of_texts() {
     let missing: Vec<_> = ROWS
         .iter()
         .zip(KINDS)
-        .filter(|(row, kind)| row.name != "NopData" && !shown.iter().any(|&word| isa::row_of(word).1 == **kind))
+        .filter(|(row, kind)| row.name != "NopData" && !shown.iter().any(|&word| isa::find_row(word).1 == **kind))
         .map(|(row, _)| row.name)
         // One of both addressing modes will do.
         .filter(|name| !["LdcX", "StoX", "RtcX", "AndX", "AndcX", "OrX", "XorX", "Orc", "Stoc"].contains(name))
@@ -87,6 +87,6 @@ fn what_does_not_fit_is_refused() {
     for text in
         ["ld I512", "ld E512", "sto R512", "and M512", "ld Q1", "ld 2048", "jmp 2048", "jmp -1", "nop 5", "not I1"]
     {
-        assert!(emu_asm::line(&AP101, text, 0).is_err(), "{text}");
+        assert!(emu_asm::assemble_line(&AP101, text, 0).is_err(), "{text}");
     }
 }

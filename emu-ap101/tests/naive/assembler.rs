@@ -35,7 +35,7 @@ fn programs_assemble_to_the_same_words_and_configuration() {
     for case in programs::all().into_iter().chain(page::cases()) {
         count += 1;
         let wanted = assemble(&case.source);
-        match emu_asm::image(&AP101, &case.source) {
+        match emu_asm::assemble_text(&AP101, &case.source) {
             Ok(image) => {
                 let got = bytes(&image);
                 if wanted[..BLOCK] != got[..BLOCK] {
@@ -65,7 +65,7 @@ fn the_examples_run_the_same_on_both() {
         }
         let name = path.display().to_string();
         let source = std::fs::read_to_string(&path).expect("text");
-        let bytes = bytes(&emu_asm::image(&AP101, &source).unwrap_or_else(|errors| panic!("{name}: {errors}")));
+        let bytes = bytes(&emu_asm::assemble_text(&AP101, &source).unwrap_or_else(|errors| panic!("{name}: {errors}")));
         for seed in 0..20 {
             let mut rng = Rng::new(seed);
             let plan = driven(&mut rng, bytes.clone(), config(&bytes), 2000);
@@ -101,7 +101,7 @@ const LINES: [(&str, &[u16]); 16] = [
 #[test]
 fn a_line_becomes_one_word_or_several() {
     for (line, words) in LINES {
-        let got = emu_asm::line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {}", error.cause));
+        let got = emu_asm::assemble_line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {}", error.cause));
         assert_eq!(got, words, "{line}");
     }
 }
@@ -110,10 +110,10 @@ fn a_line_becomes_one_word_or_several() {
 fn operands_are_spelt_as_the_reference_spells_them() {
     for (spelt, plain) in [("AND I₂", "AND I2"), ("STO E_1", "STO E1"), ("OR T4", "OR R4"), ("LD O2", "LD E2")] {
         let words =
-            |line: &str| emu_asm::line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {}", error.cause));
+            |line: &str| emu_asm::assemble_line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {}", error.cause));
         assert_eq!(words(spelt), words(plain), "{spelt}");
     }
     for refused in ["STC I1", "RTC I1", "STO O1", "LD I512", "LD M512", "FOO I1", "LD", "JMP 2048"] {
-        assert!(emu_asm::line(&AP101, refused, 0).is_err(), "{refused}");
+        assert!(emu_asm::assemble_line(&AP101, refused, 0).is_err(), "{refused}");
     }
 }

@@ -22,7 +22,7 @@ fn blocks_are_read_the_same() {
         let bytes = block(&mut Rng::new(0xB10C_0000 + seed));
         let own: Vec<u8> = bytes[BLOCK..BLOCK + LENGTH].iter().map(|byte| byte.expect("a whole block")).collect();
         let wanted = Config::read(&own).expect("a good block");
-        let got = emu_ap101::Config::of(&image(&bytes)).expect("a good block");
+        let got = emu_ap101::Ap101Config::read_config(&image(&bytes)).expect("a good block");
         assert_eq!(wanted.write(), own, "seed {seed}");
         assert_eq!((wanted.hz, wanted.period), (got.hz, got.period), "seed {seed}");
         assert_eq!(
@@ -52,7 +52,7 @@ fn one_wrong_byte_is_refused_by_both_or_by_none() {
         let value = if rng.one_in(2) { rng.below(10) as u8 } else { rng.next_u64() as u8 };
         bytes[at] = Some(value);
         let own: Vec<u8> = bytes[BLOCK..].iter().map(|byte| byte.expect("a whole block")).collect();
-        let (wanted, got) = (Config::read(&own).err(), emu_ap101::Config::of(&image(&bytes)).is_ok());
+        let (wanted, got) = (Config::read(&own).err(), emu_ap101::Ap101Config::read_config(&image(&bytes)).is_ok());
         assert_eq!(wanted.is_none(), got, "seed {seed}: {value:02x} at {at:x}: {wanted:x?}");
         *(if got { &mut taken } else { &mut refused }) += 1;
     }

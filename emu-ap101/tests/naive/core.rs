@@ -1,9 +1,9 @@
 //! The crate as these tests see it: its public face alone.
 
-use emu_ap101::{Ap101, Config};
-use emu_core::cpu::{Cpu, Fault, Probe, Reset, Stop};
+use emu_ap101::{Ap101, Ap101Config};
+use emu_core::cpu::{Cpu, ProgramFault, Probe, ResetCause, StopReason};
 use emu_core::image::{Image, Segment};
-use emu_core::pins::{Event, Level, PinId, Time};
+use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
 
 use super::config::{BLOCK, LENGTH};
 use super::machine::{End, Line, When};
@@ -25,11 +25,11 @@ struct Log<'a>(&'a mut Vec<(When, usize, bool)>);
 impl Probe for Log<'_> {
     const EVENTS: bool = true;
 
-    fn event(&mut self, event: Event) -> bool {
-        if let Event::Edge { at, pin, level } = event
+    fn on_event(&mut self, event: ChipEvent) -> bool {
+        if let ChipEvent::Edge { at, pin, level } = event
             && (OUTPUTS..POWER).contains(&pin)
         {
-            self.0.push(((at.cycle, at.phase), usize::from(pin - OUTPUTS), level == Level::High));
+            self.0.push(((at.cycle, at.phase), usize::from(pin - OUTPUTS), level == PinLevel::High));
         }
         false
     }
@@ -55,7 +55,7 @@ pub fn image(bytes: &[Option<u8>]) -> Image {
 impl Subject for Core {
     fn make(bytes: &[Option<u8>]) -> Result<Core, usize> {
         let image = image(bytes);
-        let damaged = Config::of(&image).err();
+        let damaged = Ap101Config::read_config(&image).err();
         if let Some(first) = damaged.and_then(|damages| damages.first().map(|damage| damage.addr as usize)) {
             return Err(first - BLOCK);
         }
@@ -68,14 +68,14 @@ impl Subject for Core {
             Line::Power => POWER,
             Line::Clear => CLEAR,
         };
-        self.machine.drive(Time { cycle, phase }, pin, Level::of(level));
+        self.machine.drive(CycleTime { cycle, phase }, pin, PinLevel::from_bit(level));
     }
     fn run(&mut self, until: u64) -> End {
         match self.machine.run(until, &mut Log(&mut self.edges)) {
-            Stop::Limit => End::Limit,
-            Stop::Halted => End::Halted,
-            Stop::Fault { pc, fault: Fault::LeavesProgram { target } } => End::Jump { pc: pc as u16, target },
-            Stop::Fault { pc, fault: Fault::NoEnd } => End::Watchdog { pc: pc as u16 },
+            StopReason::Limit => End::Limit,
+            StopReason::Halted => End::Halted,
+            StopReason::Fault { pc, fault: ProgramFault::JumpOutOfProgram { target } } => End::Jump { pc: pc as u16, target },
+            StopReason::Fault { pc, fault: ProgramFault::CycleTooLong } => End::Watchdog { pc: pc as u16 },
             other => panic!("{other:?}"),
         }
     }
@@ -93,10 +93,10 @@ impl Subject for Core {
         self.machine.peek(space, at as u32)
     }
     fn output(&self, n: usize) -> bool {
-        self.machine.level(OUTPUTS + n as PinId) == Level::High
+        self.machine.pin_level(OUTPUTS + n as PinId) == PinLevel::High
     }
     fn reset(&mut self, cold: bool) {
-        self.machine.reset(if cold { Reset::PowerOn } else { Reset::BrownOut });
+        self.machine.reset(if cold { ResetCause::PowerOn } else { ResetCause::BrownOut });
     }
     fn poke_ram(&mut self, at: usize, bit: bool) {
         assert!(self.machine.poke("m", at as u32, u8::from(bit)));
@@ -105,6 +105,6 @@ impl Subject for Core {
         self.edges.clone()
     }
     fn clear(&self) -> bool {
-        self.machine.level(CLEAR) == Level::High
+        self.machine.pin_level(CLEAR) == PinLevel::High
     }
 }

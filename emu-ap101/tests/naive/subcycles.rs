@@ -2,7 +2,7 @@
 
 use emu_ap101::Ap101;
 use emu_core::cpu::{Cpu, Probe, Subcycle};
-use emu_core::pins::Time;
+use emu_core::pins::CycleTime;
 
 use super::asm::assemble;
 use super::core::image;
@@ -14,7 +14,7 @@ struct Seen(Vec<(u64, u8, Subcycle, u32, u16)>);
 impl Probe for Seen {
     const SUBCYCLE: bool = true;
 
-    fn subcycle(&mut self, at: Time, phase: Subcycle, pc: u32, word: u16) -> bool {
+    fn on_subcycle(&mut self, at: CycleTime, phase: Subcycle, pc: u32, word: u16) -> bool {
         self.0.push((at.cycle, at.phase, phase, pc, word));
         false
     }

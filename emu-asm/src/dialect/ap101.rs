@@ -1,42 +1,42 @@
 //! AP101: instructions as its text has them, and directives for the block that says how the machine is put together.
 
-mod beyond;
+mod configuration_checks;
 
 use std::ops::Range;
 
-use emu_core::table::Row;
+use emu_core::table::InstructionRow;
 
-use super::common::{self, nothing, value_of, wanted};
-use super::{Dialect, Directive, Form, Holds, Hooks, Provided, Refusal, SectionRow};
-use crate::engine::{Asm, Call};
-use crate::fault::Fault;
-use crate::symbols::Kind;
-use crate::text::{Line, cut, trim};
+use super::common::{self, ignore_directive, value_of, required_arguments};
+use super::{AsmDialect, AsmDirective, NumberForm, SectionContent, DialectHooks, ProvidedInclude, AsmRefusal, SectionRow};
+use crate::engine::{Assembler, DirectiveCall};
+use crate::fault::LineFault;
+use crate::symbols::AsmSymbolKind;
+use crate::lines::{AsmLine, cut, trim};
 
 /// What the directives have said in a pass; times in the units in which they were written.
 #[derive(Debug, Default)]
-pub(crate) struct State {
+pub(crate) struct Ap101PassState {
     /// The line of the first of them.
-    line: Option<Line>,
+    line: Option<AsmLine>,
     clock: u32,
-    live: bool,
+    live_inputs: bool,
     reconfigurable: bool,
-    period: Option<Span>,
+    period: Option<TimeLength>,
     channels: Option<(u16, u16)>,
     programs: Vec<[u16; 4]>,
     /// Where the last words of the programs were given.
-    ends: Vec<(Line, Range<usize>)>,
+    program_ends: Vec<(AsmLine, Range<usize>)>,
     modules: Vec<Option<(u8, u8, u16)>>,
     /// Lines of the listing from which on words may lie behind program memory, or may not: an `org` there says that the words of
     /// the block itself are meant.
     orgs: Vec<(usize, bool)>,
     /// Directives and modules that were given, with file and line.
-    said: Vec<(String, (u32, u32))>,
+    given_directives: Vec<(String, (u32, u32))>,
 }
 
 /// A length of time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Span {
+enum TimeLength {
     /// So many machine cycles.
     Cycles(u64),
     /// So many nanoseconds.
@@ -44,44 +44,44 @@ enum Span {
 }
 
 /// Length of the block.
-const LENGTH: usize = 0x300;
+const BLOCK_BYTES: usize = 0x300;
 /// Assumed when no clock is said, in Hz.
-const HZ: u32 = 1_000_000;
+const DEFAULT_HZ: u32 = 1_000_000;
 /// Types of modules, by number from 1.
-const TYPES: [&str; 7] = ["TON", "TOF", "RTO", "TP", "CTU", "CTD", "CTC"];
+const MODULE_TYPES: [&str; 7] = ["TON", "TOF", "RTO", "TP", "CTU", "CTD", "CTC"];
 /// The first that counts.
-const CTU: usize = 4;
+const FIRST_COUNTER_TYPE: usize = 4;
 /// Programs, modules, channels.
-const PROGRAMS: usize = 8;
-const MODULES: usize = 128;
-const INPUTS: i64 = 512;
-const OUTPUTS: i64 = 256;
-const WORDS: i64 = 2048;
+const MAX_PROGRAMS: usize = 8;
+const MAX_MODULES: usize = 128;
+const MAX_INPUTS: i64 = 512;
+const MAX_OUTPUTS: i64 = 256;
+const PROGRAM_WORDS: i64 = 2048;
 
 /// The dialect.
 #[rustfmt::skip]
-pub(super) const AP101: Dialect = Dialect {
+pub(super) const AP101: AsmDialect = AsmDialect {
     comments: &[";"],
     line_comments: &[],
     separators: b"",
     block_comments: false,
-    column_one: true,
-    column_one_warns: false,
-    numbers: &[Form::Hex0x, Form::HexH, Form::BinaryB, Form::OctalOQ, Form::DecimalD, Form::HexDollar, Form::Binary0b, Form::Quoted,
-               Form::Plain],
+    labels_in_column_one: true,
+    warns_in_column_one: false,
+    numbers: &[NumberForm::Hex0x, NumberForm::HexH, NumberForm::BinaryB, NumberForm::OctalOQ, NumberForm::DecimalD, NumberForm::HexDollar, NumberForm::Binary0b, NumberForm::Quoted,
+               NumberForm::Plain],
     radix: 10,
     dot_is_bit: false,
-    here: &["$", "."],
-    here_is_line: true,
-    here_is_behind: false,
+    location_counter_names: &["$", "."],
+    counter_at_line_start: true,
+    counter_after_instruction: false,
     operators: super::C_OPERATORS,
     unary: super::C_UNARY,
-    truth: 1,
-    arithmetic: super::Arithmetic::Signed,
+    true_value: 1,
+    arithmetic: super::AsmArithmetic::Signed,
     controls: false,
     numbered_labels: false,
     dollar_labels: false,
-    any_case: true,
+    ignores_case: true,
     plain_arguments: true,
     big_endian: false,
     org_fills: None,
@@ -89,37 +89,37 @@ pub(super) const AP101: Dialect = Dialect {
     space_fills: false,
     zones: true,
     literals: &[],
-    hooks: Hooks { check, ..Hooks::NONE },
+    hooks: DialectHooks { check, ..DialectHooks::NONE },
     directives: &[
-        Directive::run("org", org),
-        Directive::run("dw", words),
-        Directive::run("word", words),
-        Directive::run("clock", clock),
-        Directive::run("inputs", |asm, call| choice(asm, call, ["scan", "live"], |state, live| state.live = live)),
-        Directive::run("mode", |asm, call| choice(asm, call, ["fixed", "reconfigurable"], |state, on| state.reconfigurable = on)),
-        Directive::run("period", period),
-        Directive::run("channels", channels),
-        Directive::run("program", program),
-        Directive::run("module", module),
-        Directive::run("tim", tim),
-        Directive::run("title", nothing),
+        AsmDirective::run("org", org),
+        AsmDirective::run("dw", words),
+        AsmDirective::run("word", words),
+        AsmDirective::run("clock", clock),
+        AsmDirective::run("inputs", |asm, call| choice(asm, call, ["scan", "live"], |state, live| state.live_inputs = live)),
+        AsmDirective::run("mode", |asm, call| choice(asm, call, ["fixed", "reconfigurable"], |state, on| state.reconfigurable = on)),
+        AsmDirective::run("period", period),
+        AsmDirective::run("channels", channels),
+        AsmDirective::run("program", program),
+        AsmDirective::run("module", module),
+        AsmDirective::run("tim", tim),
+        AsmDirective::run("title", ignore_directive),
     ],
-    provides: |_, _| Provided::No,
-    defines: |_| Vec::new(),
-    refuses,
-    finish,
+    include_provided: |_, _| ProvidedInclude::NotProvided,
+    predefined: |_| Vec::new(),
+    refuse_instruction: refuses,
+    finish_pass: finish,
     sections: &[
-        SectionRow { name: "code", space: "", holds: Holds::Image, behind: None },
-        SectionRow { name: "config", space: "config", holds: Holds::Memory, behind: None },
+        SectionRow { name: "code", space: "", content: SectionContent::Image, align_after_previous: None },
+        SectionRow { name: "config", space: "config", content: SectionContent::Memory, align_after_previous: None },
     ],
 };
 
 /// Zones: letter, and the last address that a machine can have.
 const ZONES: [(char, i64); 6] =
-    [('I', INPUTS - 1), ('E', OUTPUTS - 1), ('O', OUTPUTS - 1), ('R', 383), ('T', 383), ('M', 511)];
+    [('I', MAX_INPUTS - 1), ('E', MAX_OUTPUTS - 1), ('O', MAX_OUTPUTS - 1), ('R', 383), ('T', 383), ('M', 511)];
 
 /// Addresses that no machine has, instructions that write, and letters of what is only read.
-fn refuses(mnemonic: &str, operands: &str) -> Option<Refusal> {
+fn refuses(mnemonic: &str, operands: &str) -> Option<AsmRefusal> {
     let writes = matches!(mnemonic, "sto" | "stoc" | "stc" | "rtc");
     let letter = operands.chars().next()?.to_ascii_uppercase();
     let numbered = operands.get(1..)?.trim_start().starts_with(|c: char| !c.is_ascii_alphabetic());
@@ -161,57 +161,57 @@ fn offset(operands: &str) -> Option<(i64, bool)> {
 }
 
 /// Refuses addresses that no machine has, however they are written.
-fn check(row: &Row, values: &[(i32, Range<usize>)]) -> Option<Fault> {
+fn check(row: &InstructionRow, values: &[(i32, Range<usize>)]) -> Option<LineFault> {
     let (value, at) = values.first().filter(|_| row.operands.iter().any(|slot| slot.kind.name.starts_with("bit")))?;
     let letter = *['I', 'E', 'R', 'M'].get(usize::try_from(value / 512).ok()?)?;
     let (n, (_, most)) = (i64::from(value % 512), ZONES.iter().find(|(known, _)| *known == letter)?);
     let hint = format!("{letter} has addresses from 0 to {most}");
-    (n > *most).then(|| Fault::new("ASM003", at.clone(), format!("there is no {letter}{n}"), hint))
+    (n > *most).then(|| LineFault::new("ASM003", at.clone(), format!("there is no {letter}{n}"), hint))
 }
 
 /// `org ADDRESS`: as everywhere, and whether words of the block follow is kept.
-fn org(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn org(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     common::org(asm, call);
-    let row = (asm.out.list.len(), asm.out.here() >= WORDS);
-    asm.own.ap101.orgs.push(row);
+    let row = (asm.out.list.len(), asm.out.next_address() >= PROGRAM_WORDS);
+    asm.family_state.ap101.orgs.push(row);
 }
 
 /// One program word for each value.
-fn words(asm: &mut Asm<'_>, call: &Call<'_>) {
-    for part in wanted(asm, call) {
+fn words(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    for part in required_arguments(asm, call) {
         let value = value_of(asm, call.text, part.clone(), 16) as u16;
         asm.emit_words(&[value], part);
     }
 }
 
 /// The state, which from now on gives a block.
-fn state<'s>(asm: &'s mut Asm<'_>) -> &'s mut State {
+fn state<'s>(asm: &'s mut Assembler<'_>) -> &'s mut Ap101PassState {
     let line = asm.line.clone();
-    let state = &mut asm.own.ap101;
+    let state = &mut asm.family_state.ap101;
     state.line = state.line.take().or(line);
     state
 }
 
 /// A number of `range`; 0, and told, where it is none.
-fn within(asm: &mut Asm<'_>, call: &Call<'_>, part: Range<usize>, range: Range<i64>, what: &str) -> i64 {
-    let Some(n) = asm.number(call.text, part.clone()) else { return 0 };
+fn number_in_range(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, part: Range<usize>, range: Range<i64>, what: &str) -> i64 {
+    let Some(n) = asm.evaluate_number(call.text, part.clone()) else { return 0 };
     if range.contains(&n) {
         return n;
     }
     let cause = format!("{what} {n} is not in {}..={}", range.start, range.end - 1);
-    asm.tell(Fault::new("ASM003", part, cause, "use a value in range"));
+    asm.report(LineFault::new("ASM003", part, cause, "use a value in range"));
     0
 }
 
-fn bad(asm: &mut Asm<'_>, call: &Call<'_>, cause: String, hint: &str) {
+fn report_bad_argument(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, cause: String, hint: &str) {
     let rest = trim(call.text, call.rest.clone());
     let at = if rest.is_empty() { call.word.clone() } else { rest };
-    asm.tell(Fault::new("ASM060", at, cause, hint));
+    asm.report(LineFault::new("ASM060", at, cause, hint));
 }
 
 /// A number and how often its unit holds the smallest one: `10ms`, `1.5MHz`, `n*1000c`, or a name. None where it is none, or comes to
 /// no whole number above 0.
-fn measure(asm: &mut Asm<'_>, call: &Call<'_>, units: &[(&str, u64)]) -> Option<(u64, usize)> {
+fn parse_quantity(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, units: &[(&str, u64)]) -> Option<(u64, usize)> {
     let all = trim(call.text, call.rest.clone());
     let text = call.get(all.clone());
     let lower = text.to_ascii_lowercase();
@@ -232,7 +232,7 @@ fn measure(asm: &mut Asm<'_>, call: &Call<'_>, units: &[(&str, u64)]) -> Option<
     {
         return None;
     } else {
-        u64::try_from(asm.number(call.text, all.start..all.start + number.len())?).ok()?.checked_mul(factor)?
+        u64::try_from(asm.evaluate_number(call.text, all.start..all.start + number.len())?).ok()?.checked_mul(factor)?
     };
     (n > 0).then_some((n, at))
 }
@@ -243,174 +243,174 @@ fn is_name(c: char) -> bool {
 }
 
 /// `clock 1000000`, `clock 1.5MHz`, `clock NAME`.
-fn clock(asm: &mut Asm<'_>, call: &Call<'_>) {
-    once(asm, call, call.get(call.word.clone()));
+fn clock(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    check_given_once(asm, call, call.get(call.word.clone()));
     let units = [("mhz", 1_000_000), ("khz", 1_000), ("hz", 1), ("", 1)];
-    match measure(asm, call, &units).and_then(|(hz, _)| u32::try_from(hz).ok()) {
+    match parse_quantity(asm, call, &units).and_then(|(hz, _)| u32::try_from(hz).ok()) {
         Some(hz) => state(asm).clock = hz,
         None => {
             let cause = format!("`{}` is no clock", call.get(trim(call.text, call.rest.clone())));
-            bad(asm, call, cause, "write a frequency such as 1000000 or 1.5MHz, from 1 to 4294967295 Hz");
+            report_bad_argument(asm, call, cause, "write a frequency such as 1000000 or 1.5MHz, from 1 to 4294967295 Hz");
         }
     }
 }
 
 /// Tells that `what` was said already, and where.
-fn once(asm: &mut Asm<'_>, call: &Call<'_>, what: &str) {
+fn check_given_once(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, what: &str) {
     let what = what.trim_start_matches('.');
     let Some(line) = &asm.line else { return };
     let here = (line.file, line.number);
-    let said = &mut asm.own.ap101.said;
+    let said = &mut asm.family_state.ap101.given_directives;
     match said.iter().find(|(known, _)| known.eq_ignore_ascii_case(what)).map(|(_, place)| *place) {
         Some((file, line)) => {
             let cause = format!("`{what}` was given already at {}:{line}", asm.texts.name(file));
-            bad(asm, call, cause, "give it once");
+            report_bad_argument(asm, call, cause, "give it once");
         }
         None => said.push((what.to_owned(), here)),
     }
 }
 
 /// One of two words.
-fn choice(asm: &mut Asm<'_>, call: &Call<'_>, words: [&str; 2], set: fn(&mut State, bool)) {
-    once(asm, call, call.get(call.word.clone()));
+fn choice(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, words: [&str; 2], set: fn(&mut Ap101PassState, bool)) {
+    check_given_once(asm, call, call.get(call.word.clone()));
     let text = call.get(trim(call.text, call.rest.clone()));
     match words.iter().position(|word| word.eq_ignore_ascii_case(text)) {
         Some(i) => set(state(asm), i == 1),
         None => {
-            bad(asm, call, format!("`{text}` is none of {} and {}", words[0], words[1]), "write one of the two words")
+            report_bad_argument(asm, call, format!("`{text}` is none of {} and {}", words[0], words[1]), "write one of the two words")
         }
     }
 }
 
 /// `period 10ms`, `period 5000c`.
-fn period(asm: &mut Asm<'_>, call: &Call<'_>) {
-    once(asm, call, call.get(call.word.clone()));
+fn period(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    check_given_once(asm, call, call.get(call.word.clone()));
     let units = [("us", 1_000), ("ms", 1_000_000), ("s", 1_000_000_000), ("c", 1)];
-    match measure(asm, call, &units) {
-        Some((n, 3)) => state(asm).period = Some(Span::Cycles(n)),
-        Some((n, _)) => state(asm).period = Some(Span::Nanoseconds(n)),
+    match parse_quantity(asm, call, &units) {
+        Some((n, 3)) => state(asm).period = Some(TimeLength::Cycles(n)),
+        Some((n, _)) => state(asm).period = Some(TimeLength::Nanoseconds(n)),
         None => {
             let cause = format!("`{}` is no period", call.get(trim(call.text, call.rest.clone())));
-            bad(asm, call, cause, "write a time such as 10ms, or machine cycles such as 5000c");
+            report_bad_argument(asm, call, cause, "write a time such as 10ms, or machine cycles such as 5000c");
         }
     }
 }
 
 /// `channels INPUTS, OUTPUTS`.
-fn channels(asm: &mut Asm<'_>, call: &Call<'_>) {
-    once(asm, call, call.get(call.word.clone()));
+fn channels(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    check_given_once(asm, call, call.get(call.word.clone()));
     let [inputs, outputs] = &cut(call.text, call.rest.clone())[..] else {
-        return bad(
+        return report_bad_argument(
             asm,
             call,
             "two numbers are wanted".to_owned(),
             "write the input channels and the output channels: channels 16, 8",
         );
     };
-    let inputs = within(asm, call, inputs.clone(), 0..INPUTS + 1, "input channels") as u16;
-    let outputs = within(asm, call, outputs.clone(), 0..OUTPUTS + 1, "output channels") as u16;
+    let inputs = number_in_range(asm, call, inputs.clone(), 0..MAX_INPUTS + 1, "input channels") as u16;
+    let outputs = number_in_range(asm, call, outputs.clone(), 0..MAX_OUTPUTS + 1, "output channels") as u16;
     state(asm).channels = Some((inputs, outputs));
 }
 
 /// `program FIRST, LAST`, `program FIRST, LAST, RX, off`.
-fn program(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn program(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let parts = cut(call.text, call.rest.clone());
     let (Some(first), Some(last), true) = (parts.first(), parts.get(1), parts.len() <= 4) else {
         let hint = "write its first and last word, its RX, and `off` where it does not run from the start";
-        return bad(asm, call, "a program needs two addresses".to_owned(), hint);
+        return report_bad_argument(asm, call, "a program needs two addresses".to_owned(), hint);
     };
-    let start = within(asm, call, first.clone(), 0..WORDS, "first word");
-    let end = within(asm, call, last.clone(), 0..WORDS, "last word");
+    let start = number_in_range(asm, call, first.clone(), 0..PROGRAM_WORDS, "first word");
+    let end = number_in_range(asm, call, last.clone(), 0..PROGRAM_WORDS, "last word");
     // RX may be left out before `off`.
     let is_word =
         |part: &&Range<usize>| matches!(call.get((*part).clone()).to_ascii_lowercase().as_str(), "on" | "off");
     let index = parts.get(2).filter(|part| parts.len() > 3 || !is_word(part));
-    let rx = index.map_or(0, |part| within(asm, call, part.clone(), 0..WORDS, "RX"));
+    let rx = index.map_or(0, |part| number_in_range(asm, call, part.clone(), 0..PROGRAM_WORDS, "RX"));
     let word = parts.get(3).or(parts.get(2).filter(is_word)).map_or("on", |part| call.get(part.clone()));
     let on = word.eq_ignore_ascii_case("on");
     if !on && !word.eq_ignore_ascii_case("off") {
-        bad(asm, call, format!("`{word}` is none of on and off"), "a program with `off` runs once its bit in M is set");
+        report_bad_argument(asm, call, format!("`{word}` is none of on and off"), "a program with `off` runs once its bit in M is set");
     }
     if start > end {
-        bad(
+        report_bad_argument(
             asm,
             call,
             format!("the program ends at 0x{end:03X}, before its first word 0x{start:03X}"),
             "give its first and its last word",
         );
     }
-    let full = state(asm).programs.len() >= PROGRAMS;
+    let full = state(asm).programs.len() >= MAX_PROGRAMS;
     if full {
-        return bad(asm, call, format!("there are {PROGRAMS} programs already"), "put two of them together");
+        return report_bad_argument(asm, call, format!("there are {MAX_PROGRAMS} programs already"), "put two of them together");
     }
     if let Some(line) = asm.line.clone() {
-        state(asm).ends.push((line, last.clone()));
+        state(asm).program_ends.push((line, last.clone()));
     }
     state(asm).programs.push([start as u16, end as u16, rx as u16, 1 | u16::from(on) << 1]);
 }
 
 /// The number of a module: `R5`, `R(expression)`, or a name of one.
-fn module_number(asm: &mut Asm<'_>, call: &Call<'_>, part: Range<usize>) -> Option<usize> {
+fn module_number(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, part: Range<usize>) -> Option<usize> {
     let text = call.get(part.clone());
-    let own = asm.symbols.get(text, asm.d.any_case).map(|symbol| symbol.kind.clone());
+    let own = asm.symbols.get(text, asm.dialect.ignores_case).map(|symbol| symbol.kind.clone());
     let name: &str = match &own {
-        Some(Kind::Alias { of, .. }) => of,
+        Some(AsmSymbolKind::Alias { of, .. }) => of,
         _ => text,
     };
     // A name that is given further down is known in the next pass.
-    asm.forward |= own.is_none() && asm.pass == 1;
+    asm.has_forward_reference |= own.is_none() && asm.pass == 1;
     let inner = name.strip_prefix(['R', 'r']).map(|inner| inner.strip_prefix('_').unwrap_or(inner));
     let n = match inner {
-        Some(inner) if inner.starts_with('(') => asm.number(call.text, part.start + 1..part.end)?,
+        Some(inner) if inner.starts_with('(') => asm.evaluate_number(call.text, part.start + 1..part.end)?,
         Some(inner) if inner.parse::<i64>().is_ok() => inner.parse().unwrap_or(0),
         _ => {
             let hint = "modules are R0 to R127; equ gives them names";
-            bad(asm, call, format!("`{text}` is no module"), hint);
+            report_bad_argument(asm, call, format!("`{text}` is no module"), hint);
             return None;
         }
     };
-    if !(0..MODULES as i64).contains(&n) {
-        let cause = format!("module R{n} is not in 0..={}", MODULES - 1);
-        asm.tell(Fault::new("ASM003", part, cause, "use a value in range"));
+    if !(0..MAX_MODULES as i64).contains(&n) {
+        let cause = format!("module R{n} is not in 0..={}", MAX_MODULES - 1);
+        asm.report(LineFault::new("ASM003", part, cause, "use a value in range"));
         return Some(0);
     }
     Some(n as usize)
 }
 
 /// `module R1, TON, 100ms, 50`, `module R2, CTU, 10`.
-fn module(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn module(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let parts = cut(call.text, call.rest.clone());
     let (Some(which), Some(kind)) = (parts.first(), parts.get(1)) else {
         let hint = "write `module R1, TON, 100ms, 50` or `module R2, CTU, 10`";
-        return bad(asm, call, "a module, its type and its preset are wanted".to_owned(), hint);
+        return report_bad_argument(asm, call, "a module, its type and its preset are wanted".to_owned(), hint);
     };
     let Some(n) = module_number(asm, call, which.clone()) else { return };
-    once(asm, call, &format!("module R{n}"));
+    check_given_once(asm, call, &format!("module R{n}"));
     let name = call.get(kind.clone());
-    let Some(kind) = TYPES.iter().position(|known| known.eq_ignore_ascii_case(name)) else {
-        return bad(
+    let Some(kind) = MODULE_TYPES.iter().position(|known| known.eq_ignore_ascii_case(name)) else {
+        return report_bad_argument(
             asm,
             call,
             format!("`{name}` is no type of module"),
             "types are TON, TOF, RTO, TP, CTU, CTD and CTC",
         );
     };
-    let (unit, preset) = match (kind >= CTU, parts.get(2), parts.get(3), parts.len()) {
+    let (unit, preset) = match (kind >= FIRST_COUNTER_TYPE, parts.get(2), parts.get(3), parts.len()) {
         (true, Some(preset), None, 3) => (0, preset.clone()),
         (false, Some(unit), Some(preset), 4) => {
             let text = call.get(unit.clone());
             let units = ["cycle", "1ms", "10ms", "100ms"];
             let Some(unit) = units.iter().position(|known| known.eq_ignore_ascii_case(text)) else {
-                return bad(asm, call, format!("`{text}` is no unit of time"), "units are cycle, 1ms, 10ms and 100ms");
+                return report_bad_argument(asm, call, format!("`{text}` is no unit of time"), "units are cycle, 1ms, 10ms and 100ms");
             };
             (unit, preset.clone())
         }
         _ => {
             let hint = "a timer has a unit and a preset: `module R1, TON, 100ms, 50`; a counter a preset: `module R2, CTU, 10`";
-            return bad(asm, call, format!("these are not what a {name} needs"), hint);
+            return report_bad_argument(asm, call, format!("these are not what a {name} needs"), hint);
         }
     };
-    let preset = within(asm, call, preset, 0..0x1_0000, "preset") as u16;
+    let preset = number_in_range(asm, call, preset, 0..0x1_0000, "preset") as u16;
     let modules = &mut state(asm).modules;
     if modules.len() <= n {
         modules.resize(n + 1, None);
@@ -421,48 +421,48 @@ fn module(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 /// `TIM R1,#50`: the preset of a module, from the program.
-fn tim(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn tim(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let parts = cut(call.text, call.rest.clone());
     let [which, value] = parts.as_slice() else {
-        return bad(asm, call, "a module and a preset are wanted".to_owned(), "write `TIM R1,#50`");
+        return report_bad_argument(asm, call, "a module and a preset are wanted".to_owned(), "write `TIM R1,#50`");
     };
     let n = module_number(asm, call, which.clone()).unwrap_or(0);
     let hash = usize::from(call.get(value.clone()).starts_with('#'));
-    let preset = within(asm, call, value.start + hash..value.end, 0..WORDS, "preset");
+    let preset = number_in_range(asm, call, value.start + hash..value.end, 0..PROGRAM_WORDS, "preset");
     // STO to the port of the module, with a NOP behind it that carries the value.
     let port = format!("R{}", 256 + n);
-    let Some(mut words) = asm.instruction(&port, "sto", 0..0, 0..port.len()) else { return };
+    let Some(mut words) = asm.assemble_instruction(&port, "sto", 0..0, 0..port.len()) else { return };
     words.push(0xF000 | preset as u16);
     asm.emit_words(&words, call.word.clone());
 }
 
 /// Gives the block, where a directive has asked for one.
-fn finish(asm: &mut Asm<'_>) {
-    let state = std::mem::take(&mut asm.own.ap101);
-    if beyond::runs_over(asm, &state.orgs) {
+fn finish(asm: &mut Assembler<'_>) {
+    let state = std::mem::take(&mut asm.family_state.ap101);
+    if configuration_checks::report_overrun(asm, &state.orgs) {
         return;
     }
-    beyond::tell(asm, &state);
+    configuration_checks::warn_beyond_configuration(asm, &state);
     let Some(line) = state.line else {
         asm.line = None;
         return;
     };
     asm.line = Some(line.clone());
-    let hz = if state.clock == 0 { HZ } else { state.clock };
+    let hz = if state.clock == 0 { DEFAULT_HZ } else { state.clock };
     let cycles = match state.period {
         None => 0,
-        Some(Span::Cycles(n)) => u128::from(n),
-        Some(Span::Nanoseconds(ns)) => u128::from(ns) * u128::from(hz) / 2 / 1_000_000_000,
+        Some(TimeLength::Cycles(n)) => u128::from(n),
+        Some(TimeLength::Nanoseconds(ns)) => u128::from(ns) * u128::from(hz) / 2 / 1_000_000_000,
     };
     let cycles = u32::try_from(cycles).unwrap_or(0);
     if state.period.is_some() && cycles == 0 {
         let hint = "a period has from one machine cycle to 4294967295; a machine cycle is two clocks";
-        asm.tell(Fault::new("ASM060", 0..line.text.len(), "the period is out of range at this clock", hint));
+        asm.report(LineFault::new("ASM060", 0..line.text.len(), "the period is out of range at this clock", hint));
     }
-    let (inputs, outputs) = state.channels.unwrap_or((INPUTS as u16, OUTPUTS as u16));
-    let mut block = Vec::with_capacity(LENGTH);
+    let (inputs, outputs) = state.channels.unwrap_or((MAX_INPUTS as u16, MAX_OUTPUTS as u16));
+    let mut block = Vec::with_capacity(BLOCK_BYTES);
     block.extend(*b"AP");
-    block.extend([1, u8::from(state.live), u8::from(state.reconfigurable), 0]);
+    block.extend([1, u8::from(state.live_inputs), u8::from(state.reconfigurable), 0]);
     block.extend(outputs.to_le_bytes());
     block.extend(inputs.to_le_bytes());
     block.extend([0; 2]);
@@ -476,15 +476,15 @@ fn finish(asm: &mut Asm<'_>) {
         block.extend([kind, unit]);
         block.extend(preset.to_le_bytes());
     }
-    block.resize(LENGTH, 0);
+    block.resize(BLOCK_BYTES, 0);
     let now = asm.out.current;
-    if asm.out.switch("config").is_some() {
-        asm.out.go(0);
-        asm.list(&line);
+    if asm.out.enter_named("config").is_some() {
+        asm.out.set_address(0);
+        asm.begin_listing_line(&line);
         asm.emit(&block, 0..line.text.len());
     }
     asm.out.current = now;
     asm.line = None;
 }
 
-const _: () = assert!(LENGTH == 0x100 + MODULES * 4);
+const _: () = assert!(BLOCK_BYTES == 0x100 + MAX_MODULES * 4);

@@ -2,39 +2,39 @@
 
 use emu_core::chip::Chip;
 
-use super::common::{constant, nothing, space, value_of, wanted};
-use super::{Dialect, Directive, Flow, Form, Holds, Hooks, Op, Provided, SectionRow};
-use crate::engine::{Asm, Call};
-use crate::fault::Fault;
-use crate::symbols::Kind;
-use crate::text::{cut, trim};
+use super::common::{constant, ignore_directive, space, value_of, required_arguments};
+use super::{AsmDialect, AsmDirective, ReadFlow, NumberForm, SectionContent, DialectHooks, AsmOperator, ProvidedInclude, SectionRow};
+use crate::engine::{Assembler, DirectiveCall};
+use crate::fault::LineFault;
+use crate::symbols::AsmSymbolKind;
+use crate::lines::{cut, trim};
 
 /// Sections that `.pushsection` keeps.
 const KEPT: usize = 1000;
 
 /// The dialect.
 #[rustfmt::skip]
-pub(super) const AVR: Dialect = Dialect {
+pub(super) const AVR: AsmDialect = AsmDialect {
     comments: &[";", "//"],
     line_comments: &["#", "*"],
     separators: b"$",
     block_comments: true,
-    column_one: false,
-    column_one_warns: false,
-    numbers: &[Form::Hex0x, Form::Binary0b, Form::HexDollar, Form::OctalZero, Form::Plain],
+    labels_in_column_one: false,
+    warns_in_column_one: false,
+    numbers: &[NumberForm::Hex0x, NumberForm::Binary0b, NumberForm::HexDollar, NumberForm::OctalZero, NumberForm::Plain],
     radix: 10,
     dot_is_bit: false,
-    here: &["."],
-    here_is_line: false,
-    here_is_behind: true,
+    location_counter_names: &["."],
+    counter_at_line_start: false,
+    counter_after_instruction: true,
     // The order of the GNU assembler.
     operators: &[
-        ("*", 10, Op::Mul), ("/", 10, Op::Div), ("%", 10, Op::Mod), ("<<", 10, Op::Shl), (">>", 10, Op::Shr),
-        ("|", 8, Op::Or), ("&", 8, Op::And), ("^", 8, Op::Xor), ("!", 8, Op::OrNot),
-        ("+", 6, Op::Add), ("-", 6, Op::Sub),
-        ("==", 5, Op::Equal), ("!=", 5, Op::Unequal), ("<>", 5, Op::Unequal),
-        ("<", 5, Op::Less), ("<=", 5, Op::LessEqual), (">", 5, Op::Greater), (">=", 5, Op::GreaterEqual),
-        ("&&", 3, Op::BothTrue), ("||", 2, Op::EitherTrue),
+        ("*", 10, AsmOperator::Mul), ("/", 10, AsmOperator::Div), ("%", 10, AsmOperator::Mod), ("<<", 10, AsmOperator::Shl), (">>", 10, AsmOperator::Shr),
+        ("|", 8, AsmOperator::Or), ("&", 8, AsmOperator::And), ("^", 8, AsmOperator::Xor), ("!", 8, AsmOperator::OrNot),
+        ("+", 6, AsmOperator::Add), ("-", 6, AsmOperator::Sub),
+        ("==", 5, AsmOperator::Equal), ("!=", 5, AsmOperator::Unequal), ("<>", 5, AsmOperator::Unequal),
+        ("<", 5, AsmOperator::Less), ("<=", 5, AsmOperator::LessEqual), (">", 5, AsmOperator::Greater), (">=", 5, AsmOperator::GreaterEqual),
+        ("&&", 3, AsmOperator::BothTrue), ("||", 2, AsmOperator::EitherTrue),
     ],
     unary: &[
         ("-", 12, |n| n.wrapping_neg()), ("+", 12, |n| n), ("~", 12, |n| !n), ("!", 12, |n| i64::from(n == 0)),
@@ -46,12 +46,12 @@ pub(super) const AVR: Dialect = Dialect {
         ("pm_hh8", 12, |n| n >> 17 & 0xFF), ("lo8_gs", 12, |n| n >> 1 & 0xFF), ("hi8_gs", 12, |n| n >> 9 & 0xFF),
         ("_SFR_IO_ADDR", 12, |n| n - 0x20), ("_SFR_MEM_ADDR", 12, |n| n), ("_BV", 12, |n| 1i64.checked_shl(n as u32).unwrap_or(0)),
     ],
-    truth: -1,
-    arithmetic: super::Arithmetic::Signed,
+    true_value: -1,
+    arithmetic: super::AsmArithmetic::Signed,
     controls: false,
     numbered_labels: true,
     dollar_labels: false,
-    any_case: false,
+    ignores_case: false,
     plain_arguments: false,
     big_endian: false,
     org_fills: Some(0),
@@ -59,75 +59,75 @@ pub(super) const AVR: Dialect = Dialect {
     space_fills: true,
     zones: false,
     literals: &[],
-    hooks: Hooks::NONE,
+    hooks: DialectHooks::NONE,
     directives: &[
-        Directive::run("skip", space),
-        Directive::run("zero", space),
-        Directive::run("fill", fill),
-        Directive::run("string", |asm, call| super::common::text(asm, call, true)),
-        Directive::run("2byte", super::common::words),
-        Directive::run("short", super::common::words),
-        Directive::run("hword", super::common::words),
-        Directive::run("long", longs),
-        Directive::run("4byte", longs),
-        Directive::run("int", longs),
-        Directive::run("align", |asm, call| align(asm, call, true)),
-        Directive::run("p2align", |asm, call| align(asm, call, true)),
-        Directive::run("balign", |asm, call| align(asm, call, false)),
-        Directive::run("text", |asm, call| section(asm, call, "text")),
-        Directive::run("data", |asm, call| section(asm, call, "data")),
-        Directive::run("bss", |asm, call| section(asm, call, "bss")),
-        Directive::run("section", section_named),
-        Directive::run("pushsection", push_section),
-        Directive::run("popsection", pop_section),
-        Directive::run("previous", |asm, _| asm.out.turn_back()),
-        Directive::run("cseg", |asm, call| segment(asm, call, "text")),
-        Directive::run("dseg", |asm, call| segment(asm, call, "dseg")),
-        Directive::run("eseg", |asm, call| segment(asm, call, "eeprom")),
-        Directive::run("byte", byte),
-        Directive::named("def", |asm, call| constant(asm, call, Kind::Set)),
-        Directive::run("comm", |asm, call| common(asm, call, "COMMON")),
-        Directive::run("lcomm", |asm, call| common(asm, call, "bss")),
-        Directive::flow("endmacro", Flow::Endm),
-        Directive::run("global", nothing),
-        Directive::run("globl", nothing),
-        Directive::run("extern", nothing),
-        Directive::run("weak", nothing),
-        Directive::run("type", nothing),
-        Directive::run("size", nothing),
-        Directive::run("file", nothing),
-        Directive::run("ident", nothing),
-        Directive::run("func", nothing),
-        Directive::run("endfunc", nothing),
-        Directive::run("arch", nothing),
-        Directive::run("device", nothing),
-        Directive::run("loc", nothing),
-        Directive::run("p2alignw", nothing),
-        Directive::run("list", nothing),
-        Directive::run("nolist", nothing),
-        Directive::run("title", nothing),
-        Directive::named("equiv", |asm, call| constant(asm, call, Kind::Equ)),
-        Directive::run("string8", |asm, call| super::common::text(asm, call, true)),
-        Directive::run("quad", quads),
-        Directive::run("8byte", quads),
-        Directive::run("float", no_float),
-        Directive::run("single", no_float),
-        Directive::run("double", no_float),
-        Directive::run("print", print),
-        Directive::run("purgem", purge),
-        Directive::run("hidden", nothing),
-        Directive::run("internal", nothing),
-        Directive::run("protected", nothing),
-        Directive::run("stabs", nothing),
-        Directive::run("stabn", nothing),
-        Directive::run("stabd", nothing),
-        Directive::run("cfi_startproc", nothing),
-        Directive::run("cfi_endproc", nothing),
+        AsmDirective::run("skip", space),
+        AsmDirective::run("zero", space),
+        AsmDirective::run("fill", fill),
+        AsmDirective::run("string", |asm, call| super::common::text(asm, call, true)),
+        AsmDirective::run("2byte", super::common::words),
+        AsmDirective::run("short", super::common::words),
+        AsmDirective::run("hword", super::common::words),
+        AsmDirective::run("long", longs),
+        AsmDirective::run("4byte", longs),
+        AsmDirective::run("int", longs),
+        AsmDirective::run("align", |asm, call| align(asm, call, true)),
+        AsmDirective::run("p2align", |asm, call| align(asm, call, true)),
+        AsmDirective::run("balign", |asm, call| align(asm, call, false)),
+        AsmDirective::run("text", |asm, call| section(asm, call, "text")),
+        AsmDirective::run("data", |asm, call| section(asm, call, "data")),
+        AsmDirective::run("bss", |asm, call| section(asm, call, "bss")),
+        AsmDirective::run("section", section_named),
+        AsmDirective::run("pushsection", push_section),
+        AsmDirective::run("popsection", pop_section),
+        AsmDirective::run("previous", |asm, _| asm.out.enter_previous()),
+        AsmDirective::run("cseg", |asm, call| segment(asm, call, "text")),
+        AsmDirective::run("dseg", |asm, call| segment(asm, call, "dseg")),
+        AsmDirective::run("eseg", |asm, call| segment(asm, call, "eeprom")),
+        AsmDirective::run("byte", byte),
+        AsmDirective::named("def", |asm, call| constant(asm, call, AsmSymbolKind::Set)),
+        AsmDirective::run("comm", |asm, call| common(asm, call, "COMMON")),
+        AsmDirective::run("lcomm", |asm, call| common(asm, call, "bss")),
+        AsmDirective::flow("endmacro", ReadFlow::Endm),
+        AsmDirective::run("global", ignore_directive),
+        AsmDirective::run("globl", ignore_directive),
+        AsmDirective::run("extern", ignore_directive),
+        AsmDirective::run("weak", ignore_directive),
+        AsmDirective::run("type", ignore_directive),
+        AsmDirective::run("size", ignore_directive),
+        AsmDirective::run("file", ignore_directive),
+        AsmDirective::run("ident", ignore_directive),
+        AsmDirective::run("func", ignore_directive),
+        AsmDirective::run("endfunc", ignore_directive),
+        AsmDirective::run("arch", ignore_directive),
+        AsmDirective::run("device", ignore_directive),
+        AsmDirective::run("loc", ignore_directive),
+        AsmDirective::run("p2alignw", ignore_directive),
+        AsmDirective::run("list", ignore_directive),
+        AsmDirective::run("nolist", ignore_directive),
+        AsmDirective::run("title", ignore_directive),
+        AsmDirective::named("equiv", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
+        AsmDirective::run("string8", |asm, call| super::common::text(asm, call, true)),
+        AsmDirective::run("quad", quads),
+        AsmDirective::run("8byte", quads),
+        AsmDirective::run("float", no_float),
+        AsmDirective::run("single", no_float),
+        AsmDirective::run("double", no_float),
+        AsmDirective::run("print", print),
+        AsmDirective::run("purgem", purge),
+        AsmDirective::run("hidden", ignore_directive),
+        AsmDirective::run("internal", ignore_directive),
+        AsmDirective::run("protected", ignore_directive),
+        AsmDirective::run("stabs", ignore_directive),
+        AsmDirective::run("stabn", ignore_directive),
+        AsmDirective::run("stabd", ignore_directive),
+        AsmDirective::run("cfi_startproc", ignore_directive),
+        AsmDirective::run("cfi_endproc", ignore_directive),
     ],
-    provides,
-    defines,
-    refuses: |_, _| None,
-    finish: |_| (),
+    include_provided: provides,
+    predefined: defines,
+    refuse_instruction: |_, _| None,
+    finish_pass: |_| (),
     sections: SECTIONS,
 };
 
@@ -164,15 +164,15 @@ const SECTIONS: &[SectionRow] = &[
     text("fini2", 1),
     text("fini1", 1),
     text("fini0", 1),
-    ram("data", Holds::Copied, 1),
-    ram("data*", Holds::Copied, 1),
-    ram("rodata", Holds::Copied, 1),
-    ram("rodata*", Holds::Copied, 1),
-    ram("bss", Holds::Addresses, 2),
-    ram("bss*", Holds::Addresses, 1),
-    ram("COMMON", Holds::Addresses, 1),
-    ram("noinit*", Holds::Addresses, 1),
-    ram("dseg", Holds::Addresses, 1),
+    ram("data", SectionContent::Copied, 1),
+    ram("data*", SectionContent::Copied, 1),
+    ram("rodata", SectionContent::Copied, 1),
+    ram("rodata*", SectionContent::Copied, 1),
+    ram("bss", SectionContent::Addresses, 2),
+    ram("bss*", SectionContent::Addresses, 1),
+    ram("COMMON", SectionContent::Addresses, 1),
+    ram("noinit*", SectionContent::Addresses, 1),
+    ram("dseg", SectionContent::Addresses, 1),
     other("eeprom", "eeprom*"),
     other("fuse", "fuse"),
     other("fuse", "lfuse"),
@@ -183,20 +183,20 @@ const SECTIONS: &[SectionRow] = &[
 ];
 
 const fn text(name: &'static str, align: i64) -> SectionRow {
-    SectionRow { name, space: "", holds: Holds::Image, behind: Some(align) }
+    SectionRow { name, space: "", content: SectionContent::Image, align_after_previous: Some(align) }
 }
 
-const fn ram(name: &'static str, holds: Holds, align: i64) -> SectionRow {
-    SectionRow { name, space: "data", holds, behind: Some(align) }
+const fn ram(name: &'static str, holds: SectionContent, align: i64) -> SectionRow {
+    SectionRow { name, space: "data", content: holds, align_after_previous: Some(align) }
 }
 
 const fn other(space: &'static str, name: &'static str) -> SectionRow {
-    SectionRow { name, space, holds: Holds::Memory, behind: Some(1) }
+    SectionRow { name, space, content: SectionContent::Memory, align_after_previous: Some(1) }
 }
 
 /// What avr-gcc defines for a source in assembly, as far as it says something of the chip.
 fn defines(chip: &Chip) -> Vec<(String, String)> {
-    let (calls, far) = (chip.flash > 0x2000, chip.flash > 0x1_0000);
+    let (calls, far) = (chip.flash_bytes > 0x2000, chip.flash_bytes > 0x1_0000);
     let arch = match (calls, far) {
         (_, true) => "51",
         (true, _) => "5",
@@ -225,26 +225,26 @@ fn predefined(name: &str) -> String {
 }
 
 /// `<avr/io.h>` and `m328Pdef.inc`.
-fn provides(chip: &Chip, include: &str) -> Provided {
+fn provides(chip: &Chip, include: &str) -> ProvidedInclude {
     if include.starts_with("avr/") || matches!(include, "io.h" | "interrupt.h" | "pgmspace.h") {
-        return Provided::Chip;
+        return ProvidedInclude::Chip;
     }
     let Some(name) = include.strip_prefix('m').and_then(|rest| rest.strip_suffix("def.inc")) else {
-        return Provided::No;
+        return ProvidedInclude::NotProvided;
     };
     if chip.name.strip_prefix("atmega").is_some_and(|number| number == name) {
         let cause = format!("`{include}` belongs to Atmel's assembler, and this is not its language");
-        return Provided::Otherwise(cause, WORDS.to_owned());
+        return ProvidedInclude::ChipWithWarning(cause, WORDS.to_owned());
     }
     let cause = format!("`{include}` is for another chip than the {}", chip.name);
-    Provided::Other(cause, format!("name that chip with --mcu atmega{name}, or include the file of this one"))
+    ProvidedInclude::OtherChip(cause, format!("name that chip with --mcu atmega{name}, or include the file of this one"))
 }
 
-fn section(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
-    if !trim(call.text, call.rest.clone()).is_empty() && asm.number(call.text, call.rest.clone()) != Some(0) {
+fn section(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) {
+    if !trim(call.text, call.rest.clone()).is_empty() && asm.evaluate_number(call.text, call.rest.clone()) != Some(0) {
         let cause = "parts of a section with numbers are not taken".to_owned();
         let hint = "give them names of their own: `.section .text.later,\"ax\"`";
-        return asm.tell(Fault::new("ASM023", call.rest.clone(), cause, hint));
+        return asm.report(LineFault::new("ASM023", call.rest.clone(), cause, hint));
     }
     enter(asm, call, name);
 }
@@ -253,100 +253,100 @@ fn section(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
 const WORDS: &str = "addresses of program memory, also those of org, count bytes here, where Atmel's count words";
 
 /// A section by the word of Atmel's assembler.
-fn segment(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
+fn segment(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) {
     let cause = format!("`{}` belongs to Atmel's assembler, and this is not its language", call.get(call.word.clone()));
-    asm.tell(Fault::new("ASM032", call.word.clone(), cause, WORDS).warning());
+    asm.report(LineFault::new("ASM032", call.word.clone(), cause, WORDS).warning());
     section(asm, call, name);
 }
 
 /// `.byte 1, 2`; Atmel's assembler reserves room with it.
-fn byte(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn byte(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if asm.out.section().is_some_and(|section| section.name == "dseg") {
         let cause = "`byte` gives bytes, and a program cannot fill RAM";
-        return asm.tell(Fault::new("ASM020", call.word.clone(), cause, "reserve room with .space, as in `.space 2`"));
+        return asm.report(LineFault::new("ASM020", call.word.clone(), cause, "reserve room with .space, as in `.space 2`"));
     }
     super::common::bytes(asm, call);
 }
 
-fn enter(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
-    if asm.out.switch(name).is_none() {
+fn enter(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) {
+    if asm.out.enter_named(name).is_none() {
         let cause = format!("there is no section `{name}`");
         let hint = "there are .text, .vectors, .progmem, .init0 to .fini0, .data, .rodata, .bss, .noinit, .eeprom, .fuse and .lock";
         let hint = if name.starts_with("debug") { "assemble what the compiler gives without -g" } else { hint };
-        asm.tell(Fault::new("ASM023", trim(call.text, call.rest.clone()), cause, hint));
+        asm.report(LineFault::new("ASM023", trim(call.text, call.rest.clone()), cause, hint));
     }
 }
 
 /// `.section .eeprom,"aw"`.
-fn section_named(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn section_named(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let parts = cut(call.text, call.rest.clone());
     let written = parts.first().map_or("", |part| call.get(part.clone())).trim_matches('"');
     enter(asm, call, written.strip_prefix('.').unwrap_or(written));
 }
 
-fn push_section(asm: &mut Asm<'_>, call: &Call<'_>) {
-    if asm.out.kept.len() < KEPT {
-        asm.out.kept.push((asm.out.current, asm.out.previous));
+fn push_section(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    if asm.out.section_stack.len() < KEPT {
+        asm.out.section_stack.push((asm.out.current, asm.out.previous));
     }
     section_named(asm, call);
 }
 
-fn pop_section(asm: &mut Asm<'_>, call: &Call<'_>) {
-    match asm.out.kept.pop() {
+fn pop_section(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    match asm.out.section_stack.pop() {
         Some(kept) => (asm.out.current, asm.out.previous) = kept,
         None => {
             let cause = "no section was kept by .pushsection before";
-            asm.tell(Fault::new("ASM023", call.word.clone(), cause, "remove it, or write `.section NAME`"));
+            asm.report(LineFault::new("ASM023", call.word.clone(), cause, "remove it, or write `.section NAME`"));
         }
     }
 }
 
-fn longs(asm: &mut Asm<'_>, call: &Call<'_>) {
-    for part in wanted(asm, call) {
+fn longs(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    for part in required_arguments(asm, call) {
         let value = value_of(asm, call.text, part.clone(), 32) as u32;
         asm.emit(&value.to_le_bytes(), part);
     }
 }
 
-fn quads(asm: &mut Asm<'_>, call: &Call<'_>) {
-    for part in wanted(asm, call) {
-        let value = asm.value(call.text, part.clone()).map_or(0, |value| value.n);
+fn quads(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    for part in required_arguments(asm, call) {
+        let value = asm.evaluate(call.text, part.clone()).map_or(0, |value| value.number);
         asm.emit(&value.to_le_bytes(), part);
     }
 }
 
-fn no_float(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn no_float(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let cause = format!("`{}` is not taken: numbers are whole here", call.get(call.word.clone()));
-    asm.tell(Fault::new("ASM023", call.word.clone(), cause, "give the bytes of the number with .long or .byte"));
+    asm.report(LineFault::new("ASM023", call.word.clone(), cause, "give the bytes of the number with .long or .byte"));
 }
 
 /// `.print "text"`.
-fn print(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn print(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let text = call.get(rest.clone()).trim_matches('"');
-    asm.tell(Fault::new("ASM025", rest, text, "the program itself says so").note());
+    asm.report(LineFault::new("ASM025", rest, text, "the program itself says so").note());
 }
 
 /// `.purgem name`: the macro is no more.
-fn purge(asm: &mut Asm<'_>, call: &Call<'_>) {
-    for part in wanted(asm, call) {
+fn purge(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    for part in required_arguments(asm, call) {
         let name = call.get(part.clone());
         if asm.macros.remove(&name.to_ascii_lowercase()).is_none() {
             let cause = format!("there is no macro `{name}`");
-            asm.tell(Fault::new("ASM023", part, cause, "give the name of a macro that stands before"));
+            asm.report(LineFault::new("ASM023", part, cause, "give the name of a macro that stands before"));
         }
     }
 }
 
 /// `.fill count, size, value`.
-fn fill(asm: &mut Asm<'_>, call: &Call<'_>) {
-    let parts = wanted(asm, call);
-    let mut numbers = parts.iter().map(|part| asm.number(call.text, part.clone()).unwrap_or(0));
+fn fill(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    let parts = required_arguments(asm, call);
+    let mut numbers = parts.iter().map(|part| asm.evaluate_number(call.text, part.clone()).unwrap_or(0));
     let (count, size, value) = (numbers.next().unwrap_or(0), numbers.next().unwrap_or(1), numbers.next().unwrap_or(0));
     drop(numbers);
     if !(0..=0x100_0000).contains(&count) || !(0..=8).contains(&size) {
         let cause = format!("{count} times {size} bytes cannot be filled");
-        return asm.tell(Fault::new(
+        return asm.report(LineFault::new(
             "ASM003",
             call.rest.clone(),
             cause,
@@ -359,12 +359,12 @@ fn fill(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 /// Goes on at the next multiple: of a power of two where `power`.
-fn align(asm: &mut Asm<'_>, call: &Call<'_>, power: bool) {
-    let parts = wanted(asm, call);
-    let Some(n) = parts.first().and_then(|part| asm.number(call.text, part.clone())) else { return };
+fn align(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, power: bool) {
+    let parts = required_arguments(asm, call);
+    let Some(n) = parts.first().and_then(|part| asm.evaluate_number(call.text, part.clone())) else { return };
     let step = if power { u32::try_from(n).ok().filter(|n| *n < 20).map_or(0, |n| 1i64 << n) } else { n };
     if step <= 0 || step > 1 << 20 {
-        return asm.tell(Fault::new(
+        return asm.report(LineFault::new(
             "ASM003",
             call.rest.clone(),
             format!("{n} is no alignment"),
@@ -375,19 +375,19 @@ fn align(asm: &mut Asm<'_>, call: &Call<'_>, power: bool) {
     if let Some(section) = asm.out.sections.get_mut(asm.out.current) {
         section.align = section.align.max(step);
     }
-    let here = asm.out.here();
+    let here = asm.out.next_address();
     let gap = (here + step - 1).div_euclid(step) * step - here;
-    if asm.out.holds() == Holds::Addresses {
-        return asm.out.go(here + gap);
+    if asm.out.holds() == SectionContent::Addresses {
+        return asm.out.set_address(here + gap);
     }
     asm.emit(&vec![value as u8; gap as usize], call.rest.clone());
 }
 
 /// `.comm name, size`: room in RAM.
-fn common(asm: &mut Asm<'_>, call: &Call<'_>, place: &str) {
-    let parts = wanted(asm, call);
+fn common(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, place: &str) {
+    let parts = required_arguments(asm, call);
     let [name, size, ..] = parts.as_slice() else {
-        return asm.tell(Fault::new(
+        return asm.report(LineFault::new(
             "ASM023",
             call.rest.clone(),
             "a name and a size are wanted",
@@ -395,10 +395,10 @@ fn common(asm: &mut Asm<'_>, call: &Call<'_>, place: &str) {
         ));
     };
     let now = (asm.out.current, asm.out.previous);
-    let _ = asm.out.switch(place);
-    asm.label(call.get(name.clone()), name.clone());
-    let size = asm.number(call.text, size.clone()).unwrap_or(0);
-    let here = asm.out.here();
-    asm.out.go(here + size.clamp(0, 0x1_0000));
+    let _ = asm.out.enter_named(place);
+    asm.define_label(call.get(name.clone()), name.clone());
+    let size = asm.evaluate_number(call.text, size.clone()).unwrap_or(0);
+    let here = asm.out.next_address();
+    asm.out.set_address(here + size.clamp(0, 0x1_0000));
     (asm.out.current, asm.out.previous) = now;
 }

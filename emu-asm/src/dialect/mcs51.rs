@@ -14,72 +14,72 @@ mod text;
 
 use emu_core::chip::Chip;
 
-use super::common::{constant, if_true, include, is_blank, is_defined, no_effect, nothing};
-use text::{End, Size};
+use super::common::{constant, if_true, include, is_blank, is_defined, report_no_effect, ignore_directive};
+use text::{TextEnd, DataSize};
 
-use super::{Arithmetic, Dialect, Directive, Flow, Form, Holds, Hooks, Op, Own, Provided, SectionRow};
-use crate::engine::{Asm, Call};
-use crate::expr::Value;
-use crate::fault::Fault;
-use crate::symbols::Kind;
-use crate::text::{cut, trim};
+use super::{AsmArithmetic, AsmDialect, AsmDirective, ReadFlow, NumberForm, SectionContent, DialectHooks, AsmOperator, FamilyState, ProvidedInclude, SectionRow};
+use crate::engine::{Assembler, DirectiveCall};
+use crate::expression::AsmValue;
+use crate::fault::LineFault;
+use crate::symbols::AsmSymbolKind;
+use crate::lines::{cut, trim};
 
 /// What is kept during a pass.
 #[derive(Debug, Default)]
-pub(crate) struct State {
+pub(crate) struct Mcs51PassState {
     /// The bank of R0 to R7 by `using`.
     bank: i64,
     /// A bit for each bank by `using`.
-    banks: u8,
+    used_banks: u8,
     /// Its areas.
-    areas: area::Areas,
+    areas: area::PassAreas,
     /// It is what SDCC writes, which assembles with undefined names as those of other modules.
-    compiled: bool,
+    is_from_sdcc: bool,
     /// Names that it says other modules have.
-    declared: std::collections::BTreeSet<String>,
+    declared_externals: std::collections::BTreeSet<String>,
 }
 
 /// The dialect.
 #[rustfmt::skip]
-pub(super) const MCS51: Dialect = Dialect {
+pub(super) const MCS51: AsmDialect = AsmDialect {
     comments: &[";", "//"],
     line_comments: &[],
     separators: b"",
     block_comments: true,
-    column_one: false,
-    column_one_warns: false,
-    numbers: &[Form::DollarMark, Form::Hex0x, Form::HexDollars, Form::HexH, Form::ZeroLetter, Form::BinaryB, Form::OctalOQ, Form::DecimalD, Form::HexDollar, Form::Binary0b,
-               Form::BinaryPercent, Form::Plain],
+    labels_in_column_one: false,
+    warns_in_column_one: false,
+    numbers: &[NumberForm::DollarMark, NumberForm::Hex0x, NumberForm::HexDollars, NumberForm::HexH, NumberForm::ZeroLetter, NumberForm::BinaryB, NumberForm::OctalOQ, NumberForm::DecimalD, NumberForm::HexDollar, NumberForm::Binary0b,
+               NumberForm::BinaryPercent, NumberForm::Plain],
     radix: 10,
     dot_is_bit: true,
-    here: &["$", ".", "*"],
-    here_is_line: true,
-    here_is_behind: false,
+    location_counter_names: &["$", ".", "*"],
+    counter_at_line_start: true,
+    counter_after_instruction: false,
     // Signs in the order of as31 and sdas8051; words as in Intel's ASM51 ("MCS-51 Macro Assembler User's Guide", operators).
     operators: &[
-        (".", 12, Op::BitOf),
-        ("*", 10, Op::Mul), ("/", 10, Op::Div), ("%", 10, Op::Mod), ("mod", 10, Op::Mod),
-        ("<<", 8, Op::Shl), (">>", 8, Op::Shr), ("shl", 10, Op::Shl), ("shr", 10, Op::Shr),
-        ("+", 9, Op::Add), ("-", 9, Op::Sub),
-        ("==", 7, Op::Equal), ("=", 7, Op::Equal), ("<>", 7, Op::Unequal), ("!=", 7, Op::Unequal),
-        ("<", 7, Op::Less), ("<=", 7, Op::LessEqual), (">", 7, Op::Greater), (">=", 7, Op::GreaterEqual),
-        ("eq", 7, Op::Equal), ("ne", 7, Op::Unequal), ("lt", 7, Op::Less), ("le", 7, Op::LessEqual),
-        ("gt", 7, Op::Greater), ("ge", 7, Op::GreaterEqual),
-        ("&", 5, Op::And), ("and", 5, Op::And),
-        ("^", 6, Op::Xor), ("xor", 3, Op::Xor), ("|", 3, Op::Or), ("or", 3, Op::Or),
-        ("&&", 2, Op::BothTrue), ("||", 1, Op::EitherTrue),
+        (".", 12, AsmOperator::BitOf),
+        ("*", 10, AsmOperator::Mul), ("/", 10, AsmOperator::Div), ("%", 10, AsmOperator::Mod), ("mod", 10, AsmOperator::Mod),
+        ("<<", 8, AsmOperator::Shl), (">>", 8, AsmOperator::Shr), ("shl", 10, AsmOperator::Shl), ("shr", 10, AsmOperator::Shr),
+        ("+", 9, AsmOperator::Add), ("-", 9, AsmOperator::Sub),
+        ("==", 7, AsmOperator::Equal), ("=", 7, AsmOperator::Equal), ("<>", 7, AsmOperator::Unequal), ("!=", 7, AsmOperator::Unequal),
+        ("<", 7, AsmOperator::Less), ("<=", 7, AsmOperator::LessEqual), (">", 7, AsmOperator::Greater), (">=", 7, AsmOperator::GreaterEqual),
+        ("eq", 7, AsmOperator::Equal), ("ne", 7, AsmOperator::Unequal), ("lt", 7, AsmOperator::Less), ("le", 7, AsmOperator::LessEqual),
+        ("gt", 7, AsmOperator::Greater), ("ge", 7, AsmOperator::GreaterEqual),
+        ("&", 5, AsmOperator::And), ("and", 5, AsmOperator::And),
+        ("^", 6, AsmOperator::Xor), ("xor", 3, AsmOperator::Xor), ("|", 3, AsmOperator::Or), ("or", 3, AsmOperator::Or),
+        ("&&", 2, AsmOperator::BothTrue), ("||", 1, AsmOperator::EitherTrue),
     ],
     unary: &[
         ("-", 11, |n| n.wrapping_neg()), ("+", 11, |n| n), ("~", 11, |n| !n), ("!", 11, |n| i64::from(n == 0)),
         ("not", 6, |n| !n), ("low", 11, |n| n & 0xFF), ("high", 11, |n| n >> 8 & 0xFF),
         ("<", 11, |n| n & 0xFF), (">", 11, |n| n >> 8 & 0xFF),
     ],
-    truth: -1,
-    arithmetic: Arithmetic::Unsigned(16),
+    true_value: -1,
+    arithmetic: AsmArithmetic::Unsigned(16),
     controls: true,
     numbered_labels: false,
     dollar_labels: true,
-    any_case: true,
+    ignores_case: true,
     plain_arguments: true,
     big_endian: true,
     org_fills: None,
@@ -87,100 +87,100 @@ pub(super) const MCS51: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[],
-    hooks: Hooks { names: own_name, external, angles: true, complements: true, digit_groups: true, code_end: Some(text::any_code_end), plain_backslashes: text::plain_backslashes, no_bytes: area::why_no_bytes, general: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..Hooks::NONE },
+    hooks: DialectHooks { own_name_value: own_name, is_external: external, angle_arguments: true, complements: true, digit_groups: true, code_end: Some(text::any_code_end), plain_backslashes: text::plain_backslashes, no_bytes: area::why_no_bytes, general_instructions: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..DialectHooks::NONE },
     directives: &[
-        Directive::run("defb", super::common::bytes),
-        Directive::run("db", |asm, call| text::data(asm, call, Size::Byte, false)),
-        Directive::run("byte", |asm, call| text::data(asm, call, Size::Byte, false)),
-        Directive::run("fcb", |asm, call| text::data(asm, call, Size::Byte, true)),
-        Directive::run("dw", |asm, call| text::data(asm, call, Size::Word, true)),
-        Directive::run("word", |asm, call| text::data(asm, call, Size::Word, true)),
-        Directive::run("defw", super::common::words),
-        Directive::run("fdb", |asm, call| text::data(asm, call, Size::Word, true)),
-        Directive::run("defs", super::common::space),
-        Directive::run("skip", super::common::space),
-        Directive::run("rmb", super::common::space),
-        Directive::run("blkb", super::common::space),
-        Directive::run("dbit", super::common::space),
-        Directive::run("dsb", super::common::space),
-        Directive::named("flag", |asm, call| constant(asm, call, Kind::Equ)),
-        Directive::run("inc", include),
-        Directive::run("blkw", |asm, call| super::common::room(asm, call, 2)),
-        Directive::run("rs", super::common::space),
-        Directive::run("ascii", |asm, call| text::text(asm, call, End::Open)),
-        Directive::run("str", |asm, call| text::text(asm, call, End::Open)),
-        Directive::run("fcc", |asm, call| text::text(asm, call, End::Open)),
-        Directive::run("asciz", |asm, call| text::text(asm, call, End::Zero)),
-        Directive::run("strz", |asm, call| text::text(asm, call, End::Zero)),
-        Directive::run("ascis", |asm, call| text::text(asm, call, End::HighBit)),
-        Directive::run("strs", |asm, call| text::text(asm, call, End::HighBit)),
-        Directive::run("even", |asm, call| super::common::parity(asm, call, 0)),
-        Directive::run("odd", |asm, call| super::common::parity(asm, call, 1)),
-        Directive::run("radix", radix),
+        AsmDirective::run("defb", super::common::bytes),
+        AsmDirective::run("db", |asm, call| text::data(asm, call, DataSize::Byte, false)),
+        AsmDirective::run("byte", |asm, call| text::data(asm, call, DataSize::Byte, false)),
+        AsmDirective::run("fcb", |asm, call| text::data(asm, call, DataSize::Byte, true)),
+        AsmDirective::run("dw", |asm, call| text::data(asm, call, DataSize::Word, true)),
+        AsmDirective::run("word", |asm, call| text::data(asm, call, DataSize::Word, true)),
+        AsmDirective::run("defw", super::common::words),
+        AsmDirective::run("fdb", |asm, call| text::data(asm, call, DataSize::Word, true)),
+        AsmDirective::run("defs", super::common::space),
+        AsmDirective::run("skip", super::common::space),
+        AsmDirective::run("rmb", super::common::space),
+        AsmDirective::run("blkb", super::common::space),
+        AsmDirective::run("dbit", super::common::space),
+        AsmDirective::run("dsb", super::common::space),
+        AsmDirective::named("flag", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
+        AsmDirective::run("inc", include),
+        AsmDirective::run("blkw", |asm, call| super::common::reserve_room(asm, call, 2)),
+        AsmDirective::run("rs", super::common::space),
+        AsmDirective::run("ascii", |asm, call| text::text(asm, call, TextEnd::Open)),
+        AsmDirective::run("str", |asm, call| text::text(asm, call, TextEnd::Open)),
+        AsmDirective::run("fcc", |asm, call| text::text(asm, call, TextEnd::Open)),
+        AsmDirective::run("asciz", |asm, call| text::text(asm, call, TextEnd::Zero)),
+        AsmDirective::run("strz", |asm, call| text::text(asm, call, TextEnd::Zero)),
+        AsmDirective::run("ascis", |asm, call| text::text(asm, call, TextEnd::HighBit)),
+        AsmDirective::run("strs", |asm, call| text::text(asm, call, TextEnd::HighBit)),
+        AsmDirective::run("even", |asm, call| super::common::parity(asm, call, 0)),
+        AsmDirective::run("odd", |asm, call| super::common::parity(asm, call, 1)),
+        AsmDirective::run("radix", radix),
         // The conditions of ASEM-51 (its manual, "Conditional assembly").
-        Directive::flow("ifn", Flow::If(|asm, call| !if_true(asm, call))),
-        Directive::flow("elseifn", Flow::Elif(|asm, call| !if_true(asm, call))),
-        Directive::flow("elseifdef", Flow::Elif(|asm, call| is_defined(asm, call, true))),
-        Directive::flow("elseifndef", Flow::Elif(|asm, call| is_defined(asm, call, false))),
-        Directive::flow("elseifb", Flow::Elif(|_, call| is_blank(call))),
-        Directive::flow("elseifnb", Flow::Elif(|_, call| !is_blank(call))),
-        Directive::run("mexit", |asm, call| asm.leave_macro(call)),
-        Directive::named("bit", |asm, call| constant(asm, call, Kind::Equ)),
-        Directive::named("data", |asm, call| constant(asm, call, Kind::Equ)),
-        Directive::named("idata", |asm, call| constant(asm, call, Kind::Equ)),
-        Directive::named("xdata", |asm, call| constant(asm, call, Kind::Equ)),
-        Directive::named("code", |asm, call| constant(asm, call, Kind::Equ)),
-        Directive::named("sfr", |asm, call| constant(asm, call, Kind::Equ)),
-        Directive::named("sfr16", |asm, call| constant(asm, call, Kind::Equ)),
-        Directive::named("sbit", |asm, call| constant(asm, call, Kind::Equ)),
-        Directive::run("cseg", |asm, call| segment::absolute(asm, call, "code")),
-        Directive::run("dseg", |asm, call| segment::absolute(asm, call, "idata")),
-        Directive::run("iseg", |asm, call| segment::absolute(asm, call, "idata")),
-        Directive::run("xseg", |asm, call| segment::absolute(asm, call, "xdata")),
-        Directive::run("bseg", |asm, call| segment::absolute(asm, call, "bit")),
-        Directive::named("segment", segment::segment),
-        Directive::run("rseg", segment::rseg),
-        Directive::run("area", area::area),
-        Directive::run("org", area::org),
-        Directive::run("globl", declare),
-        Directive::run("global", declare),
-        Directive::run("module", of_sdas),
-        Directive::run("optsdcc", of_sdcc),
-        Directive::run("title", nothing),
-        Directive::run("sbttl", nothing),
-        Directive::run("page", nothing),
-        Directive::run("list", nothing),
-        Directive::run("nlist", nothing),
-        Directive::run("nolist", nothing),
-        Directive::named("lit", literal),
-        Directive::run("name", nothing),
-        Directive::run("public", nothing),
-        Directive::run("extrn", segment::extrn),
-        Directive::run("extern", segment::extrn),
-        Directive::run("using", using),
+        AsmDirective::flow("ifn", ReadFlow::If(|asm, call| !if_true(asm, call))),
+        AsmDirective::flow("elseifn", ReadFlow::Elif(|asm, call| !if_true(asm, call))),
+        AsmDirective::flow("elseifdef", ReadFlow::Elif(|asm, call| is_defined(asm, call, true))),
+        AsmDirective::flow("elseifndef", ReadFlow::Elif(|asm, call| is_defined(asm, call, false))),
+        AsmDirective::flow("elseifb", ReadFlow::Elif(|_, call| is_blank(call))),
+        AsmDirective::flow("elseifnb", ReadFlow::Elif(|_, call| !is_blank(call))),
+        AsmDirective::run("mexit", |asm, call| asm.leave_macro(call)),
+        AsmDirective::named("bit", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
+        AsmDirective::named("data", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
+        AsmDirective::named("idata", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
+        AsmDirective::named("xdata", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
+        AsmDirective::named("code", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
+        AsmDirective::named("sfr", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
+        AsmDirective::named("sfr16", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
+        AsmDirective::named("sbit", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
+        AsmDirective::run("cseg", |asm, call| segment::absolute(asm, call, "code")),
+        AsmDirective::run("dseg", |asm, call| segment::absolute(asm, call, "idata")),
+        AsmDirective::run("iseg", |asm, call| segment::absolute(asm, call, "idata")),
+        AsmDirective::run("xseg", |asm, call| segment::absolute(asm, call, "xdata")),
+        AsmDirective::run("bseg", |asm, call| segment::absolute(asm, call, "bit")),
+        AsmDirective::named("segment", segment::segment),
+        AsmDirective::run("rseg", segment::rseg),
+        AsmDirective::run("area", area::area),
+        AsmDirective::run("org", area::org),
+        AsmDirective::run("globl", declare),
+        AsmDirective::run("global", declare),
+        AsmDirective::run("module", of_sdas),
+        AsmDirective::run("optsdcc", of_sdcc),
+        AsmDirective::run("title", ignore_directive),
+        AsmDirective::run("sbttl", ignore_directive),
+        AsmDirective::run("page", ignore_directive),
+        AsmDirective::run("list", ignore_directive),
+        AsmDirective::run("nlist", ignore_directive),
+        AsmDirective::run("nolist", ignore_directive),
+        AsmDirective::named("lit", literal),
+        AsmDirective::run("name", ignore_directive),
+        AsmDirective::run("public", ignore_directive),
+        AsmDirective::run("extrn", segment::extrn),
+        AsmDirective::run("extern", segment::extrn),
+        AsmDirective::run("using", using),
         // Controls of AX51 that give names values, and then those without effect, such as `$MOD52` and `$NOLIST`.
-        Directive::run("$set", |asm, call| set_names(asm, call, None)),
-        Directive::run("$reset", |asm, call| set_names(asm, call, Some(0))),
-        Directive::run("$", control),
+        AsmDirective::run("$set", |asm, call| set_names(asm, call, None)),
+        AsmDirective::run("$reset", |asm, call| set_names(asm, call, Some(0))),
+        AsmDirective::run("$", control),
     ],
-    provides,
-    defines: |_| Vec::new(),
-    refuses: |_, _| None,
-    finish: area::place,
+    include_provided: provides,
+    predefined: |_| Vec::new(),
+    refuse_instruction: |_, _| None,
+    finish_pass: area::place_areas,
     sections: &[
-        SectionRow { name: "code", space: "", holds: Holds::Image, behind: None },
-        SectionRow { name: "idata", space: "idata", holds: Holds::Addresses, behind: None },
-        SectionRow { name: "xdata", space: "xdata", holds: Holds::Addresses, behind: None },
-        SectionRow { name: "bit", space: "bit", holds: Holds::Addresses, behind: None },
+        SectionRow { name: "code", space: "", content: SectionContent::Image, align_after_previous: None },
+        SectionRow { name: "idata", space: "idata", content: SectionContent::Addresses, align_after_previous: None },
+        SectionRow { name: "xdata", space: "xdata", content: SectionContent::Addresses, align_after_previous: None },
+        SectionRow { name: "bit", space: "bit", content: SectionContent::Addresses, align_after_previous: None },
     ],
 };
 
 /// The same for sdas8051: a source with directives that as31 and ASM51 lack.
-const SDAS: Dialect = Dialect {
+const SDAS: AsmDialect = AsmDialect {
     comments: &[";"],
-    truth: 1,
-    arithmetic: Arithmetic::Unsigned(32),
-    hooks: Hooks {
+    true_value: 1,
+    arithmetic: AsmArithmetic::Unsigned(32),
+    hooks: DialectHooks {
         is_sdas: true,
         quoted: Some(text::quoted_at),
         code_end: Some(text::code_end),
@@ -192,13 +192,13 @@ const SDAS: Dialect = Dialect {
 
 /// Lists of registers by their makers' names, such as `reg52.inc`, `regx52.h`, `at89x51.h` and `89c2051.mcu`, stand for what the chip
 /// has.
-fn provides(_: &Chip, include: &str) -> Provided {
+fn provides(_: &Chip, include: &str) -> ProvidedInclude {
     let stem = include.split('.').next().unwrap_or(include);
     let makers = ["at", "reg", "reg_c", "regx", "mod", "sfr", "stc", "i", "p"];
     let number = stem.trim_start_matches(|c: char| !c.is_ascii_digit());
     let maker = stem.strip_suffix(number).unwrap_or_default().trim_end_matches(['_', '-']);
     let known = maker.is_empty() || makers.contains(&maker);
-    if known && LISTS.contains(&number) { Provided::Chip } else { Provided::No }
+    if known && LISTS.contains(&number) { ProvidedInclude::Chip } else { ProvidedInclude::NotProvided }
 }
 
 /// Chips by what the names of such files have behind the maker.
@@ -220,19 +220,19 @@ const CONTROLS: &[&str] = &[
 ];
 
 /// A control without effect.
-fn control(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn control(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let name = call.get(call.word.clone()).trim_start_matches('$').to_ascii_lowercase();
     let chips = name
         .trim_start_matches("no")
         .strip_prefix("mod")
         .is_some_and(|chip| chip.starts_with(|c: char| c.is_ascii_digit()));
     if !chips && !CONTROLS.contains(&name.as_str()) {
-        no_effect(asm, call);
+        report_no_effect(asm, call);
     }
 }
 
 /// `$SET (DEBUG, LEVEL=2)` and `$RESET (DEBUG)`: values for `$IF`.
-fn set_names(asm: &mut Asm<'_>, call: &Call<'_>, fixed: Option<i64>) {
+fn set_names(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, fixed: Option<i64>) {
     let rest = trim(call.text, call.rest.clone());
     let inner = match call.get(rest.clone()) {
         all if all.starts_with('(') && all.ends_with(')') => rest.start + 1..rest.end - 1,
@@ -244,20 +244,20 @@ fn set_names(asm: &mut Asm<'_>, call: &Call<'_>, fixed: Option<i64>) {
         let value = match fixed {
             Some(n) => n,
             None if equals == part.end => 0xFFFF,
-            None => asm.number(call.text, equals + 1..part.end).unwrap_or(0),
+            None => asm.evaluate_number(call.text, equals + 1..part.end).unwrap_or(0),
         };
-        asm.define(call.get(name.clone()), Value::of(value), Kind::Set, name);
+        asm.define_symbol(call.get(name.clone()), AsmValue::of(value), AsmSymbolKind::Set, name);
     }
 }
 
 /// `name LIT 'text'`: the text stands for the name, in any case of its letters.
-fn literal(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn literal(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let written = call.get(rest.clone());
     let inner = written.strip_prefix(['\'', '"']).and_then(|inner| inner.strip_suffix(['\'', '"']));
     let (Some(label), Some(inner)) = (call.label.clone(), inner) else {
         let at = if rest.is_empty() { call.word.clone() } else { rest };
-        return asm.tell(Fault::new("ASM023", at, "`lit` needs a name and a text", "write `name lit 'text'`"));
+        return asm.report(LineFault::new("ASM023", at, "`lit` needs a name and a text", "write `name lit 'text'`"));
     };
     let name = call.get(label);
     for name in [name.to_owned(), name.to_ascii_uppercase(), name.to_ascii_lowercase()] {
@@ -266,14 +266,14 @@ fn literal(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 /// `using 1`: the bank of which AR0 to AR7 are the addresses.
-fn using(asm: &mut Asm<'_>, call: &Call<'_>) {
-    let Some(bank) = asm.number(call.text, call.rest.clone()) else { return };
+fn using(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    let Some(bank) = asm.evaluate_number(call.text, call.rest.clone()) else { return };
     if !(0..4).contains(&bank) {
         let cause = format!("there is no bank {bank} of registers");
-        return asm.tell(Fault::new("ASM003", trim(call.text, call.rest.clone()), cause, "give a number from 0 to 3"));
+        return asm.report(LineFault::new("ASM003", trim(call.text, call.rest.clone()), cause, "give a number from 0 to 3"));
     }
-    asm.own.mcs51.bank = bank;
-    asm.own.mcs51.banks |= 1 << bank;
+    asm.family_state.mcs51.bank = bank;
+    asm.family_state.mcs51.used_banks |= 1 << bank;
 }
 
 /// Where the interrupts of the 8051 begin, by the names that ASEM-51 gives them (its manual, predefined symbols).
@@ -284,7 +284,7 @@ const VECTORS: &[(&str, i64)] = &[
 
 /// `AR0` to `AR7`: the addresses of R0 to R7 in the bank by `using`. `s_CSEG` and `l_CSEG`: first address and size of an area;
 /// the name of a segment is its first address.
-fn own_name(own: &Own, name: &str) -> Option<i64> {
+fn own_name(own: &FamilyState, name: &str) -> Option<i64> {
     match name.as_bytes() {
         [b'a' | b'A', b'r' | b'R', digit @ b'0'..=b'7'] => Some(own.mcs51.bank * 8 + i64::from(digit - b'0')),
         _ => {
@@ -295,38 +295,38 @@ fn own_name(own: &Own, name: &str) -> Option<i64> {
 }
 
 /// What only sources for sdas8051 have; the lines before it are read anew with that in mind.
-fn of_sdas(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn of_sdas(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if call.get(call.word.clone()).starts_with('.') {
-        asm.late |= !asm.d.hooks.is_sdas;
-        asm.d = &SDAS;
+        asm.chip_name_redefined |= !asm.dialect.hooks.is_sdas;
+        asm.dialect = &SDAS;
     }
 }
 
 /// `.optsdcc -mmcs51`: the source is what SDCC has written.
-fn of_sdcc(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn of_sdcc(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     of_sdas(asm, call);
-    asm.own.mcs51.compiled = true;
+    asm.family_state.mcs51.is_from_sdcc = true;
 }
 
 /// `.globl name`: a name of this module for others, or of others for this one.
-fn declare(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn declare(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let names = cut(call.text, call.rest.clone()).into_iter().map(|part| call.get(part));
-    asm.own.mcs51.declared.extend(names.map(|name| name.to_ascii_lowercase()));
+    asm.family_state.mcs51.declared_externals.extend(names.map(|name| name.to_ascii_lowercase()));
 }
 
 /// A name that no line gives is one of another module; so are first address and size of an area that is not in this one.
-fn external(asm: &Asm<'_>, name: &str) -> bool {
-    let state = &asm.own.mcs51;
+fn external(asm: &Assembler<'_>, name: &str) -> bool {
+    let state = &asm.family_state.mcs51;
     let linkers = |name: &str| {
         name.strip_prefix(['s', 'l'])
             .and_then(|rest| rest.strip_prefix('_'))
             .is_some_and(|area| area == area.to_ascii_uppercase())
     };
-    state.compiled || state.declared.contains(&name.to_ascii_lowercase()) || asm.d.hooks.is_sdas && linkers(name)
+    state.is_from_sdcc || state.declared_externals.contains(&name.to_ascii_lowercase()) || asm.dialect.hooks.is_sdas && linkers(name)
 }
 
 /// `.radix x`: b, o, d or x; or a number.
-fn radix(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn radix(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let written = call.get(trim(call.text, call.rest.clone())).to_ascii_lowercase();
     asm.radix = match written.as_str() {
         "b" | "2" => 2,
@@ -335,7 +335,7 @@ fn radix(asm: &mut Asm<'_>, call: &Call<'_>) {
         "x" | "h" | "16" => 16,
         _ => {
             let cause = format!("`{written}` is no radix");
-            return asm.tell(Fault::new("ASM023", call.rest.clone(), cause, "write b, o, d or x"));
+            return asm.report(LineFault::new("ASM023", call.rest.clone(), cause, "write b, o, d or x"));
         }
     };
 }

@@ -11,26 +11,26 @@ pub(crate) mod pic16;
 
 use std::ops::Range;
 
-use emu_core::chip::{Chip, Family};
-use emu_core::table::Row;
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::table::InstructionRow;
 
-use crate::engine::{Asm, Call};
-use crate::fault::Fault;
-use crate::reader::Block;
-use crate::text::Line;
+use crate::engine::{Assembler, DirectiveCall};
+use crate::fault::LineFault;
+use crate::reader::LineBlock;
+use crate::lines::AsmLine;
 
 /// A unary operator or a function of one value: token, how strongly what follows must bind, what it does.
-pub(crate) type Unary = (&'static str, u8, fn(i64) -> i64);
+pub(crate) type UnaryOperator = (&'static str, u8, fn(i64) -> i64);
 
 /// What a dialect tells of an instruction with the values of its operands and where they stand.
-pub(crate) type Check = fn(&Row, &[(i32, Range<usize>)]) -> Option<Fault>;
+pub(crate) type CheckInstruction = fn(&InstructionRow, &[(i32, Range<usize>)]) -> Option<LineFault>;
 
 /// What a dialect makes of a value beyond the field of an operand of a kind: the value that fits, and code, cause and hint of a
 /// warning. `None` where the value is taken as it is, or refused as any other.
-pub(crate) type Cut = fn(&Chip, kind: &str, value: i64) -> Option<(i64, Option<Refusal>)>;
+pub(crate) type CutToField = fn(&Chip, kind: &str, value: i64) -> Option<(i64, Option<AsmRefusal>)>;
 
 /// A dialect.
-pub(crate) struct Dialect {
+pub(crate) struct AsmDialect {
     /// Characters that begin a comment anywhere outside quotes.
     pub comments: &'static [&'static str],
     /// Characters that begin a comment at the beginning of a line.
@@ -40,29 +40,29 @@ pub(crate) struct Dialect {
     /// `/* .. */` is a comment, over several lines.
     pub block_comments: bool,
     /// A word in column 1 that is no instruction, directive or macro is a label without a colon.
-    pub column_one: bool,
+    pub labels_in_column_one: bool,
     /// An instruction or directive in column 1 is told.
-    pub column_one_warns: bool,
+    pub warns_in_column_one: bool,
     /// The forms of numbers, the first that fits wins.
-    pub numbers: &'static [Form],
+    pub numbers: &'static [NumberForm],
     /// Radix of a plain number, until a directive changes it.
     pub radix: u32,
     /// `byte.bit` is a bit address, so that names have no dots inside.
     pub dot_is_bit: bool,
     /// Names of the location counter.
-    pub here: &'static [&'static str],
+    pub location_counter_names: &'static [&'static str],
     /// Within an instruction the location counter stands behind it.
-    pub here_is_behind: bool,
+    pub counter_after_instruction: bool,
     /// Within a list of values the location counter stands where the line begins; but not `.`, which moves with each value.
-    pub here_is_line: bool,
+    pub counter_at_line_start: bool,
     /// Binary operators: token, how strongly it binds, meaning.
-    pub operators: &'static [(&'static str, u8, Op)],
+    pub operators: &'static [(&'static str, u8, AsmOperator)],
     /// Unary operators and functions of one value: token, how strongly what follows must bind, what it does.
-    pub unary: &'static [Unary],
+    pub unary: &'static [UnaryOperator],
     /// What a comparison that holds gives.
-    pub truth: i64,
+    pub true_value: i64,
     /// How values are divided, shifted and compared.
-    pub arithmetic: Arithmetic,
+    pub arithmetic: AsmArithmetic,
     /// Lines that begin with `$` and a word are controls of the assembler.
     pub controls: bool,
     /// Labels are numbers, `1f` and `1b` mean the next and the last of them.
@@ -70,7 +70,7 @@ pub(crate) struct Dialect {
     /// Labels are numbers with a `$` behind, known between two labels with names.
     pub dollar_labels: bool,
     /// Names of symbols are the same in upper and lower case where no other is meant.
-    pub any_case: bool,
+    pub ignores_case: bool,
     /// Macro arguments stand in the body by their names alone, without a backslash.
     pub plain_arguments: bool,
     /// Words of several bytes begin with the high byte.
@@ -86,55 +86,55 @@ pub(crate) struct Dialect {
     /// Literals of the syntax that a value may stand for.
     pub literals: &'static [(&'static str, i64)],
     /// What few dialects have.
-    pub hooks: Hooks,
+    pub hooks: DialectHooks,
     /// Directives of this dialect alone, looked up before the common ones.
-    pub directives: &'static [Directive],
+    pub directives: &'static [AsmDirective],
     /// Includes that the chip's data stand for: the name without path and `<>`, in lower case.
-    pub provides: fn(chip: &Chip, include: &str) -> Provided,
+    pub include_provided: fn(chip: &Chip, include: &str) -> ProvidedInclude,
     /// Names and texts that are defined before the first line.
-    pub defines: fn(chip: &Chip) -> Vec<(String, String)>,
+    pub predefined: fn(chip: &Chip) -> Vec<(String, String)>,
     /// An instruction that the dialect does not take with these operands: code, cause and hint.
-    pub refuses: fn(mnemonic: &str, operands: &str) -> Option<Refusal>,
+    pub refuse_instruction: fn(mnemonic: &str, operands: &str) -> Option<AsmRefusal>,
     /// What is done at the end of each pass.
-    pub finish: fn(&mut Asm<'_>),
+    pub finish_pass: fn(&mut Assembler<'_>),
     /// The sections in the order in which they lie; the program begins in `text`, or else in the first.
     pub sections: &'static [SectionRow],
 }
 
 /// Where a value in quotes ends, and the value; none where nothing stands behind the quote.
-pub(crate) type Quoted = fn(text: &str, at: usize) -> Option<(usize, u16)>;
+pub(crate) type QuotedValueAt = fn(text: &str, at: usize) -> Option<(usize, u16)>;
 
 /// What few dialects have.
 #[derive(Clone, Copy)]
-pub(crate) struct Hooks {
+pub(crate) struct DialectHooks {
     /// Looks at an instruction that fits: its row, and the operands that stand in its pattern with their places.
-    pub check: Check,
+    pub check: CheckInstruction,
     /// The value that an operand has where the one that is written does not fit its field, and the warning that says so.
-    pub cut: Cut,
+    pub cut: CutToField,
     /// Directives without effect that are known with a dot alone, here without it.
-    pub dotted: &'static [&'static str],
+    pub ignored_dotted: &'static [&'static str],
     /// Directives that the family's usual assembler has not: alone in column 1 they are labels.
     pub foreign: &'static [&'static str],
     /// Operands of an instruction that takes none are left out, with a warning.
     pub drops_operands: bool,
     /// Puts sections in their places at the end of a pass; true where one has moved, so that another pass is wanted.
-    pub place: fn(&mut Asm<'_>) -> bool,
+    pub place_sections: fn(&mut Assembler<'_>) -> bool,
     /// `#v(expression)` within a name stands for its value.
     pub value_names: bool,
     /// Names whose values hang on what the program has said before.
-    pub names: fn(&Own, &str) -> Option<i64>,
+    pub own_name_value: fn(&FamilyState, &str) -> Option<i64>,
     /// A name that no line gives is one of another module.
-    pub external: fn(&Asm<'_>, &str) -> bool,
+    pub is_external: fn(&Assembler<'_>, &str) -> bool,
     /// The source is one for sdas8051, where the low byte of an address stands for it in constants and bytes.
     pub is_sdas: bool,
     /// The value in quotes that begins at a byte of the text, and where it ends.
-    pub quoted: Option<Quoted>,
+    pub quoted: Option<QuotedValueAt>,
     /// The line with what stands for backslashes that are plain characters; none where there are none.
-    pub plain_backslashes: fn(&Line) -> Option<Line>,
+    pub plain_backslashes: fn(&AsmLine) -> Option<AsmLine>,
     /// Where the comment of a line begins.
     pub code_end: Option<fn(&str) -> usize>,
     /// Why bytes have no place in the current section: cause and hint.
-    pub no_bytes: fn(&Asm<'_>) -> Option<(String, String)>,
+    pub no_bytes: fn(&Assembler<'_>) -> Option<(String, String)>,
     /// Digits of a number may stand in groups: `1010$1010b`.
     pub digit_groups: bool,
     /// Values have 32 bits with a sign, and what is above is cut off; those of others have 64.
@@ -142,24 +142,24 @@ pub(crate) struct Hooks {
     /// Values may be complements of any value that fits: `not 0F0h` is a byte.
     pub complements: bool,
     /// Arguments of macros may stand in angles.
-    pub angles: bool,
+    pub angle_arguments: bool,
     /// Instructions with one operand that stand for the first of others that reaches it; the last of them where the operand is not known
     /// by then.
-    pub general: &'static [(&'static str, &'static [&'static str])],
+    pub general_instructions: &'static [(&'static str, &'static [&'static str])],
 }
 
-impl Hooks {
+impl DialectHooks {
     /// None of it.
-    pub const NONE: Hooks = Hooks {
+    pub const NONE: DialectHooks = DialectHooks {
         check: |_, _| None,
         cut: |_, _, _| None,
-        dotted: &[],
+        ignored_dotted: &[],
         foreign: &[],
         drops_operands: false,
-        place: |_| false,
+        place_sections: |_| false,
         value_names: false,
-        names: |_, _| None,
-        external: |_, _| false,
+        own_name_value: |_, _| None,
+        is_external: |_, _| false,
         is_sdas: false,
         quoted: None,
         plain_backslashes: |_| None,
@@ -168,43 +168,43 @@ impl Hooks {
         digit_groups: false,
         is_32: false,
         complements: false,
-        angles: false,
-        general: &[],
+        angle_arguments: false,
+        general_instructions: &[],
     };
 }
 
 /// Code, cause and hint.
-pub(crate) type Refusal = (&'static str, String, String);
+pub(crate) type AsmRefusal = (&'static str, String, String);
 
 /// The operators of C, with its precedence.
 #[rustfmt::skip]
-const C_OPERATORS: &[(&str, u8, Op)] = &[
-    ("*", 10, Op::Mul), ("/", 10, Op::Div), ("%", 10, Op::Mod), ("+", 9, Op::Add), ("-", 9, Op::Sub),
-    ("<<", 8, Op::Shl), (">>", 8, Op::Shr),
-    ("<", 7, Op::Less), ("<=", 7, Op::LessEqual), (">", 7, Op::Greater), (">=", 7, Op::GreaterEqual),
-    ("==", 6, Op::Equal), ("!=", 6, Op::Unequal),
-    ("&", 5, Op::And), ("^", 4, Op::Xor), ("|", 3, Op::Or), ("&&", 2, Op::BothTrue), ("||", 1, Op::EitherTrue),
+const C_OPERATORS: &[(&str, u8, AsmOperator)] = &[
+    ("*", 10, AsmOperator::Mul), ("/", 10, AsmOperator::Div), ("%", 10, AsmOperator::Mod), ("+", 9, AsmOperator::Add), ("-", 9, AsmOperator::Sub),
+    ("<<", 8, AsmOperator::Shl), (">>", 8, AsmOperator::Shr),
+    ("<", 7, AsmOperator::Less), ("<=", 7, AsmOperator::LessEqual), (">", 7, AsmOperator::Greater), (">=", 7, AsmOperator::GreaterEqual),
+    ("==", 6, AsmOperator::Equal), ("!=", 6, AsmOperator::Unequal),
+    ("&", 5, AsmOperator::And), ("^", 4, AsmOperator::Xor), ("|", 3, AsmOperator::Or), ("&&", 2, AsmOperator::BothTrue), ("||", 1, AsmOperator::EitherTrue),
 ];
 
 /// The signs of C, and the bytes of a number.
 #[rustfmt::skip]
-const C_UNARY: &[Unary] = &[
+const C_UNARY: &[UnaryOperator] = &[
     ("-", 11, |n| n.wrapping_neg()), ("+", 11, |n| n), ("~", 11, |n| !n), ("!", 11, |n| if n == 0 { 1 } else { 0 }),
     ("low", 11, |n| n & 0xFF), ("high", 11, |n| n >> 8 & 0xFF),
 ];
 
 /// What becomes of an include.
-pub(crate) enum Provided {
+pub(crate) enum ProvidedInclude {
     /// The chip's own names stand for it.
     Chip,
     /// They stand for it, but its names are used otherwise: cause and hint of a warning.
-    Otherwise(String, String),
+    ChipWithWarning(String, String),
     /// It is one for another chip: its cause and hint.
-    Other(String, String),
+    OtherChip(String, String),
     /// It is one for the chip of this name, whose names it gives: cause, and hint where that chip is not known.
-    Named(String, String, String),
+    NamedChip(String, String, String),
     /// It is a file.
-    No,
+    NotProvided,
 }
 
 /// A section as a row.
@@ -214,14 +214,14 @@ pub(crate) struct SectionRow {
     /// Name of the memory that its labels are in; empty where the windows of the image file say it.
     pub space: &'static str,
     /// What it holds.
-    pub holds: Holds,
+    pub content: SectionContent,
     /// It lies behind the sections before it in the same memory, from a multiple of this on.
-    pub behind: Option<i64>,
+    pub align_after_previous: Option<i64>,
 }
 
 /// What a section holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Holds {
+pub(crate) enum SectionContent {
     /// The image, at addresses of the image file.
     Image,
     /// Bytes of one memory of the image.
@@ -234,7 +234,7 @@ pub(crate) enum Holds {
 
 /// A form of numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Form {
+pub(crate) enum NumberForm {
     /// `0x1F`
     Hex0x,
     /// `0b101`
@@ -269,18 +269,18 @@ pub(crate) enum Form {
 
 /// How values are divided, shifted to the right and compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Arithmetic {
+pub(crate) enum AsmArithmetic {
     /// With their signs, in 64 bits.
     Signed,
     /// Negative ones as their complements of so many bits, in lines of as31's dotted directives with their signs.
     Unsigned(u32),
 }
 
-impl Arithmetic {
+impl AsmArithmetic {
     /// The value as it is divided, shifted or compared.
     pub fn operand(self, n: i64) -> i64 {
         match self {
-            Arithmetic::Unsigned(bits) if n < 0 => n & ((1 << bits.min(62)) - 1),
+            AsmArithmetic::Unsigned(bits) if n < 0 => n & ((1 << bits.min(62)) - 1),
             _ => n,
         }
     }
@@ -289,7 +289,7 @@ impl Arithmetic {
 /// A binary operator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub(crate) enum Op {
+pub(crate) enum AsmOperator {
     Mul,
     Div,
     Mod,
@@ -313,18 +313,18 @@ pub(crate) enum Op {
 }
 
 /// A directive: its name without a dot, and what it does.
-pub(crate) struct Directive {
+pub(crate) struct AsmDirective {
     /// Name in lower case.
     pub name: &'static str,
     /// What it does with a word in front of it.
-    pub label: Label,
+    pub label: LabelUse,
     /// What it does.
-    pub does: Do,
+    pub action: DirectiveAction,
 }
 
 /// What a word in front of a directive is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Label {
+pub(crate) enum LabelUse {
     /// A label for the address.
     Address,
     /// What the directive is about.
@@ -333,20 +333,20 @@ pub(crate) enum Label {
 
 /// What a directive does.
 #[derive(Clone, Copy)]
-pub(crate) enum Do {
+pub(crate) enum DirectiveAction {
     /// Something with the line.
-    Run(fn(&mut Asm<'_>, &Call<'_>)),
+    Run(fn(&mut Assembler<'_>, &DirectiveCall<'_>)),
     /// Decides which lines are read.
-    Flow(Flow),
+    Flow(ReadFlow),
 }
 
 /// Directives that decide which lines are read.
 #[derive(Clone, Copy)]
-pub(crate) enum Flow {
+pub(crate) enum ReadFlow {
     /// Begins a condition.
-    If(fn(&mut Asm<'_>, &Call<'_>) -> bool),
+    If(fn(&mut Assembler<'_>, &DirectiveCall<'_>) -> bool),
     /// Another condition where those before did not hold.
-    Elif(fn(&mut Asm<'_>, &Call<'_>) -> bool),
+    Elif(fn(&mut Assembler<'_>, &DirectiveCall<'_>) -> bool),
     /// The lines where none held.
     Else,
     /// Ends a condition.
@@ -354,11 +354,11 @@ pub(crate) enum Flow {
     /// Begins a macro.
     Macro,
     /// Begins a repetition: the texts that stand for a name in each turn (or how many turns).
-    Repeat(fn(&mut Asm<'_>, &Call<'_>) -> Turns),
+    Repeat(fn(&mut Assembler<'_>, &DirectiveCall<'_>) -> RepeatIterations),
     /// Begins a repetition while a condition holds.
     While,
     /// Begins lines that the directive reads itself.
-    Block(fn(&mut Asm<'_>, &Call<'_>, Block)),
+    Block(fn(&mut Assembler<'_>, &DirectiveCall<'_>, LineBlock)),
     /// Ends them.
     EndBlock,
     /// Ends a macro.
@@ -370,7 +370,7 @@ pub(crate) enum Flow {
 }
 
 /// The turns of a repetition.
-pub(crate) struct Turns {
+pub(crate) struct RepeatIterations {
     /// The name that stands for another text in each turn; none where all turns are alike.
     pub name: Option<String>,
     /// The texts that it stands for.
@@ -381,58 +381,58 @@ pub(crate) struct Turns {
 
 /// What families keep during a pass.
 #[derive(Debug, Default)]
-pub(crate) struct Own {
+pub(crate) struct FamilyState {
     /// The PIC16's.
-    pub pic16: pic16::State,
+    pub pic16: pic16::Pic16PassState,
     /// The 8051's.
-    pub mcs51: mcs51::State,
+    pub mcs51: mcs51::Mcs51PassState,
     /// AP101's.
-    pub ap101: ap101::State,
+    pub ap101: ap101::Ap101PassState,
 }
 
-impl Own {
+impl FamilyState {
     /// What the next pass takes over from this one.
-    pub fn next(self) -> Own {
-        Own { mcs51: self.mcs51.next(), ..Own::default() }
+    pub fn state_for_next_pass(self) -> FamilyState {
+        FamilyState { mcs51: self.mcs51.next(), ..FamilyState::default() }
     }
 }
 
-impl Directive {
+impl AsmDirective {
     /// A directive in front of which a label may stand.
-    pub const fn run(name: &'static str, run: fn(&mut Asm<'_>, &Call<'_>)) -> Directive {
-        Directive { name, label: Label::Address, does: Do::Run(run) }
+    pub const fn run(name: &'static str, run: fn(&mut Assembler<'_>, &DirectiveCall<'_>)) -> AsmDirective {
+        AsmDirective { name, label: LabelUse::Address, action: DirectiveAction::Run(run) }
     }
 
     /// A directive that is about the word in front of it.
-    pub const fn named(name: &'static str, run: fn(&mut Asm<'_>, &Call<'_>)) -> Directive {
-        Directive { name, label: Label::Name, does: Do::Run(run) }
+    pub const fn named(name: &'static str, run: fn(&mut Assembler<'_>, &DirectiveCall<'_>)) -> AsmDirective {
+        AsmDirective { name, label: LabelUse::Name, action: DirectiveAction::Run(run) }
     }
 
     /// A directive that decides which lines are read.
-    pub const fn flow(name: &'static str, flow: Flow) -> Directive {
-        let label = if matches!(flow, Flow::Macro) { Label::Name } else { Label::Address };
-        Directive { name, label, does: Do::Flow(flow) }
+    pub const fn flow(name: &'static str, flow: ReadFlow) -> AsmDirective {
+        let label = if matches!(flow, ReadFlow::Macro) { LabelUse::Name } else { LabelUse::Address };
+        AsmDirective { name, label, action: DirectiveAction::Flow(flow) }
     }
 }
 
-impl Dialect {
+impl AsmDialect {
     /// A value with the bits that values have.
-    pub fn fit(&self, n: i64) -> i64 {
+    pub fn wrap_value(&self, n: i64) -> i64 {
         if self.hooks.is_32 { i64::from(n as i32) } else { n }
     }
 
     /// The dialect of a chip.
-    pub fn of(chip: &Chip) -> &'static Dialect {
+    pub fn of(chip: &Chip) -> &'static AsmDialect {
         match chip.family {
-            Family::Avr => &avr::AVR,
-            Family::Mcs51 => &mcs51::MCS51,
-            Family::Pic16 => &pic16::PIC16,
-            Family::Ap101 => &ap101::AP101,
+            ChipFamily::Avr => &avr::AVR,
+            ChipFamily::Mcs51 => &mcs51::MCS51,
+            ChipFamily::Pic16 => &pic16::PIC16,
+            ChipFamily::Ap101 => &ap101::AP101,
         }
     }
 
     /// The directive `name`, in lower case and without a dot.
-    pub fn directive(&self, name: &str) -> Option<&'static Directive> {
+    pub fn find_directive(&self, name: &str) -> Option<&'static AsmDirective> {
         self.directives.iter().chain(common::DIRECTIVES).find(|directive| directive.name == name)
     }
 

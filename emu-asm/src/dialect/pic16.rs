@@ -15,25 +15,25 @@ mod special;
 
 use std::ops::Range;
 
-use emu_core::table::Row;
+use emu_core::table::InstructionRow;
 
-use super::common::nothing;
-use super::{Dialect, Directive, Flow, Form, Holds, Hooks, Op, SectionRow};
-use crate::engine::{Asm, Call};
-use crate::expr::Value;
-use crate::fault::Fault;
-use crate::reader::Block;
+use super::common::ignore_directive;
+use super::{AsmDialect, AsmDirective, ReadFlow, NumberForm, SectionContent, DialectHooks, AsmOperator, SectionRow};
+use crate::engine::{Assembler, DirectiveCall};
+use crate::expression::AsmValue;
+use crate::fault::LineFault;
+use crate::reader::LineBlock;
 use crate::statement::code_end;
-use crate::symbols::Kind;
-use crate::text::{behind_name, byte, cut, trim};
+use crate::symbols::AsmSymbolKind;
+use crate::lines::{behind_name, byte, cut, trim};
 
-pub(crate) use chip::bare;
+pub(crate) use chip::bare_chip_name;
 
 /// What is kept during a pass.
 #[derive(Debug, Default)]
-pub(crate) struct State {
+pub(crate) struct Pic16PassState {
     /// What the next name of a block of constants gets.
-    block: i64,
+    next_constant: i64,
     /// The configuration words by `config`.
     settings: Option<[u16; 2]>,
     /// The sections of a relocatable source, in the order in which it begins them.
@@ -41,7 +41,7 @@ pub(crate) struct State {
     /// The include of a chip was read: its names are defined.
     includes_chip: bool,
     /// What `ifdef` and `ifndef` asked for that was not defined there.
-    asked: Vec<chip::Asked>,
+    undefined_checks: Vec<chip::UndefinedCheck>,
     /// `list f=inhx8m`.
     pub is_inhx8m: bool,
 }
@@ -58,39 +58,39 @@ const DOTTED: &[&str] = &["line", "eof", "file", "ident", "type", "def", "dim", 
 
 /// The dialect.
 #[rustfmt::skip]
-pub(super) const PIC16: Dialect = Dialect {
+pub(super) const PIC16: AsmDialect = AsmDialect {
     comments: &[";"],
     line_comments: &[],
     separators: b"",
     block_comments: false,
-    column_one: true,
-    column_one_warns: true,
+    labels_in_column_one: true,
+    warns_in_column_one: true,
     // A number of hexadecimal digits may end with b or d, so what is said by these letters comes last.
-    numbers: &[Form::Hex0x, Form::Quoted, Form::DecimalDot, Form::HexH, Form::OctalOQ, Form::Plain, Form::BinaryB, Form::DecimalD],
+    numbers: &[NumberForm::Hex0x, NumberForm::Quoted, NumberForm::DecimalDot, NumberForm::HexH, NumberForm::OctalOQ, NumberForm::Plain, NumberForm::BinaryB, NumberForm::DecimalD],
     radix: 16,
     dot_is_bit: false,
-    here: &["$"],
-    here_is_line: false,
-    here_is_behind: false,
+    location_counter_names: &["$"],
+    counter_at_line_start: false,
+    counter_after_instruction: false,
     // Comparisons are of one strength, and so are & ^ and |.
     operators: &[
-        ("*", 10, Op::Mul), ("/", 10, Op::Div), ("%", 10, Op::Mod),
-        ("+", 9, Op::Add), ("-", 9, Op::Sub),
-        ("<<", 8, Op::Shl), (">>", 8, Op::Shr),
-        (">=", 6, Op::GreaterEqual), (">", 6, Op::Greater), ("<", 6, Op::Less), ("<=", 6, Op::LessEqual),
-        ("==", 6, Op::Equal), ("!=", 6, Op::Unequal),
-        ("&", 5, Op::And), ("^", 5, Op::Xor), ("|", 5, Op::Or), ("&&", 2, Op::BothTrue), ("||", 1, Op::EitherTrue),
+        ("*", 10, AsmOperator::Mul), ("/", 10, AsmOperator::Div), ("%", 10, AsmOperator::Mod),
+        ("+", 9, AsmOperator::Add), ("-", 9, AsmOperator::Sub),
+        ("<<", 8, AsmOperator::Shl), (">>", 8, AsmOperator::Shr),
+        (">=", 6, AsmOperator::GreaterEqual), (">", 6, AsmOperator::Greater), ("<", 6, AsmOperator::Less), ("<=", 6, AsmOperator::LessEqual),
+        ("==", 6, AsmOperator::Equal), ("!=", 6, AsmOperator::Unequal),
+        ("&", 5, AsmOperator::And), ("^", 5, AsmOperator::Xor), ("|", 5, AsmOperator::Or), ("&&", 2, AsmOperator::BothTrue), ("||", 1, AsmOperator::EitherTrue),
     ],
     unary: &[
         ("-", 11, |n| n.wrapping_neg()), ("+", 11, |n| n), ("~", 11, |n| !n), ("!", 11, |n| i64::from(n == 0)),
         ("low", 11, |n| n & 0xFF), ("high", 11, |n| n >> 8 & 0xFF), ("upper", 11, |n| n >> 16 & 0xFF),
     ],
-    truth: 1,
-    arithmetic: super::Arithmetic::Signed,
+    true_value: 1,
+    arithmetic: super::AsmArithmetic::Signed,
     controls: false,
     numbered_labels: false,
     dollar_labels: false,
-    any_case: false,
+    ignores_case: false,
     plain_arguments: true,
     big_endian: false,
     org_fills: None,
@@ -98,116 +98,116 @@ pub(super) const PIC16: Dialect = Dialect {
     space_fills: false,
     zones: false,
     literals: &[("W", 0), ("F", 1)],
-    hooks: Hooks { check, cut: fields::cut, drops_operands: true, dotted: DOTTED, foreign: FOREIGN, place: link::place, value_names: true, is_32: true, no_bytes, ..Hooks::NONE },
+    hooks: DialectHooks { check, cut: fields::cut_to_field, drops_operands: true, ignored_dotted: DOTTED, foreign: FOREIGN, place_sections: link::place, value_names: true, is_32: true, no_bytes, ..DialectHooks::NONE },
     directives: &[
-        Directive::run("include", chip::include),
-        Directive::flow("ifdef", Flow::If(|asm, call| chip::is_defined(asm, call, true))),
-        Directive::flow("ifndef", Flow::If(|asm, call| chip::is_defined(asm, call, false))),
-        Directive::named("org", org),
-        Directive::run("dw", data::words),
-        Directive::run("word", data::words),
-        Directive::run("data", data::words),
-        Directive::run("db", data::bytes),
-        Directive::run("byte", data::bytes),
-        Directive::run("da", data::packed),
-        Directive::run("de", data::cells),
-        Directive::run("dt", data::table),
-        Directive::run("fill", data::fill),
-        Directive::run("res", link::reserve),
+        AsmDirective::run("include", chip::include),
+        AsmDirective::flow("ifdef", ReadFlow::If(|asm, call| chip::is_defined(asm, call, true))),
+        AsmDirective::flow("ifndef", ReadFlow::If(|asm, call| chip::is_defined(asm, call, false))),
+        AsmDirective::named("org", org),
+        AsmDirective::run("dw", data::words),
+        AsmDirective::run("word", data::words),
+        AsmDirective::run("data", data::words),
+        AsmDirective::run("db", data::bytes),
+        AsmDirective::run("byte", data::bytes),
+        AsmDirective::run("da", data::packed),
+        AsmDirective::run("de", data::cells),
+        AsmDirective::run("dt", data::table),
+        AsmDirective::run("fill", data::fill),
+        AsmDirective::run("res", link::reserve),
         link::section("code"), link::section("udata"), link::section("udata_shr"), link::section("udata_ovr"), link::section("idata"),
         link::section("udata_acs"), link::section("idata_acs"), link::section("code_pack"),
-        Directive::run("extern", link::external),
-        Directive::run("global", nothing),
-        Directive::run("list", chip::list),
-        Directive::run("processor", chip::processor),
-        Directive::run("radix", chip::radix),
-        Directive::run("errorlevel", chip::errorlevel),
-        Directive::run("__config", chip::config),
-        Directive::run("__fuses", chip::config),
-        Directive::run("config", chip::settings),
-        Directive::run("__idlocs", chip::idlocs),
-        Directive::run("banksel", chip::banksel),
-        Directive::run("bankisel", chip::bankisel),
-        Directive::run("pagesel", chip::pagesel),
-        Directive::run("pageselw", chip::pageselw),
+        AsmDirective::run("extern", link::external),
+        AsmDirective::run("global", ignore_directive),
+        AsmDirective::run("list", chip::list),
+        AsmDirective::run("processor", chip::processor),
+        AsmDirective::run("radix", chip::radix),
+        AsmDirective::run("errorlevel", chip::errorlevel),
+        AsmDirective::run("__config", chip::config),
+        AsmDirective::run("__fuses", chip::config),
+        AsmDirective::run("config", chip::settings),
+        AsmDirective::run("__idlocs", chip::idlocs),
+        AsmDirective::run("banksel", chip::banksel),
+        AsmDirective::run("bankisel", chip::bankisel),
+        AsmDirective::run("pagesel", chip::pagesel),
+        AsmDirective::run("pageselw", chip::pageselw),
         special::named("skpc"), special::named("skpnc"), special::named("skpz"), special::named("skpnz"), special::named("skpdc"), special::named("skpndc"),
         special::named("setc"), special::named("clrc"), special::named("setz"), special::named("clrz"), special::named("setdc"), special::named("clrdc"),
         special::named("movfw"), special::named("tstf"), special::named("negf"), special::named("addcf"), special::named("subcf"), special::named("adddcf"), special::named("subdcf"),
         special::named("b"), special::named("bc"), special::named("bnc"), special::named("bz"), special::named("bnz"), special::named("bdc"), special::named("bndc"),
         special::named("lcall"), special::named("lgoto"),
-        Directive::flow("cblock", Flow::Block(constants)),
-        Directive::flow("endc", Flow::EndBlock),
-        Directive::flow("while", Flow::While),
-        Directive::flow("endw", Flow::Endw),
-        Directive::run("variable", |asm, call| each_name(asm, call, Kind::Set)),
-        Directive::run("constant", |asm, call| each_name(asm, call, Kind::Equ)),
+        AsmDirective::flow("cblock", ReadFlow::Block(constants)),
+        AsmDirective::flow("endc", ReadFlow::EndBlock),
+        AsmDirective::flow("while", ReadFlow::While),
+        AsmDirective::flow("endw", ReadFlow::Endw),
+        AsmDirective::run("variable", |asm, call| each_name(asm, call, AsmSymbolKind::Set)),
+        AsmDirective::run("constant", |asm, call| each_name(asm, call, AsmSymbolKind::Equ)),
         // The names themselves are replaced when the macro is called.
-        Directive::run("local", |asm, call| each_name(asm, call, Kind::Set)),
-        Directive::named("++", |asm, call| step(asm, call, |old, _| old.wrapping_add(1))),
-        Directive::named("--", |asm, call| step(asm, call, |old, _| old.wrapping_sub(1))),
-        Directive::named("+=", |asm, call| step(asm, call, i64::wrapping_add)),
-        Directive::named("-=", |asm, call| step(asm, call, i64::wrapping_sub)),
-        Directive::named("*=", |asm, call| step(asm, call, i64::wrapping_mul)),
-        Directive::named("/=", |asm, call| step(asm, call, |old, n| old.checked_div(n).unwrap_or(0))),
-        Directive::named("%=", |asm, call| step(asm, call, |old, n| old.checked_rem(n).unwrap_or(0))),
-        Directive::named("<<=", |asm, call| step(asm, call, |old, n| shift(old, n, i64::checked_shl))),
-        Directive::named(">>=", |asm, call| step(asm, call, |old, n| shift(old, n, i64::checked_shr))),
-        Directive::named("&=", |asm, call| step(asm, call, |old, n| old & n)),
-        Directive::named("|=", |asm, call| step(asm, call, |old, n| old | n)),
-        Directive::named("^=", |asm, call| step(asm, call, |old, n| old ^ n)),
-        Directive::run("messg", message),
-        Directive::run("title", nothing),
-        Directive::run("subtitle", nothing),
-        Directive::run("subtitl", nothing),
-        Directive::run("stitle", nothing),
-        Directive::run("nolist", nothing),
-        Directive::run("page", nothing),
-        Directive::run("space", nothing),
-        Directive::run("expand", nothing),
-        Directive::run("noexpand", nothing),
-        Directive::run("__maxram", nothing),
-        Directive::run("__badram", nothing),
-        Directive::run("__maxrom", nothing),
-        Directive::run("__badrom", nothing),
+        AsmDirective::run("local", |asm, call| each_name(asm, call, AsmSymbolKind::Set)),
+        AsmDirective::named("++", |asm, call| step(asm, call, |old, _| old.wrapping_add(1))),
+        AsmDirective::named("--", |asm, call| step(asm, call, |old, _| old.wrapping_sub(1))),
+        AsmDirective::named("+=", |asm, call| step(asm, call, i64::wrapping_add)),
+        AsmDirective::named("-=", |asm, call| step(asm, call, i64::wrapping_sub)),
+        AsmDirective::named("*=", |asm, call| step(asm, call, i64::wrapping_mul)),
+        AsmDirective::named("/=", |asm, call| step(asm, call, |old, n| old.checked_div(n).unwrap_or(0))),
+        AsmDirective::named("%=", |asm, call| step(asm, call, |old, n| old.checked_rem(n).unwrap_or(0))),
+        AsmDirective::named("<<=", |asm, call| step(asm, call, |old, n| shift(old, n, i64::checked_shl))),
+        AsmDirective::named(">>=", |asm, call| step(asm, call, |old, n| shift(old, n, i64::checked_shr))),
+        AsmDirective::named("&=", |asm, call| step(asm, call, |old, n| old & n)),
+        AsmDirective::named("|=", |asm, call| step(asm, call, |old, n| old | n)),
+        AsmDirective::named("^=", |asm, call| step(asm, call, |old, n| old ^ n)),
+        AsmDirective::run("messg", message),
+        AsmDirective::run("title", ignore_directive),
+        AsmDirective::run("subtitle", ignore_directive),
+        AsmDirective::run("subtitl", ignore_directive),
+        AsmDirective::run("stitle", ignore_directive),
+        AsmDirective::run("nolist", ignore_directive),
+        AsmDirective::run("page", ignore_directive),
+        AsmDirective::run("space", ignore_directive),
+        AsmDirective::run("expand", ignore_directive),
+        AsmDirective::run("noexpand", ignore_directive),
+        AsmDirective::run("__maxram", ignore_directive),
+        AsmDirective::run("__badram", ignore_directive),
+        AsmDirective::run("__maxrom", ignore_directive),
+        AsmDirective::run("__badrom", ignore_directive),
     ],
-    provides: chip::provides,
-    defines: chip::defines,
-    refuses: |_, _| None,
-    finish: chip::finish,
-    sections: &[SectionRow { name: "code", space: "", holds: Holds::Image, behind: None }],
+    include_provided: chip::provides,
+    predefined: chip::defines,
+    refuse_instruction: |_, _| None,
+    finish_pass: chip::finish,
+    sections: &[SectionRow { name: "code", space: "", content: SectionContent::Image, align_after_previous: None }],
 };
 
 /// An instruction has seven bits for a file register; an address with more is that of another bank.
-fn check(row: &Row, values: &[(i32, Range<usize>)]) -> Option<Fault> {
-    let slots = row.operands.iter().filter(|slot| row.pattern.has(slot.letter));
+fn check(row: &InstructionRow, values: &[(i32, Range<usize>)]) -> Option<LineFault> {
+    let slots = row.operands.iter().filter(|slot| row.pattern.has_letter(slot.letter));
     let (value, at) = slots.zip(values).find(|(slot, (n, _))| slot.kind.name == "file register" && n & 0x180 != 0)?.1;
     let cause = format!("the register at 0x{value:X} is not in bank 0");
     let hint = "the instruction has the lower seven bits; `banksel` before it selects the bank";
-    Some(Fault::new("ASM042", at.clone(), cause, hint).note())
+    Some(LineFault::new("ASM042", at.clone(), cause, hint).note())
 }
 
 /// `org address`; a label in front of it has the new address.
-fn org(asm: &mut Asm<'_>, call: &Call<'_>) {
-    if !asm.own.pic16.modules.is_empty() {
-        asm.out.turn_to(link::ABSOLUTE);
+fn org(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    if !asm.family_state.pic16.modules.is_empty() {
+        asm.out.enter_section(link::ABSOLUTE);
     }
     super::common::org(asm, call);
     if let Some(label) = call.label.clone() {
-        asm.label(call.get(label.clone()), label);
+        asm.define_label(call.get(label.clone()), label);
     }
 }
 
 /// `cblock start`, and up to `endc` names, each with the next number: `a`, `b:2, c`.
-fn constants(asm: &mut Asm<'_>, call: &Call<'_>, body: Block) {
+fn constants(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, body: LineBlock) {
     if !trim(call.text, call.rest.clone()).is_empty() {
-        let Some(start) = asm.number(call.text, call.rest.clone()) else { return };
-        asm.own.pic16.block = start;
+        let Some(start) = asm.evaluate_number(call.text, call.rest.clone()) else { return };
+        asm.family_state.pic16.next_constant = start;
     }
     let begun = asm.line.take();
     for line in body.iter() {
         asm.line = Some(line.clone());
         let text: &str = &line.text;
-        let all = trim(text, 0..code_end(asm.d, text));
+        let all = trim(text, 0..code_end(asm.dialect, text));
         for part in cut(text, all).into_iter().filter(|part| !part.is_empty()) {
             let end = behind_name(text, part.start, true).min(part.end);
             let behind = trim(text, end..part.end);
@@ -215,23 +215,23 @@ fn constants(asm: &mut Asm<'_>, call: &Call<'_>, body: Block) {
             if name.is_empty() || !behind.is_empty() && byte(text, behind.start) != b':' {
                 let cause =
                     format!("`{}` is no name of a block of constants", text.get(part.clone()).unwrap_or_default());
-                asm.tell(Fault::new("ASM023", part, cause, "write names, with commas between them, as `a` or `b:2`"));
+                asm.report(LineFault::new("ASM023", part, cause, "write names, with commas between them, as `a` or `b:2`"));
                 continue;
             }
-            let value = Value::of(asm.own.pic16.block);
-            asm.define(name, value, Kind::Equ, part.start..end);
+            let value = AsmValue::of(asm.family_state.pic16.next_constant);
+            asm.define_symbol(name, value, AsmSymbolKind::Equ, part.start..end);
             let size = match behind.is_empty() {
                 true => 1,
-                false => asm.number(text, behind.start + 1..part.end).unwrap_or(1),
+                false => asm.evaluate_number(text, behind.start + 1..part.end).unwrap_or(1),
             };
-            asm.own.pic16.block = asm.own.pic16.block.wrapping_add(size);
+            asm.family_state.pic16.next_constant = asm.family_state.pic16.next_constant.wrapping_add(size);
         }
     }
     asm.line = begun;
 }
 
 /// `variable a = 1, b`: names with their values, 0 where none is given.
-fn each_name(asm: &mut Asm<'_>, call: &Call<'_>, kind: Kind) {
+fn each_name(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, kind: AsmSymbolKind) {
     let local = call.get(call.word.clone()).eq_ignore_ascii_case("local");
     for part in cut(call.text, call.rest.clone()) {
         let end = behind_name(call.text, part.start, true).min(part.end);
@@ -241,33 +241,33 @@ fn each_name(asm: &mut Asm<'_>, call: &Call<'_>, kind: Kind) {
         match behind.is_empty() {
             // A local label gets its value as any other.
             true if local => {}
-            true => asm.define(name, Value::of(0), kind.clone(), part),
+            true => asm.define_symbol(name, AsmValue::of(0), kind.clone(), part),
             false if equals && !name.is_empty() => {
-                asm.give_value(name, part.start..end, call.text, behind.start + 1..part.end, kind.clone());
+                asm.define_value(name, part.start..end, call.text, behind.start + 1..part.end, kind.clone());
             }
             false => {
                 let cause = format!("`{}` is no name with a value", call.get(part.clone()));
-                asm.tell(Fault::new("ASM023", part, cause, "write `name = value`"));
+                asm.report(LineFault::new("ASM023", part, cause, "write `name = value`"));
             }
         }
     }
 }
 
 /// `name += value` and its like.
-fn step(asm: &mut Asm<'_>, call: &Call<'_>, new: fn(i64, i64) -> i64) {
+fn step(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, new: fn(i64, i64) -> i64) {
     let Some(label) = call.label.clone() else { return };
     let name = call.get(label.clone());
-    let Some(old) = asm.value(call.text, label.clone()) else { return };
+    let Some(old) = asm.evaluate(call.text, label.clone()) else { return };
     let rest = trim(call.text, call.rest.clone());
     let by = match rest.is_empty() && matches!(call.get(call.word.clone()), "++" | "--") {
-        true => Some(Value::of(1)),
-        false => asm.value(call.text, rest),
+        true => Some(AsmValue::of(1)),
+        false => asm.evaluate(call.text, rest),
     };
     let Some(by) = by else { return };
-    let n = asm.d.fit(new(old.n, by.n));
-    let value = Value { n, unknown: old.unknown || by.unknown, register: false, label: false };
+    let n = asm.dialect.wrap_value(new(old.number, by.number));
+    let value = AsmValue { number: n, is_unknown: old.is_unknown || by.is_unknown, is_register: false, is_label: false };
     asm.list_value(value);
-    asm.define(name, value, Kind::Set, label);
+    asm.define_symbol(name, value, AsmSymbolKind::Set, label);
 }
 
 /// Shifted by 32 or more, or by a negative count, a value is its sign.
@@ -276,14 +276,14 @@ fn shift(n: i64, by: i64, shift: fn(i64, u32) -> Option<i64>) -> i64 {
 }
 
 /// What stands in for bytes of RAM.
-fn no_bytes(_: &Asm<'_>) -> Option<(String, String)> {
+fn no_bytes(_: &Assembler<'_>) -> Option<(String, String)> {
     let cause = "nothing that a program holds can lie in a section of variables";
     Some((cause.to_owned(), "reserve room with res, or give the values in an idata section".to_owned()))
 }
 
 /// `messg "text"`.
-fn message(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn message(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let text = call.get(rest.clone()).trim_matches('"').to_owned();
-    asm.tell(Fault::new("ASM025", rest, text, "the program itself says so").note());
+    asm.report(LineFault::new("ASM025", rest, text, "the program itself says so").note());
 }

@@ -9,6 +9,6 @@ pub fn chip(name: &str) -> Option<&'static Chip> {
 
 /// All chips.
 pub fn chips() -> impl Iterator<Item = &'static Chip> {
-    let avr = emu_avr::chips::CHIPS.iter().copied();
+    let avr = emu_avr::chips::AVR_CHIPS.iter().copied();
     avr.chain(emu_8051::chips::chips()).chain(emu_pic16::chips::chips()).chain(emu_ap101::chips::chips())
 }

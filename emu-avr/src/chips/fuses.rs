@@ -1,72 +1,72 @@
 //! Fuses: where they stand, and what they mean.
 
 /// A fuse: byte (low 0, high 1, extended 2), lowest bit, number of bits. 0 is programmed.
-pub type Fuse = (u8, u8, u8);
+pub type FuseField = (u8, u8, u8);
 
 /// Clocks until the oscillator counts as stable, and microseconds more after a reset, by CKSEL and SUT.
-pub type StartUp = fn(u8, u8) -> (u64, u64);
+pub type StartUpTimes = fn(u8, u8) -> (u64, u64);
 
 /// Where the fuses stand, and what they mean.
 #[derive(Debug, Clone, Copy)]
-pub struct Fuses {
+pub struct FuseLayout {
     /// What the model assumes where none are given: as delivered, but for a clock from outside that is not divided.
-    pub assumed: [u8; 3],
+    pub default_bytes: [u8; 3],
     /// Divide the clock by 8 after reset, where there is the fuse.
-    pub ckdiv8: Option<Fuse>,
+    pub ckdiv8: Option<FuseField>,
     /// Clock source.
-    pub cksel: Fuse,
+    pub cksel: FuseField,
     /// Start-up time.
-    pub sut: Fuse,
+    pub sut: FuseField,
     /// What these two mean.
-    pub start_up: StartUp,
+    pub start_up: StartUpTimes,
     /// Clocks that every reset takes besides.
     pub reset_clocks: u64,
     /// The watchdog is always on, where there is the fuse.
-    pub wdton: Option<Fuse>,
+    pub wdton: Option<FuseField>,
     /// The EEPROM outlives a chip erase.
-    pub eesave: Fuse,
+    pub eesave: FuseField,
     /// Size of the boot section, where there is one.
-    pub bootsz: Option<Fuse>,
+    pub bootsz: Option<FuseField>,
     /// Reset goes to the boot section.
-    pub bootrst: Option<Fuse>,
+    pub bootrst: Option<FuseField>,
     /// The reset pin is a port pin.
-    pub rstdisbl: Option<Fuse>,
+    pub rstdisbl: Option<FuseField>,
     /// Brown-out detector, by [`Fuses::bod_mv`]; with BODEN as its lowest bit where that is a fuse of its own.
-    pub bodlevel: Fuse,
+    pub bodlevel: FuseField,
     /// Level of the detector by the value of BODLEVEL in millivolts (typical); 0 is off.
     pub bod_mv: &'static [u32],
 }
 
-impl Fuses {
+impl FuseLayout {
     /// The value of a fuse in these bytes: 0 is programmed.
     #[must_use]
-    pub const fn value(bytes: [u8; 3], fuse: Fuse) -> u8 {
+    pub const fn value(bytes: [u8; 3], fuse: FuseField) -> u8 {
         let (byte, bit, bits) = fuse;
         bytes[byte as usize % 3] >> bit & ((1 << bits) - 1)
     }
 
     /// A single fuse is programmed; false where there is none.
     #[must_use]
-    pub fn programmed(bytes: [u8; 3], fuse: Option<Fuse>) -> bool {
-        fuse.is_some_and(|fuse| Fuses::value(bytes, fuse) == 0)
+    pub fn is_programmed(bytes: [u8; 3], fuse: Option<FuseField>) -> bool {
+        fuse.is_some_and(|fuse| FuseLayout::value(bytes, fuse) == 0)
     }
 }
 
 /// The two delays, in microseconds.
-const SHORT: u64 = 4_100;
-const LONG: u64 = 65_000;
+const SHORT_DELAY_US: u64 = 4_100;
+const LONG_DELAY_US: u64 = 65_000;
 
 /// Crystals and resonators: by the lowest bit of CKSEL and SUT.
 const fn crystal(cksel: u8, sut: u8) -> (u64, u64) {
     match (cksel & 1, sut) {
-        (0, 0) => (258, SHORT),
-        (0, 1) => (258, LONG),
+        (0, 0) => (258, SHORT_DELAY_US),
+        (0, 1) => (258, LONG_DELAY_US),
         (0, 2) => (1_024, 0),
-        (0, _) => (1_024, SHORT),
-        (_, 0) => (1_024, LONG),
+        (0, _) => (1_024, SHORT_DELAY_US),
+        (_, 0) => (1_024, LONG_DELAY_US),
         (_, 1) => (16_384, 0),
-        (_, 2) => (16_384, SHORT),
-        (..) => (16_384, LONG),
+        (_, 2) => (16_384, SHORT_DELAY_US),
+        (..) => (16_384, LONG_DELAY_US),
     }
 }
 
@@ -74,8 +74,8 @@ const fn crystal(cksel: u8, sut: u8) -> (u64, u64) {
 const fn delay(sut: u8) -> u64 {
     match sut {
         0 => 0,
-        1 => SHORT,
-        _ => LONG,
+        1 => SHORT_DELAY_US,
+        _ => LONG_DELAY_US,
     }
 }
 
@@ -103,11 +103,11 @@ pub(super) const fn start_up_162(cksel: u8, sut: u8) -> (u64, u64) {
 pub(super) const fn start_up_old(cksel: u8, sut: u8) -> (u64, u64) {
     match (cksel, sut) {
         (0..=4, _) => (6, delay(sut)),
-        (5..=8, 3) => (6, SHORT),
+        (5..=8, 3) => (6, SHORT_DELAY_US),
         (5..=8, _) => (18, delay(sut)),
-        (9, 0) => (1_024, SHORT),
-        (9, 1) => (1_024, LONG),
-        (9, _) => (32_768, LONG),
+        (9, 0) => (1_024, SHORT_DELAY_US),
+        (9, 1) => (1_024, LONG_DELAY_US),
+        (9, _) => (32_768, LONG_DELAY_US),
         _ => crystal(cksel, sut),
     }
 }

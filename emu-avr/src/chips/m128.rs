@@ -1,106 +1,106 @@
 //! ATmega64 and ATmega128 (Atmel 2490 and 2467), without the compatibility mode of the fuse M103C.
 
-use emu_core::chip::{Chip, Package, PinDef, Reg};
+use emu_core::chip::{Chip, ChipPackage, PinDef, NamedAddress};
 use emu_core::pins::PinId;
 
-use super::Own::*;
-use super::Site::{self, *};
+use super::SocRegister::*;
+use super::RegisterSlot::{self, *};
 use super::bits as b;
-use super::old::{self, assr, mcucsr, tccr, timers};
-use super::{Fuses, Memories, Names, Part, dip, named, pins, registers, sites, unit};
-use crate::periph::Line;
-use crate::periph::adc::Reg::*;
-use crate::periph::comparator::Reg::*;
-use crate::periph::eeprom::Reg::*;
-use crate::periph::external::Reg::*;
-use crate::periph::guard::Reg::*;
-use crate::periph::spi::Reg::*;
-use crate::periph::spm::Reg::*;
-use crate::periph::timers::Reg::*;
-use crate::periph::timers::Shape;
-use crate::periph::twi::Reg::*;
-use crate::periph::usart::Reg::*;
-use crate::periph::{adc, eeprom, external, guard, spm};
+use super::classic::{self, assr, mcucsr, tccr, timers};
+use super::{FuseLayout, ChipMemories, HeaderNames, AvrPart, dip, named_chip, pins, registers, sites, unit_index};
+use crate::periph::AvrLine;
+use crate::periph::adc::AdcRegister::*;
+use crate::periph::comparator::ComparatorRegister::*;
+use crate::periph::eeprom::EepromRegister::*;
+use crate::periph::external::ExternalRegister::*;
+use crate::periph::watchdog::WatchdogRegister::*;
+use crate::periph::spi::SpiRegister::*;
+use crate::periph::spm::SpmRegister::*;
+use crate::periph::timers::TimerRegister::*;
+use crate::periph::timers::TimerShape;
+use crate::periph::twi::TwiRegister::*;
+use crate::periph::usart::UsartRegister::*;
+use crate::periph::{adc, eeprom, external, watchdog, spm};
 
 /// ATmega64.
-const ATMEGA64: Chip = named!(
+const ATMEGA64: Chip = named_chip!(
     "atmega64",
     "ATmega64: 64 KB flash, 4 KB RAM, 2 KB EEPROM, 64 pins",
     Chip {
-        source: "Atmel 2490",
+        data_sheet: "Atmel 2490",
         regs: REGS_64,
         pins: PINS,
         packages: PACKAGES,
         vectors: VECTORS,
-        ..Memories::<0x1_0000, 0x100, 0x1100, 0x800, 3>::CHIP
+        ..ChipMemories::<0x1_0000, 0x100, 0x1100, 0x800, 3>::CHIP
     }
 );
 
 /// ATmega128.
-const ATMEGA128: Chip = named!(
+const ATMEGA128: Chip = named_chip!(
     "atmega128",
     "ATmega128: 128 KB flash, 4 KB RAM, 4 KB EEPROM, 64 pins",
     Chip {
-        source: "Atmel 2467",
+        data_sheet: "Atmel 2467",
         regs: REGS_128,
         pins: PINS,
         packages: PACKAGES,
         vectors: VECTORS,
-        ..Memories::<0x2_0000, 0x100, 0x1100, 0x1000, 3>::CHIP
+        ..ChipMemories::<0x2_0000, 0x100, 0x1100, 0x1000, 3>::CHIP
     }
 );
 
 /// The row of the ATmega128.
-pub(super) const PART_128: Part = Part {
+pub(super) const PART_128: AvrPart = AvrPart {
     chip: &ATMEGA128,
     // The reset pin stands in the place of PG5.
     ports: &[0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x1F],
-    sites: &sites_and(RAMPZ_AT, Own(RAMPZ)),
-    lines: LINES,
+    register_slots: &sites_and(RAMPZ_AT, Own(RAMPZ)),
+    peripheral_pins: LINES,
     pin_changes: &[],
-    stack_at_end: false,
-    toggles: false,
-    whole_registers: true,
+    stack_starts_at_ram_end: false,
+    pin_writes_toggle: false,
+    bit_writes_whole_register: true,
     mcucr: 0x13,
-    vectors: SOURCES,
+    interrupt_sources: SOURCES,
     timers: &[
-        Shape { asynchronous: true, taps: Shape::OWN_TAPS, ..Shape::narrow(1) },
-        Shape::wide(3),
-        Shape::narrow(1),
-        Shape::wide(3),
+        TimerShape { asynchronous: true, taps: TimerShape::OWN_TAPS, ..TimerShape::narrow(1) },
+        TimerShape::wide(3),
+        TimerShape::narrow(1),
+        TimerShape::wide(3),
     ],
-    adc: adc::Kind::MEGA128,
-    analog: &[40, 41, 42, 43, 44, 45, 46, 47],
-    ain: [34, 35],
-    triggers: &[],
-    eeprom: eeprom::Kind::MEGA8,
-    spm: spm::Kind::MEGA128,
-    external: external::Kind::MEGA128,
-    watchdog: guard::Kind::MEGA8,
-    prr: &[],
+    adc_kind: adc::AvrAdcKind::MEGA128,
+    analog_pins: &[40, 41, 42, 43, 44, 45, 46, 47],
+    comparator_pins: [34, 35],
+    adc_triggers: &[],
+    eeprom_kind: eeprom::AvrEepromKind::MEGA8,
+    spm_kind: spm::SpmKind::MEGA128,
+    external_kind: external::ExternalKind::MEGA128,
+    watchdog_kind: watchdog::WatchdogKind::MEGA8,
+    power_reduction_bits: &[],
     signature: [0x1E, 0x97, 0x02],
-    fuses: Fuses { wdton: Some((2, 0, 1)), ..old::FUSES },
-    reset: 53,
-    names: Names {
-        bits: &[b::ANY, b::OLD, b::MUX5, b::FREE_RUNNING, b::COMPARE_0, b::TIMERS, b::WDCE, b::M128],
-        fuses: [old::LOW_FUSES, old::HIGH_FUSES, "- - - - - - FUSE_M103C FUSE_WDTON"],
-        delivered: [0xE1, 0x99, 0xFD],
-        sleep: 6,
+    fuses: FuseLayout { wdton: Some((2, 0, 1)), ..classic::FUSES },
+    reset_pin: 53,
+    names: HeaderNames {
+        bit_names: &[b::ANY, b::OLD, b::MUX5, b::FREE_RUNNING, b::COMPARE_0, b::TIMERS, b::WDCE, b::M128],
+        fuse_names: [classic::LOW_FUSES, classic::HIGH_FUSES, "- - - - - - FUSE_M103C FUSE_WDTON"],
+        factory_fuses: [0xE1, 0x99, 0xFD],
+        sleep_modes: 6,
         eeprom_page: 8,
         last_outside: 0xFFFF,
     },
 };
 
 /// The row of the ATmega64.
-pub(super) const PART_64: Part = Part {
+pub(super) const PART_64: AvrPart = AvrPart {
     chip: &ATMEGA64,
-    sites: &sites_and(ADCSRB_AT, Split(&[(2, Adc(ADCSRB), 2), (1, Adc(ADCSRB), 1), (0, Adc(ADCSRB), 0)])),
-    adc: adc::Kind::MEGA16,
-    triggers: TRIGGERS,
-    spm: spm::Kind::MEGA64,
+    register_slots: &sites_and(ADCSRB_AT, Split(&[(2, Adc(ADCSRB), 2), (1, Adc(ADCSRB), 1), (0, Adc(ADCSRB), 0)])),
+    adc_kind: adc::AvrAdcKind::MEGA16,
+    adc_triggers: TRIGGERS,
+    spm_kind: spm::SpmKind::MEGA64,
     signature: [0x1E, 0x96, 0x02],
-    names: Names {
-        bits: &[b::ANY, b::OLD, b::MUX5, b::TRIGGERED, b::COMPARE_0, b::TIMERS, b::WDCE, b::M128],
+    names: HeaderNames {
+        bit_names: &[b::ANY, b::OLD, b::MUX5, b::TRIGGERED, b::COMPARE_0, b::TIMERS, b::WDCE, b::M128],
         ..PART_128.names
     },
     ..PART_128
@@ -111,15 +111,15 @@ const RAMPZ_AT: u16 = 0x5B;
 const ADCSRB_AT: u16 = 0x8E;
 
 /// The table of addresses with that register.
-const fn sites_and(at: u16, site: Site) -> [Site; 0x100] {
+const fn sites_and(at: u16, site: RegisterSlot) -> [RegisterSlot; 0x100] {
     let mut all = sites(SITES, 0x100);
     all[at as usize] = site;
     all
 }
 
 /// The list of registers with that one.
-const fn regs_and(name: &'static str, addr: u16) -> [Reg; REGS.len() + 1] {
-    let mut all = [Reg { name, addr }; REGS.len() + 1];
+const fn regs_and(name: &'static str, addr: u16) -> [NamedAddress; REGS.len() + 1] {
+    let mut all = [NamedAddress { name, addr }; REGS.len() + 1];
     let mut i = 0;
     while i < REGS.len() {
         all[i] = REGS[i];
@@ -127,8 +127,8 @@ const fn regs_and(name: &'static str, addr: u16) -> [Reg; REGS.len() + 1] {
     }
     all
 }
-const REGS_64: &[Reg] = &regs_and("ADCSRB", ADCSRB_AT);
-const REGS_128: &[Reg] = &regs_and("RAMPZ", RAMPZ_AT);
+const REGS_64: &[NamedAddress] = &regs_and("ADCSRB", ADCSRB_AT);
+const REGS_128: &[NamedAddress] = &regs_and("RAMPZ", RAMPZ_AT);
 
 /// UCSRnC, which has one bit of UMSEL.
 macro_rules! ucsrc {
@@ -160,7 +160,7 @@ macro_rules! more_timers {
 }
 
 /// SRE and SRW10 are only kept.
-const MCUCR_BITS: Site = Split(&[
+const MCUCR_BITS: RegisterSlot = Split(&[
     (7, Kept(0), 7),
     (6, Kept(0), 6),
     (5, Own(SMCR), 0),
@@ -171,7 +171,7 @@ const MCUCR_BITS: Site = Split(&[
     (0, Own(MCUCR), 0),
 ]);
 
-const SFIOR: Site =
+const SFIOR: RegisterSlot =
     Split(&[(7, Own(GTCCR), 7), (3, Adc(ADCSRB), 6), (2, Own(MCUCR), 4), (1, Own(GTCCR), 1), (0, Own(GTCCR), 0)]);
 
 #[rustfmt::skip]
@@ -227,22 +227,22 @@ const PINS: &[PinDef] = pins! {
 };
 
 /// Package (pin configurations).
-const PACKAGES: &[Package] = &[Package { name: "TQFP64", pins: &dip::<{ PINS.len() }>(PINS) }];
+const PACKAGES: &[ChipPackage] = &[ChipPackage { name: "TQFP64", pins: &dip::<{ PINS.len() }>(PINS) }];
 
 /// Alternate functions (alternate port functions).
 #[rustfmt::skip]
-const LINES: &[(usize, Line, PinId)] = &[
-    (unit::TIMER,     Line::OcA, 12), (unit::TIMER + 1, Line::T,   30), (unit::TIMER + 1, Line::Icp, 28),
-    (unit::TIMER + 1, Line::OcA, 13), (unit::TIMER + 1, Line::OcB, 14), (unit::TIMER + 1, Line::OcC, 15),
-    (unit::TIMER + 2, Line::T,   31), (unit::TIMER + 2, Line::OcA, 15), (unit::TIMER + 3, Line::T,   38),
-    (unit::TIMER + 3, Line::Icp, 39), (unit::TIMER + 3, Line::OcA, 35), (unit::TIMER + 3, Line::OcB, 36),
-    (unit::TIMER + 3, Line::OcC, 37), (unit::USART,     Line::Rxd, 32), (unit::USART,     Line::Txd, 33),
-    (unit::USART,     Line::Xck, 34), (unit::USART + 1, Line::Rxd, 26), (unit::USART + 1, Line::Txd, 27),
-    (unit::USART + 1, Line::Xck, 29), (unit::SPI,       Line::Ss,   8), (unit::SPI,       Line::Sck,  9),
-    (unit::SPI,       Line::Mosi, 10), (unit::SPI,      Line::Miso, 11), (unit::TWI,      Line::Scl, 24),
-    (unit::TWI,       Line::Sda, 25), (unit::EXTERNAL,  Line::Int(0), 24), (unit::EXTERNAL, Line::Int(1), 25),
-    (unit::EXTERNAL,  Line::Int(2), 26), (unit::EXTERNAL, Line::Int(3), 27), (unit::EXTERNAL, Line::Int(4), 36),
-    (unit::EXTERNAL,  Line::Int(5), 37), (unit::EXTERNAL, Line::Int(6), 38), (unit::EXTERNAL, Line::Int(7), 39),
+const LINES: &[(usize, AvrLine, PinId)] = &[
+    (unit_index::TIMER,     AvrLine::OcA, 12), (unit_index::TIMER + 1, AvrLine::T,   30), (unit_index::TIMER + 1, AvrLine::Icp, 28),
+    (unit_index::TIMER + 1, AvrLine::OcA, 13), (unit_index::TIMER + 1, AvrLine::OcB, 14), (unit_index::TIMER + 1, AvrLine::OcC, 15),
+    (unit_index::TIMER + 2, AvrLine::T,   31), (unit_index::TIMER + 2, AvrLine::OcA, 15), (unit_index::TIMER + 3, AvrLine::T,   38),
+    (unit_index::TIMER + 3, AvrLine::Icp, 39), (unit_index::TIMER + 3, AvrLine::OcA, 35), (unit_index::TIMER + 3, AvrLine::OcB, 36),
+    (unit_index::TIMER + 3, AvrLine::OcC, 37), (unit_index::USART,     AvrLine::Rxd, 32), (unit_index::USART,     AvrLine::Txd, 33),
+    (unit_index::USART,     AvrLine::Xck, 34), (unit_index::USART + 1, AvrLine::Rxd, 26), (unit_index::USART + 1, AvrLine::Txd, 27),
+    (unit_index::USART + 1, AvrLine::Xck, 29), (unit_index::SPI,       AvrLine::Ss,   8), (unit_index::SPI,       AvrLine::Sck,  9),
+    (unit_index::SPI,       AvrLine::Mosi, 10), (unit_index::SPI,      AvrLine::Miso, 11), (unit_index::TWI,      AvrLine::Scl, 24),
+    (unit_index::TWI,       AvrLine::Sda, 25), (unit_index::EXTERNAL,  AvrLine::Int(0), 24), (unit_index::EXTERNAL, AvrLine::Int(1), 25),
+    (unit_index::EXTERNAL,  AvrLine::Int(2), 26), (unit_index::EXTERNAL, AvrLine::Int(3), 27), (unit_index::EXTERNAL, AvrLine::Int(4), 36),
+    (unit_index::EXTERNAL,  AvrLine::Int(5), 37), (unit_index::EXTERNAL, AvrLine::Int(6), 38), (unit_index::EXTERNAL, AvrLine::Int(7), 39),
 ];
 
 /// Interrupt vectors, number = position, RESET is 0.
@@ -257,18 +257,18 @@ const VECTORS: &[&str] = &[
 /// What asks for them.
 #[rustfmt::skip]
 const SOURCES: &[(usize, u8)] = &[
-    (unit::EXTERNAL, 0), (unit::EXTERNAL, 1), (unit::EXTERNAL, 2), (unit::EXTERNAL, 3),
-    (unit::EXTERNAL, 4), (unit::EXTERNAL, 5), (unit::EXTERNAL, 6), (unit::EXTERNAL, 7),
-    (unit::TIMER + 2, 0), (unit::TIMER + 2, 2), (unit::TIMER + 1, 0), (unit::TIMER + 1, 1), (unit::TIMER + 1, 2), (unit::TIMER + 1, 4),
-    (unit::TIMER, 0), (unit::TIMER, 2), (unit::SPI, 0), (unit::USART, 0), (unit::USART, 1), (unit::USART, 2),
-    (unit::ADC, 0), (unit::EEPROM, 0), (unit::COMPARATOR, 0), (unit::TIMER + 1, 3),
-    (unit::TIMER + 3, 0), (unit::TIMER + 3, 1), (unit::TIMER + 3, 2), (unit::TIMER + 3, 3), (unit::TIMER + 3, 4),
-    (unit::USART + 1, 0), (unit::USART + 1, 1), (unit::USART + 1, 2), (unit::TWI, 0), (unit::SPM, 0),
+    (unit_index::EXTERNAL, 0), (unit_index::EXTERNAL, 1), (unit_index::EXTERNAL, 2), (unit_index::EXTERNAL, 3),
+    (unit_index::EXTERNAL, 4), (unit_index::EXTERNAL, 5), (unit_index::EXTERNAL, 6), (unit_index::EXTERNAL, 7),
+    (unit_index::TIMER + 2, 0), (unit_index::TIMER + 2, 2), (unit_index::TIMER + 1, 0), (unit_index::TIMER + 1, 1), (unit_index::TIMER + 1, 2), (unit_index::TIMER + 1, 4),
+    (unit_index::TIMER, 0), (unit_index::TIMER, 2), (unit_index::SPI, 0), (unit_index::USART, 0), (unit_index::USART, 1), (unit_index::USART, 2),
+    (unit_index::ADC, 0), (unit_index::EEPROM, 0), (unit_index::COMPARATOR, 0), (unit_index::TIMER + 1, 3),
+    (unit_index::TIMER + 3, 0), (unit_index::TIMER + 3, 1), (unit_index::TIMER + 3, 2), (unit_index::TIMER + 3, 3), (unit_index::TIMER + 3, 4),
+    (unit_index::USART + 1, 0), (unit_index::USART + 1, 1), (unit_index::USART + 1, 2), (unit_index::TWI, 0), (unit_index::SPM, 0),
 ];
 
 /// Trigger sources of the converter of the ATmega64, from ADTS 1 on.
 #[rustfmt::skip]
 const TRIGGERS: &[(usize, u8)] = &[
-    (unit::COMPARATOR, 0), (unit::EXTERNAL, 0), (unit::TIMER, 0), (unit::TIMER, 2), (unit::TIMER + 1, 2), (unit::TIMER + 1, 4),
-    (unit::TIMER + 1, 0),
+    (unit_index::COMPARATOR, 0), (unit_index::EXTERNAL, 0), (unit_index::TIMER, 0), (unit_index::TIMER, 2), (unit_index::TIMER + 1, 2), (unit_index::TIMER + 1, 4),
+    (unit_index::TIMER + 1, 0),
 ];

@@ -1,100 +1,100 @@
 //! ATmega16 and ATmega32 (Atmel 2466 and 2503).
 
-use emu_core::chip::{Chip, Package, PinDef, Reg};
+use emu_core::chip::{Chip, ChipPackage, PinDef, NamedAddress};
 use emu_core::pins::PinId;
 
-use super::Own::*;
-use super::Site::{self, *};
+use super::SocRegister::*;
+use super::RegisterSlot::{self, *};
 use super::bits as b;
-use super::old::{self, assr, general, mcucsr, tccr, tccra, timers};
-use super::{Memories, Names, Part, dip, named, pins, registers, sites, unit};
-use crate::periph::Line;
-use crate::periph::adc::Reg::*;
-use crate::periph::comparator::Reg::*;
-use crate::periph::eeprom::Reg::*;
-use crate::periph::external::Reg::*;
-use crate::periph::guard::Reg::*;
-use crate::periph::spi::Reg::*;
-use crate::periph::spm::Reg::*;
-use crate::periph::timers::Reg::*;
-use crate::periph::timers::Shape;
-use crate::periph::twi::Reg::*;
-use crate::periph::usart::Reg::*;
-use crate::periph::{adc, eeprom, external, guard, spm};
+use super::classic::{self, assr, general, mcucsr, tccr, tccra, timers};
+use super::{ChipMemories, HeaderNames, AvrPart, dip, named_chip, pins, registers, sites, unit_index};
+use crate::periph::AvrLine;
+use crate::periph::adc::AdcRegister::*;
+use crate::periph::comparator::ComparatorRegister::*;
+use crate::periph::eeprom::EepromRegister::*;
+use crate::periph::external::ExternalRegister::*;
+use crate::periph::watchdog::WatchdogRegister::*;
+use crate::periph::spi::SpiRegister::*;
+use crate::periph::spm::SpmRegister::*;
+use crate::periph::timers::TimerRegister::*;
+use crate::periph::timers::TimerShape;
+use crate::periph::twi::TwiRegister::*;
+use crate::periph::usart::UsartRegister::*;
+use crate::periph::{adc, eeprom, external, watchdog, spm};
 
 /// ATmega16.
-const ATMEGA16: Chip = named!(
+const ATMEGA16: Chip = named_chip!(
     "atmega16",
     "ATmega16: 16 KB flash, 1 KB RAM, 512 bytes EEPROM, 40 pins",
     Chip {
-        source: "Atmel 2466",
+        data_sheet: "Atmel 2466",
         regs: REGS,
         pins: PINS,
         packages: PACKAGES,
         vectors: VECTORS_16,
-        ..Memories::<0x4000, 0x60, 0x460, 0x200, 2>::CHIP
+        ..ChipMemories::<0x4000, 0x60, 0x460, 0x200, 2>::CHIP
     }
 );
 
 /// ATmega32.
-const ATMEGA32: Chip = named!(
+const ATMEGA32: Chip = named_chip!(
     "atmega32",
     "ATmega32: 32 KB flash, 2 KB RAM, 1 KB EEPROM, 40 pins",
     Chip {
-        source: "Atmel 2503",
+        data_sheet: "Atmel 2503",
         regs: REGS,
         pins: PINS,
         packages: PACKAGES,
         vectors: VECTORS_32,
-        ..Memories::<0x8000, 0x60, 0x860, 0x400, 2>::CHIP
+        ..ChipMemories::<0x8000, 0x60, 0x860, 0x400, 2>::CHIP
     }
 );
 
 /// The row of the ATmega16.
-pub(super) const PART_16: Part = Part {
+pub(super) const PART_16: AvrPart = AvrPart {
     chip: &ATMEGA16,
     // The reset pin stands behind the ports.
     ports: &[0xFF, 0xFF, 0xFF, 0xFF, 0],
-    sites: &sites_with(SE_16),
-    lines: LINES,
+    register_slots: &sites_with(SE_16),
+    peripheral_pins: LINES,
     pin_changes: &[],
-    stack_at_end: false,
-    toggles: false,
-    whole_registers: true,
+    stack_starts_at_ram_end: false,
+    pin_writes_toggle: false,
+    bit_writes_whole_register: true,
     mcucr: 0x13,
-    vectors: SOURCES_16,
-    timers: &[Shape::narrow(1), Shape::wide(2), Shape::crystal(1)],
-    adc: adc::Kind::MEGA16,
-    analog: &[0, 1, 2, 3, 4, 5, 6, 7],
-    ain: [10, 11],
-    triggers: TRIGGERS,
-    eeprom: eeprom::Kind::MEGA8,
-    spm: spm::Kind::MEGA16,
-    external: external::Kind::MEGA16,
-    watchdog: guard::Kind::MEGA16,
-    prr: &[],
+    interrupt_sources: SOURCES_16,
+    timers: &[TimerShape::narrow(1), TimerShape::wide(2), TimerShape::crystal(1)],
+    adc_kind: adc::AvrAdcKind::MEGA16,
+    analog_pins: &[0, 1, 2, 3, 4, 5, 6, 7],
+    comparator_pins: [10, 11],
+    adc_triggers: TRIGGERS,
+    eeprom_kind: eeprom::AvrEepromKind::MEGA8,
+    spm_kind: spm::SpmKind::MEGA16,
+    external_kind: external::ExternalKind::MEGA16,
+    watchdog_kind: watchdog::WatchdogKind::MEGA16,
+    power_reduction_bits: &[],
     signature: [0x1E, 0x94, 0x03],
-    fuses: old::FUSES,
-    reset: 32,
-    names: Names {
-        bits: &[b::ANY, b::OLD, b::MUX5, b::TRIGGERED, b::COMPARE_0, b::TIMERS, b::TIMERS_1_2, b::M16, b::SM_16],
-        fuses: [old::LOW_FUSES, old::HIGH_FUSES, ""],
-        delivered: [0xE1, 0x99, 0xFF],
-        sleep: 6,
+    fuses: classic::FUSES,
+    reset_pin: 32,
+    names: HeaderNames {
+        bit_names: &[b::ANY, b::OLD, b::MUX5, b::TRIGGERED, b::COMPARE_0, b::TIMERS, b::TIMERS_1_2, b::M16, b::SM_16],
+        fuse_names: [classic::LOW_FUSES, classic::HIGH_FUSES, ""],
+        factory_fuses: [0xE1, 0x99, 0xFF],
+        sleep_modes: 6,
         eeprom_page: 4,
         last_outside: 0,
     },
 };
 
 /// The row of the ATmega32.
-pub(super) const PART_32: Part = Part {
+pub(super) const PART_32: AvrPart = AvrPart {
     chip: &ATMEGA32,
-    sites: &sites_with(SE_32),
-    vectors: SOURCES_32,
-    spm: spm::Kind::MEGA32,
+    register_slots: &sites_with(SE_32),
+    interrupt_sources: SOURCES_32,
+    spm_kind: spm::SpmKind::MEGA32,
     signature: [0x1E, 0x95, 0x02],
-    names: Names {
-        bits: &[b::ANY, b::OLD, b::MUX5, b::TRIGGERED, b::COMPARE_0, b::TIMERS, b::TIMERS_1_2, b::M16, b::SM_32],
+    names: HeaderNames {
+        bit_names: &[b::ANY, b::OLD, b::MUX5, b::TRIGGERED, b::COMPARE_0, b::TIMERS, b::TIMERS_1_2, b::M16, b::SM_32],
         ..PART_16.names
     },
     ..PART_16
@@ -115,17 +115,17 @@ macro_rules! mcucr {
         ])
     };
 }
-const SE_16: Site = mcucr!(6 7);
-const SE_32: Site = mcucr!(7 6);
+const SE_16: RegisterSlot = mcucr!(6 7);
+const SE_32: RegisterSlot = mcucr!(7 6);
 
 /// The table of addresses with this MCUCR.
-const fn sites_with(mcucr: Site) -> [Site; 0x100] {
+const fn sites_with(mcucr: RegisterSlot) -> [RegisterSlot; 0x100] {
     let mut all = sites(SITES, 0x60);
     all[0x55] = mcucr;
     all
 }
 
-const SFIOR: Site = Split(&[
+const SFIOR: RegisterSlot = Split(&[
     (7, Adc(ADCSRB), 2),
     (6, Adc(ADCSRB), 1),
     (5, Adc(ADCSRB), 0),
@@ -175,18 +175,18 @@ const PINS: &[PinDef] = pins! {
 };
 
 /// Package (pin configurations).
-const PACKAGES: &[Package] = &[Package { name: "DIP40", pins: &dip::<{ PINS.len() }>(PINS) }];
+const PACKAGES: &[ChipPackage] = &[ChipPackage { name: "DIP40", pins: &dip::<{ PINS.len() }>(PINS) }];
 
 /// Alternate functions (alternate port functions).
 #[rustfmt::skip]
-const LINES: &[(usize, Line, PinId)] = &[
-    (unit::TIMER,     Line::T,    8), (unit::TIMER,     Line::OcA, 11), (unit::TIMER + 1, Line::T,    9),
-    (unit::TIMER + 1, Line::Icp, 30), (unit::TIMER + 1, Line::OcA, 29), (unit::TIMER + 1, Line::OcB, 28),
-    (unit::TIMER + 2, Line::OcA, 31), (unit::USART,     Line::Rxd, 24), (unit::USART,     Line::Txd, 25),
-    (unit::USART,     Line::Xck,  8), (unit::SPI,       Line::Ss,  12), (unit::SPI,       Line::Mosi, 13),
-    (unit::SPI,       Line::Miso, 14), (unit::SPI,      Line::Sck, 15), (unit::TWI,       Line::Scl, 16),
-    (unit::TWI,       Line::Sda, 17), (unit::EXTERNAL,  Line::Int(0), 26), (unit::EXTERNAL, Line::Int(1), 27),
-    (unit::EXTERNAL,  Line::Int(2), 10),
+const LINES: &[(usize, AvrLine, PinId)] = &[
+    (unit_index::TIMER,     AvrLine::T,    8), (unit_index::TIMER,     AvrLine::OcA, 11), (unit_index::TIMER + 1, AvrLine::T,    9),
+    (unit_index::TIMER + 1, AvrLine::Icp, 30), (unit_index::TIMER + 1, AvrLine::OcA, 29), (unit_index::TIMER + 1, AvrLine::OcB, 28),
+    (unit_index::TIMER + 2, AvrLine::OcA, 31), (unit_index::USART,     AvrLine::Rxd, 24), (unit_index::USART,     AvrLine::Txd, 25),
+    (unit_index::USART,     AvrLine::Xck,  8), (unit_index::SPI,       AvrLine::Ss,  12), (unit_index::SPI,       AvrLine::Mosi, 13),
+    (unit_index::SPI,       AvrLine::Miso, 14), (unit_index::SPI,      AvrLine::Sck, 15), (unit_index::TWI,       AvrLine::Scl, 16),
+    (unit_index::TWI,       AvrLine::Sda, 17), (unit_index::EXTERNAL,  AvrLine::Int(0), 26), (unit_index::EXTERNAL, AvrLine::Int(1), 27),
+    (unit_index::EXTERNAL,  AvrLine::Int(2), 10),
 ];
 
 /// Interrupt vectors of the ATmega16, number = position, RESET is 0.
@@ -200,10 +200,10 @@ const VECTORS_16: &[&str] = &[
 /// What asks for them.
 #[rustfmt::skip]
 const SOURCES_16: &[(usize, u8)] = &[
-    (unit::EXTERNAL, 0), (unit::EXTERNAL, 1), (unit::TIMER + 2, 0), (unit::TIMER + 2, 2),
-    (unit::TIMER + 1, 0), (unit::TIMER + 1, 1), (unit::TIMER + 1, 2), (unit::TIMER + 1, 3), (unit::TIMER, 2), (unit::SPI, 0),
-    (unit::USART, 0), (unit::USART, 1), (unit::USART, 2), (unit::ADC, 0), (unit::EEPROM, 0), (unit::COMPARATOR, 0), (unit::TWI, 0),
-    (unit::EXTERNAL, 2), (unit::TIMER, 0), (unit::SPM, 0),
+    (unit_index::EXTERNAL, 0), (unit_index::EXTERNAL, 1), (unit_index::TIMER + 2, 0), (unit_index::TIMER + 2, 2),
+    (unit_index::TIMER + 1, 0), (unit_index::TIMER + 1, 1), (unit_index::TIMER + 1, 2), (unit_index::TIMER + 1, 3), (unit_index::TIMER, 2), (unit_index::SPI, 0),
+    (unit_index::USART, 0), (unit_index::USART, 1), (unit_index::USART, 2), (unit_index::ADC, 0), (unit_index::EEPROM, 0), (unit_index::COMPARATOR, 0), (unit_index::TWI, 0),
+    (unit_index::EXTERNAL, 2), (unit_index::TIMER, 0), (unit_index::SPM, 0),
 ];
 
 /// Interrupt vectors of the ATmega32.
@@ -216,15 +216,15 @@ const VECTORS_32: &[&str] = &[
 /// What asks for them.
 #[rustfmt::skip]
 const SOURCES_32: &[(usize, u8)] = &[
-    (unit::EXTERNAL, 0), (unit::EXTERNAL, 1), (unit::EXTERNAL, 2), (unit::TIMER + 2, 0), (unit::TIMER + 2, 2),
-    (unit::TIMER + 1, 0), (unit::TIMER + 1, 1), (unit::TIMER + 1, 2), (unit::TIMER + 1, 3), (unit::TIMER, 0), (unit::TIMER, 2),
-    (unit::SPI, 0), (unit::USART, 0), (unit::USART, 1), (unit::USART, 2), (unit::ADC, 0), (unit::EEPROM, 0), (unit::COMPARATOR, 0),
-    (unit::TWI, 0), (unit::SPM, 0),
+    (unit_index::EXTERNAL, 0), (unit_index::EXTERNAL, 1), (unit_index::EXTERNAL, 2), (unit_index::TIMER + 2, 0), (unit_index::TIMER + 2, 2),
+    (unit_index::TIMER + 1, 0), (unit_index::TIMER + 1, 1), (unit_index::TIMER + 1, 2), (unit_index::TIMER + 1, 3), (unit_index::TIMER, 0), (unit_index::TIMER, 2),
+    (unit_index::SPI, 0), (unit_index::USART, 0), (unit_index::USART, 1), (unit_index::USART, 2), (unit_index::ADC, 0), (unit_index::EEPROM, 0), (unit_index::COMPARATOR, 0),
+    (unit_index::TWI, 0), (unit_index::SPM, 0),
 ];
 
 /// Trigger sources of the converter, from ADTS 1 on.
 #[rustfmt::skip]
 const TRIGGERS: &[(usize, u8)] = &[
-    (unit::COMPARATOR, 0), (unit::EXTERNAL, 0), (unit::TIMER, 0), (unit::TIMER, 2), (unit::TIMER + 1, 2), (unit::TIMER + 1, 3),
-    (unit::TIMER + 1, 0),
+    (unit_index::COMPARATOR, 0), (unit_index::EXTERNAL, 0), (unit_index::TIMER, 0), (unit_index::TIMER, 2), (unit_index::TIMER + 1, 2), (unit_index::TIMER + 1, 3),
+    (unit_index::TIMER + 1, 0),
 ];

@@ -1,91 +1,91 @@
 //! ATmega162 (Atmel 2513), without the compatibility mode of the fuse M161C.
 
-use emu_core::chip::{Chip, Package, PinDef, Reg};
+use emu_core::chip::{Chip, ChipPackage, PinDef, NamedAddress};
 use emu_core::pins::PinId;
 
-use super::Own::*;
-use super::Site::{self, *};
+use super::SocRegister::*;
+use super::RegisterSlot::{self, *};
 use super::bits as b;
 use super::fuses::start_up_162;
-use super::old::{self, assr, general, mcucsr, tccr, tccra};
-use super::{Fuses, Memories, Names, Part, dip, named, pins, registers, sites, unit};
-use crate::periph::Line;
-use crate::periph::comparator::Reg::*;
-use crate::periph::eeprom::Reg::*;
-use crate::periph::external::Reg::*;
-use crate::periph::guard::Reg::*;
-use crate::periph::spi::Reg::*;
-use crate::periph::spm::Reg::*;
-use crate::periph::timers::Reg::*;
-use crate::periph::timers::{Shape, Tap};
-use crate::periph::usart::Reg::*;
-use crate::periph::{adc, eeprom, external, guard, spm};
+use super::classic::{self, assr, general, mcucsr, tccr, tccra};
+use super::{FuseLayout, ChipMemories, HeaderNames, AvrPart, dip, named_chip, pins, registers, sites, unit_index};
+use crate::periph::AvrLine;
+use crate::periph::comparator::ComparatorRegister::*;
+use crate::periph::eeprom::EepromRegister::*;
+use crate::periph::external::ExternalRegister::*;
+use crate::periph::watchdog::WatchdogRegister::*;
+use crate::periph::spi::SpiRegister::*;
+use crate::periph::spm::SpmRegister::*;
+use crate::periph::timers::TimerRegister::*;
+use crate::periph::timers::{TimerShape, ClockTap};
+use crate::periph::usart::UsartRegister::*;
+use crate::periph::{adc, eeprom, external, watchdog, spm};
 
 /// ATmega162.
-const ATMEGA162: Chip = named!(
+const ATMEGA162: Chip = named_chip!(
     "atmega162",
     "ATmega162: 16 KB flash, 1 KB RAM, 512 bytes EEPROM, 40 pins",
     Chip {
-        source: "Atmel 2513",
+        data_sheet: "Atmel 2513",
         regs: REGS,
         pins: PINS,
         packages: PACKAGES,
         vectors: VECTORS,
-        ..Memories::<0x4000, 0x100, 0x500, 0x200, 3>::CHIP
+        ..ChipMemories::<0x4000, 0x100, 0x500, 0x200, 3>::CHIP
     }
 );
 
 /// Timer 3 has no pin T; clock select 6 and 7 divide by 16 and 32.
-const TIMER_3: Shape = Shape {
-    taps: [Tap::Off, Tap::Div(1), Tap::Div(8), Tap::Div(64), Tap::Div(256), Tap::Div(1024), Tap::Div(16), Tap::Div(32)],
-    ..Shape::wide(2)
+const TIMER_3: TimerShape = TimerShape {
+    taps: [ClockTap::Off, ClockTap::Div(1), ClockTap::Div(8), ClockTap::Div(64), ClockTap::Div(256), ClockTap::Div(1024), ClockTap::Div(16), ClockTap::Div(32)],
+    ..TimerShape::wide(2)
 };
 
 /// The row of the ATmega162.
-pub(super) const PART_162: Part = Part {
+pub(super) const PART_162: AvrPart = AvrPart {
     chip: &ATMEGA162,
     // The reset pin stands in the place of PE3.
     ports: &[0xFF, 0xFF, 0xFF, 0xFF, 0x07],
-    sites: &sites(SITES, 0x100),
-    lines: LINES,
+    register_slots: &sites(SITES, 0x100),
+    peripheral_pins: LINES,
     pin_changes: PIN_CHANGES,
-    stack_at_end: false,
-    toggles: false,
-    whole_registers: true,
+    stack_starts_at_ram_end: false,
+    pin_writes_toggle: false,
+    bit_writes_whole_register: true,
     mcucr: 0x13,
-    vectors: SOURCES,
-    timers: &[Shape::narrow(1), Shape::wide(2), Shape::crystal(1), TIMER_3],
+    interrupt_sources: SOURCES,
+    timers: &[TimerShape::narrow(1), TimerShape::wide(2), TimerShape::crystal(1), TIMER_3],
     // There is none; its reference is the comparator's.
-    adc: adc::Kind { bandgap_mv: 1_100, ..adc::Kind::MEGA8 },
-    analog: &[],
-    ain: [10, 11],
-    triggers: &[],
-    eeprom: eeprom::Kind::MEGA8,
-    spm: spm::Kind::MEGA16,
-    external: external::Kind::MEGA162,
-    watchdog: guard::Kind::MEGA8,
-    prr: &[],
+    adc_kind: adc::AvrAdcKind { bandgap_mv: 1_100, ..adc::AvrAdcKind::MEGA8 },
+    analog_pins: &[],
+    comparator_pins: [10, 11],
+    adc_triggers: &[],
+    eeprom_kind: eeprom::AvrEepromKind::MEGA8,
+    spm_kind: spm::SpmKind::MEGA16,
+    external_kind: external::ExternalKind::MEGA162,
+    watchdog_kind: watchdog::WatchdogKind::MEGA8,
+    power_reduction_bits: &[],
     signature: [0x1E, 0x94, 0x04],
-    fuses: Fuses {
-        assumed: [0xFF, 0xD9, 0xFF],
+    fuses: FuseLayout {
+        default_bytes: [0xFF, 0xD9, 0xFF],
         ckdiv8: Some((0, 7, 1)),
         start_up: start_up_162,
         wdton: Some((1, 4, 1)),
         bodlevel: (2, 1, 3),
         bod_mv: &[0, 0, 0, 2_300, 4_300, 2_700, 1_800, 0],
-        ..old::FUSES
+        ..classic::FUSES
     },
-    reset: 35,
-    names: Names {
-        bits: &[b::ANY, b::OLD, b::COMPARE_0, b::TIMERS_1_2, b::WDCE, b::M162],
-        fuses: [
+    reset_pin: 35,
+    names: HeaderNames {
+        bit_names: &[b::ANY, b::OLD, b::COMPARE_0, b::TIMERS_1_2, b::WDCE, b::M162],
+        fuse_names: [
             "FUSE_CKDIV8 FUSE_CKOUT FUSE_SUT1 FUSE_SUT0 FUSE_CKSEL3 FUSE_CKSEL2 FUSE_CKSEL1 FUSE_CKSEL0",
             "FUSE_OCDEN FUSE_JTAGEN FUSE_SPIEN FUSE_WDTON FUSE_EESAVE FUSE_BOOTSZ1 FUSE_BOOTSZ0 FUSE_BOOTRST",
             "- - - FUSE_M161C FUSE_BODLEVEL2 FUSE_BODLEVEL1 FUSE_BODLEVEL0 -",
         ],
-        delivered: [0x62, 0x99, 0xFF],
+        factory_fuses: [0x62, 0x99, 0xFF],
         // The bits that choose a mode stand in three registers, so no byte means a mode.
-        sleep: 0,
+        sleep_modes: 0,
         eeprom_page: 4,
         last_outside: 0xFFFF,
     },
@@ -115,7 +115,7 @@ macro_rules! more_timers {
 }
 
 /// SRE and SRW10 are only kept, as all bits for external memory are.
-const MCUCR_BITS: Site = Split(&[
+const MCUCR_BITS: RegisterSlot = Split(&[
     (7, Kept(0), 7),
     (6, Kept(0), 6),
     (5, Own(SMCR), 0),
@@ -126,7 +126,7 @@ const MCUCR_BITS: Site = Split(&[
     (0, External(EICRA), 0),
 ]);
 
-const EMCUCR: Site = Split(&[
+const EMCUCR: RegisterSlot = Split(&[
     (7, Own(SMCR), 1),
     (6, Kept(1), 6),
     (5, Kept(1), 5),
@@ -137,7 +137,7 @@ const EMCUCR: Site = Split(&[
     (0, External(EICRA), 4),
 ]);
 
-const SFIOR: Site = Split(&[
+const SFIOR: RegisterSlot = Split(&[
     (7, Own(GTCCR), 7),
     (6, Kept(2), 6),
     (5, Kept(2), 5),
@@ -194,19 +194,19 @@ const PINS: &[PinDef] = pins! {
 };
 
 /// Package (pin configurations).
-const PACKAGES: &[Package] = &[Package { name: "DIP40", pins: &dip::<{ PINS.len() }>(PINS) }];
+const PACKAGES: &[ChipPackage] = &[ChipPackage { name: "DIP40", pins: &dip::<{ PINS.len() }>(PINS) }];
 
 /// Alternate functions (alternate port functions).
 #[rustfmt::skip]
-const LINES: &[(usize, Line, PinId)] = &[
-    (unit::TIMER,     Line::T,    8), (unit::TIMER,     Line::OcA,  8), (unit::TIMER + 1, Line::T,    9),
-    (unit::TIMER + 1, Line::Icp, 32), (unit::TIMER + 1, Line::OcA, 29), (unit::TIMER + 1, Line::OcB, 34),
-    (unit::TIMER + 2, Line::OcA,  9), (unit::TIMER + 3, Line::Icp, 27), (unit::TIMER + 3, Line::OcA, 28),
-    (unit::TIMER + 3, Line::OcB, 12), (unit::USART,     Line::Rxd, 24), (unit::USART,     Line::Txd, 25),
-    (unit::USART,     Line::Xck, 28), (unit::USART + 1, Line::Rxd, 10), (unit::USART + 1, Line::Txd, 11),
-    (unit::USART + 1, Line::Xck, 26), (unit::SPI,       Line::Ss,  12), (unit::SPI,       Line::Mosi, 13),
-    (unit::SPI,       Line::Miso, 14), (unit::SPI,      Line::Sck, 15), (unit::EXTERNAL,  Line::Int(0), 26),
-    (unit::EXTERNAL,  Line::Int(1), 27), (unit::EXTERNAL, Line::Int(2), 32),
+const LINES: &[(usize, AvrLine, PinId)] = &[
+    (unit_index::TIMER,     AvrLine::T,    8), (unit_index::TIMER,     AvrLine::OcA,  8), (unit_index::TIMER + 1, AvrLine::T,    9),
+    (unit_index::TIMER + 1, AvrLine::Icp, 32), (unit_index::TIMER + 1, AvrLine::OcA, 29), (unit_index::TIMER + 1, AvrLine::OcB, 34),
+    (unit_index::TIMER + 2, AvrLine::OcA,  9), (unit_index::TIMER + 3, AvrLine::Icp, 27), (unit_index::TIMER + 3, AvrLine::OcA, 28),
+    (unit_index::TIMER + 3, AvrLine::OcB, 12), (unit_index::USART,     AvrLine::Rxd, 24), (unit_index::USART,     AvrLine::Txd, 25),
+    (unit_index::USART,     AvrLine::Xck, 28), (unit_index::USART + 1, AvrLine::Rxd, 10), (unit_index::USART + 1, AvrLine::Txd, 11),
+    (unit_index::USART + 1, AvrLine::Xck, 26), (unit_index::SPI,       AvrLine::Ss,  12), (unit_index::SPI,       AvrLine::Mosi, 13),
+    (unit_index::SPI,       AvrLine::Miso, 14), (unit_index::SPI,      AvrLine::Sck, 15), (unit_index::EXTERNAL,  AvrLine::Int(0), 26),
+    (unit_index::EXTERNAL,  AvrLine::Int(1), 27), (unit_index::EXTERNAL, AvrLine::Int(2), 32),
 ];
 
 /// Pin change inputs: PCINT0 to 7 on port A, 8 to 15 on port C.
@@ -228,9 +228,9 @@ const VECTORS: &[&str] = &[
 /// What asks for them.
 #[rustfmt::skip]
 const SOURCES: &[(usize, u8)] = &[
-    (unit::EXTERNAL, 0), (unit::EXTERNAL, 1), (unit::EXTERNAL, 2), (unit::EXTERNAL, 3), (unit::EXTERNAL, 4),
-    (unit::TIMER + 3, 0), (unit::TIMER + 3, 1), (unit::TIMER + 3, 2), (unit::TIMER + 3, 3), (unit::TIMER + 2, 0), (unit::TIMER + 2, 2),
-    (unit::TIMER + 1, 0), (unit::TIMER + 1, 1), (unit::TIMER + 1, 2), (unit::TIMER + 1, 3), (unit::TIMER, 0), (unit::TIMER, 2),
-    (unit::SPI, 0), (unit::USART, 0), (unit::USART + 1, 0), (unit::USART, 1), (unit::USART + 1, 1), (unit::USART, 2),
-    (unit::USART + 1, 2), (unit::EEPROM, 0), (unit::COMPARATOR, 0), (unit::SPM, 0),
+    (unit_index::EXTERNAL, 0), (unit_index::EXTERNAL, 1), (unit_index::EXTERNAL, 2), (unit_index::EXTERNAL, 3), (unit_index::EXTERNAL, 4),
+    (unit_index::TIMER + 3, 0), (unit_index::TIMER + 3, 1), (unit_index::TIMER + 3, 2), (unit_index::TIMER + 3, 3), (unit_index::TIMER + 2, 0), (unit_index::TIMER + 2, 2),
+    (unit_index::TIMER + 1, 0), (unit_index::TIMER + 1, 1), (unit_index::TIMER + 1, 2), (unit_index::TIMER + 1, 3), (unit_index::TIMER, 0), (unit_index::TIMER, 2),
+    (unit_index::SPI, 0), (unit_index::USART, 0), (unit_index::USART + 1, 0), (unit_index::USART, 1), (unit_index::USART + 1, 1), (unit_index::USART, 2),
+    (unit_index::USART + 1, 2), (unit_index::EEPROM, 0), (unit_index::COMPARATOR, 0), (unit_index::SPM, 0),
 ];

@@ -1,75 +1,75 @@
 //! ATmega8 (Atmel 2486).
 
-use emu_core::chip::{Chip, Package, PinDef, Reg};
+use emu_core::chip::{Chip, ChipPackage, PinDef, NamedAddress};
 use emu_core::pins::PinId;
 
-use super::Own::*;
-use super::Site::{self, *};
+use super::SocRegister::*;
+use super::RegisterSlot::{self, *};
 use super::bits as b;
-use super::old::{self, assr, general, mcucsr, tccr, tccra};
-use super::{ANALOG, Fuses, Memories, Names, Part, TQFP32, dip, named, pins, registers, sites, unit};
-use crate::periph::Line;
-use crate::periph::adc::Reg::*;
-use crate::periph::comparator::Reg::*;
-use crate::periph::eeprom::Reg::*;
-use crate::periph::external::Reg::*;
-use crate::periph::guard::Reg::*;
-use crate::periph::spi::Reg::*;
-use crate::periph::spm::Reg::*;
-use crate::periph::timers::Reg::*;
-use crate::periph::timers::Shape;
-use crate::periph::twi::Reg::*;
-use crate::periph::usart::Reg::*;
-use crate::periph::{adc, eeprom, external, guard, spm};
+use super::classic::{self, assr, general, mcucsr, tccr, tccra};
+use super::{ANALOG, FuseLayout, ChipMemories, HeaderNames, AvrPart, TQFP32, dip, named_chip, pins, registers, sites, unit_index};
+use crate::periph::AvrLine;
+use crate::periph::adc::AdcRegister::*;
+use crate::periph::comparator::ComparatorRegister::*;
+use crate::periph::eeprom::EepromRegister::*;
+use crate::periph::external::ExternalRegister::*;
+use crate::periph::watchdog::WatchdogRegister::*;
+use crate::periph::spi::SpiRegister::*;
+use crate::periph::spm::SpmRegister::*;
+use crate::periph::timers::TimerRegister::*;
+use crate::periph::timers::TimerShape;
+use crate::periph::twi::TwiRegister::*;
+use crate::periph::usart::UsartRegister::*;
+use crate::periph::{adc, eeprom, external, watchdog, spm};
 
 /// ATmega8.
-const ATMEGA8: Chip = named!(
+const ATMEGA8: Chip = named_chip!(
     "atmega8",
     "ATmega8: 8 KB flash, 1 KB RAM, 512 bytes EEPROM, 28 or 32 pins",
     Chip {
-        source: "Atmel 2486",
+        data_sheet: "Atmel 2486",
         regs: REGS,
         pins: PINS,
         packages: PACKAGES,
         vectors: VECTORS,
-        ..Memories::<0x2000, 0x60, 0x460, 0x200, 2>::CHIP
+        ..ChipMemories::<0x2000, 0x60, 0x460, 0x200, 2>::CHIP
     }
 );
 
 /// The row of the ATmega8.
-pub(super) const PART_8: Part = Part {
+pub(super) const PART_8: AvrPart = AvrPart {
     chip: &ATMEGA8,
     ports: &[0xFF, 0x7F, 0xFF, ANALOG],
-    sites: &sites(SITES, 0x60),
-    lines: LINES,
+    register_slots: &sites(SITES, 0x60),
+    peripheral_pins: LINES,
     pin_changes: &[],
-    stack_at_end: false,
-    toggles: false,
-    whole_registers: true,
+    stack_starts_at_ram_end: false,
+    pin_writes_toggle: false,
+    bit_writes_whole_register: true,
     mcucr: 0x13,
-    vectors: SOURCES,
-    timers: &[Shape::narrow(0), Shape::wide(2), Shape::crystal(1)],
-    adc: adc::Kind::MEGA8,
-    analog: &[8, 9, 10, 11, 12, 13, 24, 25],
-    ain: [22, 23],
-    triggers: &[],
-    eeprom: eeprom::Kind::MEGA8,
-    spm: spm::Kind::MEGA8,
-    external: external::Kind::MEGA8,
-    watchdog: guard::Kind::MEGA8,
-    prr: &[],
+    interrupt_sources: SOURCES,
+    timers: &[TimerShape::narrow(0), TimerShape::wide(2), TimerShape::crystal(1)],
+    adc_kind: adc::AvrAdcKind::MEGA8,
+    analog_pins: &[8, 9, 10, 11, 12, 13, 24, 25],
+    comparator_pins: [22, 23],
+    adc_triggers: &[],
+    eeprom_kind: eeprom::AvrEepromKind::MEGA8,
+    spm_kind: spm::SpmKind::MEGA8,
+    external_kind: external::ExternalKind::MEGA8,
+    watchdog_kind: watchdog::WatchdogKind::MEGA8,
+    power_reduction_bits: &[],
     signature: [0x1E, 0x93, 0x07],
-    fuses: Fuses { wdton: Some((1, 6, 1)), rstdisbl: Some((1, 7, 1)), ..old::FUSES },
-    reset: 14,
-    names: Names {
-        bits: &[b::ANY, b::OLD, b::MUX4, b::FREE_RUNNING, b::TIMERS_1_2, b::WDCE, b::M8],
-        fuses: [
-            old::LOW_FUSES,
+    fuses: FuseLayout { wdton: Some((1, 6, 1)), rstdisbl: Some((1, 7, 1)), ..classic::FUSES },
+    reset_pin: 14,
+    names: HeaderNames {
+        bit_names: &[b::ANY, b::OLD, b::MUX4, b::FREE_RUNNING, b::TIMERS_1_2, b::WDCE, b::M8],
+        fuse_names: [
+            classic::LOW_FUSES,
             "FUSE_RSTDISBL FUSE_WDTON FUSE_SPIEN FUSE_CKOPT FUSE_EESAVE FUSE_BOOTSZ1 FUSE_BOOTSZ0 FUSE_BOOTRST",
             "",
         ],
-        delivered: [0xE1, 0xD9, 0xFF],
-        sleep: 5,
+        factory_fuses: [0xE1, 0xD9, 0xFF],
+        sleep_modes: 5,
         eeprom_page: 4,
         last_outside: 0,
     },
@@ -90,7 +90,7 @@ macro_rules! timers {
     };
 }
 
-const MCUCR_BITS: Site = Split(&[
+const MCUCR_BITS: RegisterSlot = Split(&[
     (7, Own(SMCR), 0),
     (6, Own(SMCR), 3),
     (5, Own(SMCR), 2),
@@ -101,7 +101,7 @@ const MCUCR_BITS: Site = Split(&[
     (0, External(EICRA), 0),
 ]);
 
-const SFIOR: Site = Split(&[(3, Adc(ADCSRB), 6), (2, Own(MCUCR), 4), (1, Own(GTCCR), 1), (0, Own(GTCCR), 0)]);
+const SFIOR: RegisterSlot = Split(&[(3, Adc(ADCSRB), 6), (2, Own(MCUCR), 4), (1, Own(GTCCR), 1), (0, Own(GTCCR), 0)]);
 
 #[rustfmt::skip]
 registers! {
@@ -139,21 +139,21 @@ const PINS: &[PinDef] = pins! {
 };
 
 /// Packages (pin configurations).
-const PACKAGES: &[Package] = &[
-    Package { name: "DIP28", pins: &dip::<{ PINS.len() }>(PINS) },
-    Package { name: "TQFP32", pins: &TQFP32 },
-    Package { name: "MLF32", pins: &TQFP32 },
+const PACKAGES: &[ChipPackage] = &[
+    ChipPackage { name: "DIP28", pins: &dip::<{ PINS.len() }>(PINS) },
+    ChipPackage { name: "TQFP32", pins: &TQFP32 },
+    ChipPackage { name: "MLF32", pins: &TQFP32 },
 ];
 
 /// Alternate functions (alternate port functions).
 #[rustfmt::skip]
-const LINES: &[(usize, Line, PinId)] = &[
-    (unit::TIMER,     Line::T,   20), (unit::TIMER + 1, Line::T,   21), (unit::TIMER + 1, Line::Icp,  0),
-    (unit::TIMER + 1, Line::OcA,  1), (unit::TIMER + 1, Line::OcB,  2), (unit::TIMER + 2, Line::OcA,  3),
-    (unit::USART,     Line::Rxd, 16), (unit::USART,     Line::Txd, 17), (unit::USART,     Line::Xck, 20),
-    (unit::SPI,       Line::Ss,   2), (unit::SPI,       Line::Mosi, 3), (unit::SPI,       Line::Miso, 4),
-    (unit::SPI,       Line::Sck,  5), (unit::TWI,       Line::Sda, 12), (unit::TWI,       Line::Scl, 13),
-    (unit::EXTERNAL,  Line::Int(0), 18), (unit::EXTERNAL, Line::Int(1), 19),
+const LINES: &[(usize, AvrLine, PinId)] = &[
+    (unit_index::TIMER,     AvrLine::T,   20), (unit_index::TIMER + 1, AvrLine::T,   21), (unit_index::TIMER + 1, AvrLine::Icp,  0),
+    (unit_index::TIMER + 1, AvrLine::OcA,  1), (unit_index::TIMER + 1, AvrLine::OcB,  2), (unit_index::TIMER + 2, AvrLine::OcA,  3),
+    (unit_index::USART,     AvrLine::Rxd, 16), (unit_index::USART,     AvrLine::Txd, 17), (unit_index::USART,     AvrLine::Xck, 20),
+    (unit_index::SPI,       AvrLine::Ss,   2), (unit_index::SPI,       AvrLine::Mosi, 3), (unit_index::SPI,       AvrLine::Miso, 4),
+    (unit_index::SPI,       AvrLine::Sck,  5), (unit_index::TWI,       AvrLine::Sda, 12), (unit_index::TWI,       AvrLine::Scl, 13),
+    (unit_index::EXTERNAL,  AvrLine::Int(0), 18), (unit_index::EXTERNAL, AvrLine::Int(1), 19),
 ];
 
 /// Interrupt vectors, number = position, RESET is 0.
@@ -166,8 +166,8 @@ const VECTORS: &[&str] = &[
 /// What asks for them.
 #[rustfmt::skip]
 const SOURCES: &[(usize, u8)] = &[
-    (unit::EXTERNAL, 0), (unit::EXTERNAL, 1), (unit::TIMER + 2, 0), (unit::TIMER + 2, 2),
-    (unit::TIMER + 1, 0), (unit::TIMER + 1, 1), (unit::TIMER + 1, 2), (unit::TIMER + 1, 3), (unit::TIMER, 2), (unit::SPI, 0),
-    (unit::USART, 0), (unit::USART, 1), (unit::USART, 2), (unit::ADC, 0), (unit::EEPROM, 0), (unit::COMPARATOR, 0), (unit::TWI, 0),
-    (unit::SPM, 0),
+    (unit_index::EXTERNAL, 0), (unit_index::EXTERNAL, 1), (unit_index::TIMER + 2, 0), (unit_index::TIMER + 2, 2),
+    (unit_index::TIMER + 1, 0), (unit_index::TIMER + 1, 1), (unit_index::TIMER + 1, 2), (unit_index::TIMER + 1, 3), (unit_index::TIMER, 2), (unit_index::SPI, 0),
+    (unit_index::USART, 0), (unit_index::USART, 1), (unit_index::USART, 2), (unit_index::ADC, 0), (unit_index::EEPROM, 0), (unit_index::COMPARATOR, 0), (unit_index::TWI, 0),
+    (unit_index::SPM, 0),
 ];

@@ -10,23 +10,23 @@ mod m16;
 mod m162;
 mod m8;
 mod names;
-mod old;
-mod present;
+mod classic;
+mod register_presence;
 mod x8;
 
-use emu_core::chip::{Chip, Family, PinDef};
-use emu_core::image::{Bits, Space};
+use emu_core::chip::{Chip, ChipFamily, PinDef};
+use emu_core::image::{WordBits, ImageSpace};
 use emu_core::pins::PinId;
 
-use crate::periph::timers::Shape;
-use crate::periph::{Line, adc, comparator, eeprom, external, guard, spi, spm, timers, twi, usart};
+use crate::periph::timers::TimerShape;
+use crate::periph::{AvrLine, adc, comparator, eeprom, external, watchdog, spi, spm, timers, twi, usart};
 
-pub use fuses::{Fuse, Fuses, StartUp};
-pub use names::Names;
+pub use fuses::{FuseField, FuseLayout, StartUpTimes};
+pub use names::HeaderNames;
 pub use x8::{ATMEGA328, ATMEGA328P, PART_328P};
 
 /// All parts of this crate.
-pub const PARTS: &[&Part] = &[
+pub const AVR_PARTS: &[&AvrPart] = &[
     &x8::PART_328P,
     &x8::PART_328,
     &x8::PART_168,
@@ -50,11 +50,11 @@ pub const PARTS: &[&Part] = &[
 ];
 
 /// All chips of this crate.
-pub const CHIPS: &[&Chip] = &{
-    let mut chips = [PARTS[0].chip; PARTS.len()];
+pub const AVR_CHIPS: &[&Chip] = &{
+    let mut chips = [AVR_PARTS[0].chip; AVR_PARTS.len()];
     let mut i = 0;
-    while i < PARTS.len() {
-        chips[i] = PARTS[i].chip;
+    while i < AVR_PARTS.len() {
+        chips[i] = AVR_PARTS[i].chip;
         i += 1;
     }
     chips
@@ -68,67 +68,67 @@ pub fn chip(name: &str) -> Option<&'static Chip> {
 
 /// The part `name` (case aside).
 #[must_use]
-pub fn part(name: &str) -> Option<&'static Part> {
-    PARTS.iter().copied().find(|part| part.chip.name.eq_ignore_ascii_case(name))
+pub fn part(name: &str) -> Option<&'static AvrPart> {
+    AVR_PARTS.iter().copied().find(|part| part.chip.name.eq_ignore_ascii_case(name))
 }
 
 /// A chip, with what only this family has.
 #[derive(Debug)]
-pub struct Part {
+pub struct AvrPart {
     /// What all families have. Pins stand eight to a port, by bits, absent ones included.
     pub chip: &'static Chip,
     /// The bits of each port that there are; behind the ports, pins that belong to none.
     pub ports: &'static [u8],
     /// What stands at each data address below 100h.
-    pub sites: &'static [Site; 0x100],
+    pub register_slots: &'static [RegisterSlot; 0x100],
     /// Which pin a line of a unit goes to.
-    pub lines: &'static [(usize, Line, PinId)],
+    pub peripheral_pins: &'static [(usize, AvrLine, PinId)],
     /// The pin of each pin change input.
     pub pin_changes: &'static [(PinId, u8)],
     /// After a reset SP is the last address of RAM; 0 otherwise.
-    pub stack_at_end: bool,
+    pub stack_starts_at_ram_end: bool,
     /// Writing ones to PINx toggles PORTx.
-    pub toggles: bool,
+    pub pin_writes_toggle: bool,
     /// SBI and CBI read a register and write all of it, flags that read as one included; else they touch the one bit.
-    pub whole_registers: bool,
+    pub bit_writes_whole_register: bool,
     /// The bits of MCUCR that there are, by the layout of the ATmega328P: BODS, BODSE, PUD, IVSEL, IVCE.
     pub mcucr: u8,
     /// What asks for each interrupt: unit, and its number there; from vector 1 on.
-    pub vectors: &'static [(usize, u8)],
+    pub interrupt_sources: &'static [(usize, u8)],
     /// Timer/counters.
-    pub timers: &'static [Shape],
+    pub timers: &'static [TimerShape],
     /// The converter.
-    pub adc: adc::Kind,
+    pub adc_kind: adc::AvrAdcKind,
     /// The pins of ADC0, ADC1, ..
-    pub analog: &'static [PinId],
+    pub analog_pins: &'static [PinId],
     /// AIN0 and AIN1.
-    pub ain: [PinId; 2],
+    pub comparator_pins: [PinId; 2],
     /// The sources of ADTS 1 to 7: unit, and its interrupt.
-    pub triggers: &'static [(usize, u8)],
+    pub adc_triggers: &'static [(usize, u8)],
     /// The EEPROM.
-    pub eeprom: eeprom::Kind,
+    pub eeprom_kind: eeprom::AvrEepromKind,
     /// Self-programming.
-    pub spm: spm::Kind,
+    pub spm_kind: spm::SpmKind,
     /// External interrupts.
-    pub external: external::Kind,
+    pub external_kind: external::ExternalKind,
     /// The watchdog.
-    pub watchdog: guard::Kind,
+    pub watchdog_kind: watchdog::WatchdogKind,
     /// Bits of PRR that stop units.
-    pub prr: &'static [(u8, usize)],
+    pub power_reduction_bits: &'static [(u8, usize)],
     /// Signature bytes (28.3).
     pub signature: [u8; 3],
     /// Where the fuses stand.
-    pub fuses: Fuses,
+    pub fuses: FuseLayout,
     /// The reset pin.
-    pub reset: PinId,
+    pub reset_pin: PinId,
     /// Names of bits and fuses.
-    pub names: Names,
+    pub names: HeaderNames,
 }
 
 /// The units of a chip, by number.
 #[rustfmt::skip]
 #[allow(missing_docs)]
-pub mod unit {
+pub mod unit_index {
     pub const TIMER:      usize = 0;
     pub const USART:      usize = 4;
     pub const SPI:        usize = 6;
@@ -142,19 +142,19 @@ pub mod unit {
     pub const COUNT:      usize = 14;
 }
 
-impl Part {
+impl AvrPart {
     /// What the trigger source `source` (1 to 7) of the converter is.
     #[must_use]
-    pub fn trigger(&self, source: u8) -> Option<(usize, u8)> {
-        self.triggers.get(usize::from(source).checked_sub(1)?).copied()
+    pub fn adc_trigger(&self, source: u8) -> Option<(usize, u8)> {
+        self.adc_triggers.get(usize::from(source).checked_sub(1)?).copied()
     }
 
     /// The first byte of the boot section, by BOOTSZ in these fuses: the largest one is four times the next but one. The end of flash on
     /// a chip without one.
     #[must_use]
     pub fn boot_start(&self, fuses: [u8; 3]) -> u32 {
-        let flash = self.spm.flash;
-        let size = self.fuses.bootsz.map_or(0, |fuse| (flash - self.spm.nrww) >> Fuses::value(fuses, fuse));
+        let flash = self.spm_kind.flash;
+        let size = self.fuses.bootsz.map_or(0, |fuse| (flash - self.spm_kind.nrww) >> FuseLayout::value(fuses, fuse));
         flash - size
     }
 
@@ -175,16 +175,16 @@ impl Part {
     /// True for registers that may read otherwise in every cycle, or do something when they are read: a loop over one of them
     /// can never be jumped over.
     #[must_use]
-    pub fn restless(&self, reg: u16) -> bool {
-        use timers::Reg::{ICRL, TCNTL};
-        let site = self.sites.get(usize::from(reg)).copied().unwrap_or(Site::Reserved);
-        matches!(site, Site::Timer(_, TCNTL | ICRL) | Site::Usart(_, usart::Reg::UDR) | Site::Spi(_) | Site::Ursel(_))
+    pub fn volatile_register(&self, reg: u16) -> bool {
+        use timers::TimerRegister::{ICRL, TCNTL};
+        let site = self.register_slots.get(usize::from(reg)).copied().unwrap_or(RegisterSlot::Reserved);
+        matches!(site, RegisterSlot::Timer(_, TCNTL | ICRL) | RegisterSlot::Usart(_, usart::UsartRegister::UDR) | RegisterSlot::Spi(_) | RegisterSlot::Ursel(_))
     }
 }
 
 /// What stands at a data address.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Site {
+pub enum RegisterSlot {
     /// Nothing: reads 0.
     Reserved,
     /// A register of the core.
@@ -194,39 +194,39 @@ pub enum Site {
     /// PINx, DDRx and PORTx of a port, 0 to 2.
     Port(u8, u8),
     /// A register of a timer.
-    Timer(u8, timers::Reg),
+    Timer(u8, timers::TimerRegister),
     /// A register of a USART.
-    Usart(u8, usart::Reg),
+    Usart(u8, usart::UsartRegister),
     /// UBRRH and UCSRC of a USART, told apart by bit 7, URSEL.
     Ursel(u8),
     /// A register of the serial peripheral interface.
-    Spi(spi::Reg),
+    Spi(spi::SpiRegister),
     /// A register of the two-wire interface.
-    Twi(twi::Reg),
+    Twi(twi::TwiRegister),
     /// A register of the converter.
-    Adc(adc::Reg),
+    Adc(adc::AdcRegister),
     /// A register of the comparator.
-    Comparator(comparator::Reg),
+    Comparator(comparator::ComparatorRegister),
     /// A register of the EEPROM.
-    Eeprom(eeprom::Reg),
+    Eeprom(eeprom::EepromRegister),
     /// SPMCSR.
-    Spm(spm::Reg),
+    Spm(spm::SpmRegister),
     /// WDTCSR.
-    Watchdog(guard::Reg),
+    Watchdog(watchdog::WatchdogRegister),
     /// A register of the external interrupts.
-    External(external::Reg),
+    External(external::ExternalRegister),
     /// A register of the chip itself.
-    Own(Own),
+    Own(SocRegister),
     /// A byte that is only kept, by its number.
     Kept(u8),
     /// Bits of several registers: the bit here, and where it stands.
-    Split(&'static [(u8, Site, u8)]),
+    Split(&'static [(u8, RegisterSlot, u8)]),
 }
 
 /// Registers of the chip that belong to no unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Own {
+pub enum SocRegister {
     MCUCR,
     MCUSR,
     SMCR,
@@ -245,37 +245,37 @@ const CPU_REGS: &[&str] = &[
 ];
 
 /// A chip's memories: bytes of flash, first address of RAM and the one behind it, bytes of EEPROM, fuse bytes.
-struct Memories<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const FUSES: u32>;
+struct ChipMemories<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const FUSES: u32>;
 
 impl<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const FUSES: u32>
-    Memories<FLASH, RAM, END, EEPROM, FUSES>
+    ChipMemories<FLASH, RAM, END, EEPROM, FUSES>
 {
     /// What follows from them; the rest is for the row to say.
     const CHIP: Chip = Chip {
         name: "",
-        family: Family::Avr,
-        isa: &crate::isa::isa::<FLASH>(),
+        family: ChipFamily::Avr,
+        isa: &crate::isa::instruction_set::<FLASH>(),
         title: "",
-        source: "",
-        code: "flash",
-        flash: FLASH,
-        on_chip: FLASH,
-        ram: "data",
+        data_sheet: "",
+        code_space: "flash",
+        flash_bytes: FLASH,
+        on_chip_flash_bytes: FLASH,
+        ram_space: "data",
         ram_start: RAM,
         ram_len: END - RAM,
-        ram_map: &[],
-        eeprom: EEPROM,
+        ram_ranges: &[],
+        eeprom_bytes: EEPROM,
         word_bytes: 2,
         max_hz: 16_000_000,
         default_hz: 16_000_000,
-        hex: &[Space { name: "flash", start: 0, len: FLASH, word: 2, bits: Bits::All }],
-        elf: &[
-            Space { name: "flash", start: 0, len: FLASH, word: 2, bits: Bits::All },
-            Space { name: "data", start: 0x80_0000, len: END as u32, word: 1, bits: Bits::All },
-            Space { name: "eeprom", start: 0x81_0000, len: EEPROM as u32, word: 1, bits: Bits::All },
-            Space { name: "fuse", start: 0x82_0000, len: FUSES, word: 1, bits: Bits::All },
-            Space { name: "lock", start: 0x83_0000, len: 1, word: 1, bits: Bits::All },
-            Space { name: "signature", start: 0x84_0000, len: 3, word: 1, bits: Bits::All },
+        hex_spaces: &[ImageSpace { name: "flash", start: 0, len: FLASH, word: 2, word_bits: WordBits::All }],
+        elf_spaces: &[
+            ImageSpace { name: "flash", start: 0, len: FLASH, word: 2, word_bits: WordBits::All },
+            ImageSpace { name: "data", start: 0x80_0000, len: END as u32, word: 1, word_bits: WordBits::All },
+            ImageSpace { name: "eeprom", start: 0x81_0000, len: EEPROM as u32, word: 1, word_bits: WordBits::All },
+            ImageSpace { name: "fuse", start: 0x82_0000, len: FUSES, word: 1, word_bits: WordBits::All },
+            ImageSpace { name: "lock", start: 0x83_0000, len: 1, word: 1, word_bits: WordBits::All },
+            ImageSpace { name: "signature", start: 0x84_0000, len: 3, word: 1, word_bits: WordBits::All },
         ],
         elf_machine: 83,
         cpu_regs: CPU_REGS,
@@ -285,9 +285,9 @@ impl<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const 
         pins: &[],
         constants: Vec::new,
         vectors: &[],
-        vector_words: if FLASH > 0x2000 { 2 } else { 1 },
+        words_per_vector: if FLASH > 0x2000 { 2 } else { 1 },
         packages: &[],
-        vector_back: 0,
+        later_vectors_back_words: 0,
         spaces: &[
             ("data", END as u32, 1),
             ("flash", FLASH, 1),
@@ -295,27 +295,27 @@ impl<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const 
             ("fuse", FUSES, 1),
             ("lock", 1, 1),
         ],
-        told: &[("data", 0x20)],
+        observable_spaces: &[("data", 0x20)],
         // SPL, SPH, SREG.
-        silent: &[("data", 0x5D), ("data", 0x5E), ("data", 0x5F)],
+        implicit_accesses: &[("data", 0x5D), ("data", 0x5E), ("data", 0x5F)],
     };
 }
 
 /// A chip after another, by its own name and title.
-macro_rules! named {
+macro_rules! named_chip {
     ($name:literal, $title:literal, $chip:expr) => {
-        emu_core::chip::Chip { name: $name, title: $title, constants: || $crate::chips::names::of($name), ..$chip }
+        emu_core::chip::Chip { name: $name, title: $title, constants: || $crate::chips::names::names_of_chip($name), ..$chip }
     };
 }
-use named;
+use named_chip;
 
 /// A list of registers: address, name, older names, and what stands there.
 macro_rules! registers {
     ($($addr:literal $name:literal $(/ $old:literal)* $site:expr;)*) => {
         /// Register summary, data addresses.
-        const REGS: &[Reg] = &[ $( Reg { name: $name, addr: $addr }, $( Reg { name: $old, addr: $addr }, )* )* ];
+        const REGS: &[NamedAddress] = &[ $( NamedAddress { name: $name, addr: $addr }, $( NamedAddress { name: $old, addr: $addr }, )* )* ];
         /// What stands there.
-        const SITES: &[(u16, Site)] = &[ $( ($addr, $site) ),* ];
+        const SITES: &[(u16, RegisterSlot)] = &[ $( ($addr, $site) ),* ];
     };
 }
 use registers;
@@ -349,11 +349,11 @@ const fn dip<const N: usize>(pins: &[PinDef]) -> [u8; N] {
 }
 
 /// The table of addresses from rows; below 100h RAM begins at `ram`.
-const fn sites(rows: &[(u16, Site)], ram: u16) -> [Site; 0x100] {
-    let mut all = [Site::Reserved; 0x100];
+const fn sites(rows: &[(u16, RegisterSlot)], ram: u16) -> [RegisterSlot; 0x100] {
+    let mut all = [RegisterSlot::Reserved; 0x100];
     let mut i = ram as usize;
     while i < all.len() {
-        all[i] = Site::Low(i as u8);
+        all[i] = RegisterSlot::Low(i as u8);
         i += 1;
     }
     i = 0;

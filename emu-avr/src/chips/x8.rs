@@ -1,38 +1,38 @@
 //! ATmega48, 88, 168 and 328 with their variants (DS40002061).
 
-use emu_core::chip::{Chip, Package, PinDef, Reg};
+use emu_core::chip::{Chip, ChipPackage, PinDef, NamedAddress};
 use emu_core::pins::PinId;
 
-use super::Own::*;
-use super::Site::{self, *};
+use super::SocRegister::*;
+use super::RegisterSlot::{self, *};
 use super::bits as b;
-use super::fuses::{Fuses, start_up};
-use super::{ANALOG, Memories, Names, Part, TQFP32, dip, named, pins, registers, sites, unit};
-use crate::periph::Line;
-use crate::periph::adc::Reg::*;
-use crate::periph::comparator::Reg::*;
-use crate::periph::eeprom::Reg::*;
-use crate::periph::external::Reg::*;
-use crate::periph::guard::Reg::*;
-use crate::periph::spi::Reg::*;
-use crate::periph::spm::Reg::*;
-use crate::periph::timers::Reg::*;
-use crate::periph::timers::Shape;
-use crate::periph::twi::Reg::*;
-use crate::periph::usart::Reg::*;
-use crate::periph::{adc, eeprom, external, guard, spm};
+use super::fuses::{FuseLayout, start_up};
+use super::{ANALOG, ChipMemories, HeaderNames, AvrPart, TQFP32, dip, named_chip, pins, registers, sites, unit_index};
+use crate::periph::AvrLine;
+use crate::periph::adc::AdcRegister::*;
+use crate::periph::comparator::ComparatorRegister::*;
+use crate::periph::eeprom::EepromRegister::*;
+use crate::periph::external::ExternalRegister::*;
+use crate::periph::watchdog::WatchdogRegister::*;
+use crate::periph::spi::SpiRegister::*;
+use crate::periph::spm::SpmRegister::*;
+use crate::periph::timers::TimerRegister::*;
+use crate::periph::timers::TimerShape;
+use crate::periph::twi::TwiRegister::*;
+use crate::periph::usart::UsartRegister::*;
+use crate::periph::{adc, eeprom, external, watchdog, spm};
 
 /// What the rows have in common, for these memories.
 macro_rules! chip {
     ($name:literal, $title:literal, $flash:literal, $end:literal, $eeprom:literal) => {
         Chip {
-            source: "DS40002061",
+            data_sheet: "DS40002061",
             max_hz: 20_000_000,
             regs: REGS,
             pins: PINS,
             packages: PACKAGES,
             vectors: VECTORS,
-            ..named!($name, $title, Memories::<$flash, 0x100, $end, $eeprom, 3>::CHIP)
+            ..named_chip!($name, $title, ChipMemories::<$flash, 0x100, $end, $eeprom, 3>::CHIP)
         }
     };
 }
@@ -42,7 +42,7 @@ pub const ATMEGA328P: Chip =
     chip!("atmega328p", "ATmega328P: 32 KB flash, 2 KB RAM, 1 KB EEPROM, 28 or 32 pins", 0x8000, 0x900, 0x400);
 
 /// ATmega328: the 328P without the low-power process.
-pub const ATMEGA328: Chip = named!("atmega328", "ATmega328: as ATmega328P, other process", ATMEGA328P);
+pub const ATMEGA328: Chip = named_chip!("atmega328", "ATmega328: as ATmega328P, other process", ATMEGA328P);
 
 /// ATmega168, 88 and 48.
 const ATMEGA168: Chip =
@@ -53,38 +53,38 @@ const ATMEGA48: Chip =
     chip!("atmega48", "ATmega48: 4 KB flash, 512 bytes RAM, 256 bytes EEPROM, 28 or 32 pins", 0x1000, 0x300, 0x100);
 
 /// The row of the ATmega328P.
-pub const PART_328P: Part = Part {
+pub const PART_328P: AvrPart = AvrPart {
     chip: &ATMEGA328P,
     ports: &[0xFF, 0x7F, 0xFF, ANALOG],
-    sites: &sites(SITES, 0x100),
-    lines: LINES,
+    register_slots: &sites(SITES, 0x100),
+    peripheral_pins: LINES,
     pin_changes: PIN_CHANGES,
-    stack_at_end: true,
-    toggles: true,
-    whole_registers: false,
+    stack_starts_at_ram_end: true,
+    pin_writes_toggle: true,
+    bit_writes_whole_register: false,
     mcucr: 0x73,
-    vectors: SOURCES,
-    timers: &[Shape::narrow(2), Shape::wide(2), Shape::crystal(2)],
-    adc: adc::Kind::MEGA48,
-    analog: &[8, 9, 10, 11, 12, 13, 24, 25],
-    ain: [22, 23],
-    triggers: TRIGGERS,
-    eeprom: eeprom::Kind::MEGA48,
-    spm: spm::Kind::MEGA328,
-    external: external::Kind::MEGA328,
-    watchdog: guard::Kind::MEGA48,
-    prr: &[
-        (7, unit::TWI),
-        (6, unit::TIMER + 2),
-        (5, unit::TIMER),
-        (3, unit::TIMER + 1),
-        (2, unit::SPI),
-        (1, unit::USART),
-        (0, unit::ADC),
+    interrupt_sources: SOURCES,
+    timers: &[TimerShape::narrow(2), TimerShape::wide(2), TimerShape::crystal(2)],
+    adc_kind: adc::AvrAdcKind::MEGA48,
+    analog_pins: &[8, 9, 10, 11, 12, 13, 24, 25],
+    comparator_pins: [22, 23],
+    adc_triggers: TRIGGERS,
+    eeprom_kind: eeprom::AvrEepromKind::MEGA48,
+    spm_kind: spm::SpmKind::MEGA328,
+    external_kind: external::ExternalKind::MEGA328,
+    watchdog_kind: watchdog::WatchdogKind::MEGA48,
+    power_reduction_bits: &[
+        (7, unit_index::TWI),
+        (6, unit_index::TIMER + 2),
+        (5, unit_index::TIMER),
+        (3, unit_index::TIMER + 1),
+        (2, unit_index::SPI),
+        (1, unit_index::USART),
+        (0, unit_index::ADC),
     ],
     signature: [0x1E, 0x95, 0x0F],
-    fuses: Fuses {
-        assumed: [0xFF, 0xD9, 0xFF],
+    fuses: FuseLayout {
+        default_bytes: [0xFF, 0xD9, 0xFF],
         ckdiv8: Some((0, 7, 1)),
         cksel: (0, 0, 4),
         sut: (0, 4, 2),
@@ -98,16 +98,16 @@ pub const PART_328P: Part = Part {
         bodlevel: (2, 0, 3),
         bod_mv: &[0, 0, 0, 0, 4_300, 2_700, 1_800, 0],
     },
-    reset: 14,
-    names: Names {
-        bits: &[b::ANY, b::X8, b::MUX4, b::TRIGGERED],
-        fuses: [
+    reset_pin: 14,
+    names: HeaderNames {
+        bit_names: &[b::ANY, b::X8, b::MUX4, b::TRIGGERED],
+        fuse_names: [
             LOW_FUSES,
             "FUSE_RSTDISBL FUSE_DWEN FUSE_SPIEN FUSE_WDTON FUSE_EESAVE FUSE_BOOTSZ1 FUSE_BOOTSZ0 FUSE_BOOTRST",
             "- - - - - FUSE_BODLEVEL2 FUSE_BODLEVEL1 FUSE_BODLEVEL0",
         ],
-        delivered: [0x62, 0xD9, 0xFF],
-        sleep: 6,
+        factory_fuses: [0x62, 0xD9, 0xFF],
+        sleep_modes: 6,
         eeprom_page: 4,
         last_outside: 0,
     },
@@ -125,105 +125,105 @@ const HIGH_FUSES: &str =
 const NO_BODS: u8 = 0x13;
 
 /// The converter of the first ATmega48, 88 and 168 has no temperature sensor (Atmel 2545, ADC).
-const COLD: adc::Kind = adc::Kind { temperature: None, ..adc::Kind::MEGA48 };
+const COLD: adc::AvrAdcKind = adc::AvrAdcKind { temperature: None, ..adc::AvrAdcKind::MEGA48 };
 
 /// The row of the ATmega328.
-pub(super) const PART_328: Part = Part { chip: &ATMEGA328, mcucr: NO_BODS, signature: [0x1E, 0x95, 0x14], ..PART_328P };
+pub(super) const PART_328: AvrPart = AvrPart { chip: &ATMEGA328, mcucr: NO_BODS, signature: [0x1E, 0x95, 0x14], ..PART_328P };
 
 /// The row of the ATmega168PA. The fuses for the boot section stand in the extended byte of ATmega88 and 168, BODLEVEL in the
 /// high one (tables 28-5 to 28-8).
-pub(super) const PART_168PA: Part = Part {
-    chip: &named!("atmega168pa", "ATmega168PA: as ATmega168P, newer process", ATMEGA168),
-    spm: spm::Kind::MEGA168,
+pub(super) const PART_168PA: AvrPart = AvrPart {
+    chip: &named_chip!("atmega168pa", "ATmega168PA: as ATmega168P, newer process", ATMEGA168),
+    spm_kind: spm::SpmKind::MEGA168,
     signature: [0x1E, 0x94, 0x0B],
-    fuses: Fuses {
-        assumed: [0xFF, 0xDF, 0xF9],
+    fuses: FuseLayout {
+        default_bytes: [0xFF, 0xDF, 0xF9],
         bootsz: Some((2, 1, 2)),
         bootrst: Some((2, 0, 1)),
         bodlevel: (1, 0, 3),
         ..PART_328P.fuses
     },
-    names: Names {
-        fuses: [LOW_FUSES, HIGH_FUSES, "- - - - - FUSE_BOOTSZ1 FUSE_BOOTSZ0 FUSE_BOOTRST"],
-        delivered: [0x62, 0xDF, 0xF9],
+    names: HeaderNames {
+        fuse_names: [LOW_FUSES, HIGH_FUSES, "- - - - - FUSE_BOOTSZ1 FUSE_BOOTSZ0 FUSE_BOOTRST"],
+        factory_fuses: [0x62, 0xDF, 0xF9],
         ..PART_328P.names
     },
     ..PART_328P
 };
 
 /// The row of the ATmega168P.
-pub(super) const PART_168P: Part = Part {
-    chip: &named!("atmega168p", "ATmega168P: as ATmega168, brown-out detector off in sleep", ATMEGA168),
+pub(super) const PART_168P: AvrPart = AvrPart {
+    chip: &named_chip!("atmega168p", "ATmega168P: as ATmega168, brown-out detector off in sleep", ATMEGA168),
     ..PART_168PA
 };
 
 /// The row of the ATmega168A.
-pub(super) const PART_168A: Part = Part {
-    chip: &named!("atmega168a", "ATmega168A: as ATmega168, newer process", ATMEGA168),
+pub(super) const PART_168A: AvrPart = AvrPart {
+    chip: &named_chip!("atmega168a", "ATmega168A: as ATmega168, newer process", ATMEGA168),
     mcucr: NO_BODS,
     signature: [0x1E, 0x94, 0x06],
     ..PART_168PA
 };
 
 /// The row of the ATmega168.
-pub(super) const PART_168: Part = Part { chip: &ATMEGA168, adc: COLD, external: external::Kind::MEGA48, ..PART_168A };
+pub(super) const PART_168: AvrPart = AvrPart { chip: &ATMEGA168, adc_kind: COLD, external_kind: external::ExternalKind::MEGA48, ..PART_168A };
 
 /// The row of the ATmega88PA.
-pub(super) const PART_88PA: Part = Part {
-    chip: &named!("atmega88pa", "ATmega88PA: as ATmega88P, newer process", ATMEGA88),
-    spm: spm::Kind::MEGA88,
+pub(super) const PART_88PA: AvrPart = AvrPart {
+    chip: &named_chip!("atmega88pa", "ATmega88PA: as ATmega88P, newer process", ATMEGA88),
+    spm_kind: spm::SpmKind::MEGA88,
     signature: [0x1E, 0x93, 0x0F],
     ..PART_168PA
 };
 
 /// The row of the ATmega88P.
-pub(super) const PART_88P: Part = Part {
-    chip: &named!("atmega88p", "ATmega88P: as ATmega88, brown-out detector off in sleep", ATMEGA88),
+pub(super) const PART_88P: AvrPart = AvrPart {
+    chip: &named_chip!("atmega88p", "ATmega88P: as ATmega88, brown-out detector off in sleep", ATMEGA88),
     ..PART_88PA
 };
 
 /// The row of the ATmega88A.
-pub(super) const PART_88A: Part = Part {
-    chip: &named!("atmega88a", "ATmega88A: as ATmega88, newer process", ATMEGA88),
+pub(super) const PART_88A: AvrPart = AvrPart {
+    chip: &named_chip!("atmega88a", "ATmega88A: as ATmega88, newer process", ATMEGA88),
     mcucr: NO_BODS,
     signature: [0x1E, 0x93, 0x0A],
     ..PART_88PA
 };
 
 /// The row of the ATmega88.
-pub(super) const PART_88: Part = Part { chip: &ATMEGA88, adc: COLD, external: external::Kind::MEGA48, ..PART_88A };
+pub(super) const PART_88: AvrPart = AvrPart { chip: &ATMEGA88, adc_kind: COLD, external_kind: external::ExternalKind::MEGA48, ..PART_88A };
 
 /// The row of the ATmega48PA, which has no boot section, so no IVSEL either (12.5).
-pub(super) const PART_48PA: Part = Part {
-    chip: &named!("atmega48pa", "ATmega48PA: as ATmega48P, newer process", ATMEGA48),
+pub(super) const PART_48PA: AvrPart = AvrPart {
+    chip: &named_chip!("atmega48pa", "ATmega48PA: as ATmega48P, newer process", ATMEGA48),
     mcucr: 0x70,
-    spm: spm::Kind::MEGA48,
+    spm_kind: spm::SpmKind::MEGA48,
     signature: [0x1E, 0x92, 0x0A],
-    fuses: Fuses { assumed: [0xFF, 0xDF, 0xFF], bootsz: None, bootrst: None, ..PART_168PA.fuses },
-    names: Names {
-        fuses: [LOW_FUSES, HIGH_FUSES, "- - - - - - - FUSE_SELFPRGEN"],
-        delivered: [0x62, 0xDF, 0xFF],
+    fuses: FuseLayout { default_bytes: [0xFF, 0xDF, 0xFF], bootsz: None, bootrst: None, ..PART_168PA.fuses },
+    names: HeaderNames {
+        fuse_names: [LOW_FUSES, HIGH_FUSES, "- - - - - - - FUSE_SELFPRGEN"],
+        factory_fuses: [0x62, 0xDF, 0xFF],
         ..PART_168PA.names
     },
     ..PART_168PA
 };
 
 /// The row of the ATmega48P.
-pub(super) const PART_48P: Part = Part {
-    chip: &named!("atmega48p", "ATmega48P: as ATmega48, brown-out detector off in sleep", ATMEGA48),
+pub(super) const PART_48P: AvrPart = AvrPart {
+    chip: &named_chip!("atmega48p", "ATmega48P: as ATmega48, brown-out detector off in sleep", ATMEGA48),
     ..PART_48PA
 };
 
 /// The row of the ATmega48A.
-pub(super) const PART_48A: Part = Part {
-    chip: &named!("atmega48a", "ATmega48A: as ATmega48, newer process", ATMEGA48),
+pub(super) const PART_48A: AvrPart = AvrPart {
+    chip: &named_chip!("atmega48a", "ATmega48A: as ATmega48, newer process", ATMEGA48),
     mcucr: 0x10,
     signature: [0x1E, 0x92, 0x05],
     ..PART_48PA
 };
 
 /// The row of the ATmega48.
-pub(super) const PART_48: Part = Part { chip: &ATMEGA48, adc: COLD, external: external::Kind::MEGA48, ..PART_48A };
+pub(super) const PART_48: AvrPart = AvrPart { chip: &ATMEGA48, adc_kind: COLD, external_kind: external::ExternalKind::MEGA48, ..PART_48A };
 
 #[rustfmt::skip]
 registers! {
@@ -271,25 +271,25 @@ const PINS: &[PinDef] = pins! {
 /// Packages (section 1). The MLF of 32 pins, which is called QFN too, has the numbers of the TQFP; that of 28 pins turns the
 /// DIP28 round by four.
 #[rustfmt::skip]
-const PACKAGES: &[Package] = &[
-    Package { name: "DIP28", pins: &dip::<{ PINS.len() }>(PINS) },
-    Package { name: "TQFP32", pins: &TQFP32 },
-    Package { name: "MLF32", pins: &TQFP32 },
-    Package { name: "MLF28", pins: &[
+const PACKAGES: &[ChipPackage] = &[
+    ChipPackage { name: "DIP28", pins: &dip::<{ PINS.len() }>(PINS) },
+    ChipPackage { name: "TQFP32", pins: &TQFP32 },
+    ChipPackage { name: "MLF32", pins: &TQFP32 },
+    ChipPackage { name: "MLF28", pins: &[
         10, 11, 12, 13, 14, 15, 5, 6,  19, 20, 21, 22, 23, 24, 25, 0,  26, 27, 28, 1, 2, 7, 8, 9,  0, 0,
     ] },
 ];
 
 /// Alternate functions (section 14.3), pin change inputs apart.
 #[rustfmt::skip]
-const LINES: &[(usize, Line, PinId)] = &[
-    (unit::TIMER,     Line::T,   20), (unit::TIMER,     Line::OcA, 22), (unit::TIMER,     Line::OcB, 21),
-    (unit::TIMER + 1, Line::T,   21), (unit::TIMER + 1, Line::Icp,  0), (unit::TIMER + 1, Line::OcA,  1),
-    (unit::TIMER + 1, Line::OcB,  2), (unit::TIMER + 2, Line::OcA,  3), (unit::TIMER + 2, Line::OcB, 19),
-    (unit::USART,     Line::Rxd, 16), (unit::USART,     Line::Txd, 17), (unit::USART,     Line::Xck, 20),
-    (unit::SPI,       Line::Ss,   2), (unit::SPI,       Line::Mosi, 3), (unit::SPI,       Line::Miso, 4),
-    (unit::SPI,       Line::Sck,  5), (unit::TWI,       Line::Sda, 12), (unit::TWI,       Line::Scl, 13),
-    (unit::EXTERNAL,  Line::Int(0), 18), (unit::EXTERNAL, Line::Int(1), 19),
+const LINES: &[(usize, AvrLine, PinId)] = &[
+    (unit_index::TIMER,     AvrLine::T,   20), (unit_index::TIMER,     AvrLine::OcA, 22), (unit_index::TIMER,     AvrLine::OcB, 21),
+    (unit_index::TIMER + 1, AvrLine::T,   21), (unit_index::TIMER + 1, AvrLine::Icp,  0), (unit_index::TIMER + 1, AvrLine::OcA,  1),
+    (unit_index::TIMER + 1, AvrLine::OcB,  2), (unit_index::TIMER + 2, AvrLine::OcA,  3), (unit_index::TIMER + 2, AvrLine::OcB, 19),
+    (unit_index::USART,     AvrLine::Rxd, 16), (unit_index::USART,     AvrLine::Txd, 17), (unit_index::USART,     AvrLine::Xck, 20),
+    (unit_index::SPI,       AvrLine::Ss,   2), (unit_index::SPI,       AvrLine::Mosi, 3), (unit_index::SPI,       AvrLine::Miso, 4),
+    (unit_index::SPI,       AvrLine::Sck,  5), (unit_index::TWI,       AvrLine::Sda, 12), (unit_index::TWI,       AvrLine::Scl, 13),
+    (unit_index::EXTERNAL,  AvrLine::Int(0), 18), (unit_index::EXTERNAL, AvrLine::Int(1), 19),
 ];
 
 /// Pin change inputs: PCINT0 to 7 on port B, 8 to 14 on port C, 16 to 23 on port D.
@@ -310,17 +310,17 @@ const VECTORS: &[&str] = &[
 /// What asks for them.
 #[rustfmt::skip]
 const SOURCES: &[(usize, u8)] = &[
-    (unit::EXTERNAL, 0), (unit::EXTERNAL, 1), (unit::EXTERNAL, 2), (unit::EXTERNAL, 3), (unit::EXTERNAL, 4), (unit::WATCHDOG, 0),
-    (unit::TIMER + 2, 0), (unit::TIMER + 2, 1), (unit::TIMER + 2, 2),
-    (unit::TIMER + 1, 0), (unit::TIMER + 1, 1), (unit::TIMER + 1, 2), (unit::TIMER + 1, 3),
-    (unit::TIMER, 0), (unit::TIMER, 1), (unit::TIMER, 2), (unit::SPI, 0),
-    (unit::USART, 0), (unit::USART, 1), (unit::USART, 2), (unit::ADC, 0), (unit::EEPROM, 0), (unit::COMPARATOR, 0), (unit::TWI, 0),
-    (unit::SPM, 0),
+    (unit_index::EXTERNAL, 0), (unit_index::EXTERNAL, 1), (unit_index::EXTERNAL, 2), (unit_index::EXTERNAL, 3), (unit_index::EXTERNAL, 4), (unit_index::WATCHDOG, 0),
+    (unit_index::TIMER + 2, 0), (unit_index::TIMER + 2, 1), (unit_index::TIMER + 2, 2),
+    (unit_index::TIMER + 1, 0), (unit_index::TIMER + 1, 1), (unit_index::TIMER + 1, 2), (unit_index::TIMER + 1, 3),
+    (unit_index::TIMER, 0), (unit_index::TIMER, 1), (unit_index::TIMER, 2), (unit_index::SPI, 0),
+    (unit_index::USART, 0), (unit_index::USART, 1), (unit_index::USART, 2), (unit_index::ADC, 0), (unit_index::EEPROM, 0), (unit_index::COMPARATOR, 0), (unit_index::TWI, 0),
+    (unit_index::SPM, 0),
 ];
 
 /// Trigger sources of the converter (table 24-6), from ADTS 1 on.
 #[rustfmt::skip]
 const TRIGGERS: &[(usize, u8)] = &[
-    (unit::COMPARATOR, 0), (unit::EXTERNAL, 0), (unit::TIMER, 0), (unit::TIMER, 2), (unit::TIMER + 1, 2), (unit::TIMER + 1, 3),
-    (unit::TIMER + 1, 0),
+    (unit_index::COMPARATOR, 0), (unit_index::EXTERNAL, 0), (unit_index::TIMER, 0), (unit_index::TIMER, 2), (unit_index::TIMER + 1, 2), (unit_index::TIMER + 1, 3),
+    (unit_index::TIMER + 1, 0),
 ];

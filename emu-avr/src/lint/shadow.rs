@@ -2,26 +2,26 @@
 
 use emu_core::dispatch;
 use emu_core::lint::Lint;
-use emu_core::machine::Machine;
+use emu_core::machine::BodyMachine;
 
-use super::value::{Bit, Doubt, Pair, Value};
-use super::{Live, PORTS, SETTLED};
-use crate::chips::{Own, Site};
+use super::value::{TrackedBit, UnknownBits, TrackedPair, TrackedByte};
+use super::{LintTracker, PORT_COUNT, SETTLE_CYCLES};
+use crate::chips::{SocRegister, RegisterSlot};
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
-use crate::flags::Flag;
+use crate::flags::SregFlag;
 use crate::isa::{AvrOp, Kind, avr_table};
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 use crate::periph::{adc, timers, usart};
-use crate::soc::Soc;
-use crate::turn::{Data, Hot, RAM, SPH, SPL, SREG, ram};
+use crate::soc::AvrSoc;
+use crate::executor::{DataMemory, CoreRegisters, RAM_START, SPH, SPL, SREG, ram};
 
 /// One instruction on the machine of what is known.
-pub(super) struct Shadow<'a> {
-    hot: &'a Hot,
-    data: &'a Data,
-    soc: &'a Soc,
-    live: &'a mut Live,
+pub(super) struct ShadowMachine<'a> {
+    hot: &'a CoreRegisters,
+    data: &'a DataMemory,
+    soc: &'a AvrSoc,
+    live: &'a mut LintTracker,
     sp: u16,
     /// The next instruction.
     next: u16,
@@ -29,40 +29,40 @@ pub(super) struct Shadow<'a> {
     pushes: bool,
 }
 
-impl<'a> Shadow<'a> {
-    pub(super) fn new(hot: &'a Hot, data: &'a Data, soc: &'a Soc, live: &'a mut Live) -> Self {
-        Shadow { hot, data, soc, sp: hot.sp, next: live.pc.wrapping_add(1) as u16, live, pushes: false }
+impl<'a> ShadowMachine<'a> {
+    pub(super) fn new(hot: &'a CoreRegisters, data: &'a DataMemory, soc: &'a AvrSoc, live: &'a mut LintTracker) -> Self {
+        ShadowMachine { hot, data, soc, sp: hot.sp, next: live.pc.wrapping_add(1) as u16, live, pushes: false }
     }
 
     /// Runs the body of `op`.
-    pub(super) fn execute(&mut self, op: AvrOp) {
+    pub(super) fn execute_op(&mut self, op: AvrOp) {
         self.pushes = matches!(op.kind, Kind::Push | Kind::Call | Kind::Rcall | Kind::Icall);
-        let [d, r, _] = op.arg.map(|arg| usize::from(arg % 32));
-        let (before, carry) = (self.live.regs[d], self.live.flags[Flag::C as usize]);
+        let [d, r, _] = op.args.map(|arg| usize::from(arg % 32));
+        let (before, carry) = (self.live.regs[d], self.live.flags[SregFlag::C as usize]);
         let same = d == r;
         // What comes of a register with itself does not depend on what it holds.
         let alike = same && matches!(op.kind, Kind::Eor | Kind::Sub | Kind::Sbc | Kind::Cp | Kind::Cpc | Kind::Cpse);
         if alike {
-            self.live.regs[d] = Doubt::NONE;
+            self.live.regs[d] = UnknownBits::NONE;
         }
-        self.body(op);
+        self.run_body(op);
         match op.kind {
             Kind::Cp | Kind::Cpc | Kind::Cpse if alike => self.live.regs[d] = before,
             // A call of the next instruction makes room for two bytes: what it pushes is nobody's address.
-            Kind::Rcall if op.arg[..2] == self.next.to_le_bytes() => {
+            Kind::Rcall if op.args[..2] == self.next.to_le_bytes() => {
                 self.live.forget(self.sp.wrapping_add(1), self.hot.sp)
             }
             // LSL and ROL are sums of a register with itself, which are more exact as what they are.
             Kind::Add | Kind::Adc if same => {
-                let low = if op.kind == Kind::Adc && carry.bits != 0 { carry.of(1) } else { Doubt::NONE };
+                let low = if op.kind == Kind::Adc && carry.bits != 0 { carry.with_bits(1) } else { UnknownBits::NONE };
                 let after = self.live.regs[d];
-                self.live.regs[d] = after.or(low).of(before.bits << 1 | low.bits);
+                self.live.regs[d] = after.or_else(low).with_bits(before.bits << 1 | low.bits);
             }
             _ => {}
         }
     }
 
-    fn body(&mut self, op: AvrOp) {
+    fn run_body(&mut self, op: AvrOp) {
         let (m, op) = (self, &op);
         avr_table!(dispatch { (m, op, op.kind, {}) });
     }
@@ -75,182 +75,182 @@ impl<'a> Shadow<'a> {
 
     /// The byte of RAM at a data address.
     fn byte(&self, addr: u16) -> u8 {
-        if addr < RAM as u16 { self.soc.low_at(addr) } else { self.data.bytes[ram(addr - RAM as u16)] }
+        if addr < RAM_START as u16 { self.soc.low_at(addr) } else { self.data.bytes[ram(addr - RAM_START as u16)] }
     }
 
     /// What stands where avr-libc keeps the end of its heap.
     fn heap(&self) -> u16 {
-        self.live.ground.heap.map_or(0, |addr| u16::from_le_bytes([self.byte(addr), self.byte(addr.wrapping_add(1))]))
+        self.live.ground.heap_end_variable.map_or(0, |addr| u16::from_le_bytes([self.byte(addr), self.byte(addr.wrapping_add(1))]))
     }
 
-    fn stacked(&mut self, addr: u16) {
+    fn check_push(&mut self, addr: u16) {
         let heap = self.heap();
-        self.live.stacked(addr, heap);
+        self.live.check_push(addr, heap);
     }
 
     /// A frame that was made by moving the stack pointer is used for the first time: nobody has written it.
-    fn frame(&mut self) {
+    fn check_frame(&mut self) {
         let Some(from) = self.live.stack.moved_from.take() else { return };
         if self.sp < from {
             self.live.forget(self.sp + 1, from);
-            self.stacked(self.sp + 1);
+            self.check_push(self.sp + 1);
         }
     }
 
     /// What is not known of what is read at a data address.
-    fn doubt(&mut self, addr: u16) -> Doubt {
-        if let Some(doubt) = self.live.cell(addr) {
+    fn doubt_at(&mut self, addr: u16) -> UnknownBits {
+        if let Some(doubt) = self.live.ram_doubt(addr) {
             return *doubt;
         }
         if addr == SREG {
             let bits = (0..8).fold(0, |bits, i| bits | u8::from(self.live.flags[i].bits != 0) << i);
-            return self.live.flags.iter().fold(Doubt::NONE, |all, &flag| all.or(flag)).of(bits);
+            return self.live.flags.iter().fold(UnknownBits::NONE, |all, &flag| all.or_else(flag)).with_bits(bits);
         }
-        let Some(port) = self.live.part.input_port(addr) else { return Doubt::NONE };
-        let floats = self.soc.floating(port) & !self.live.told_pins[port % PORTS];
-        Doubt::at(addr, floats)
+        let Some(port) = self.live.part.input_port(addr) else { return UnknownBits::NONE };
+        let floats = self.soc.floating(port) & !self.live.reported_pins[port % PORT_COUNT];
+        UnknownBits::at(addr, floats)
     }
 
     /// The bits of `mask` are written at a data address that is not RAM.
-    fn write(&mut self, addr: u16, value: Value, mask: u8) {
+    fn write(&mut self, addr: u16, value: TrackedByte, mask: u8) {
         match addr {
             SREG => {
                 for (i, flag) in self.live.flags.iter_mut().enumerate() {
-                    *flag = value.doubt.of(value.doubt.bits >> i & 1);
+                    *flag = value.doubt.with_bits(value.doubt.bits >> i & 1);
                 }
-                self.live.look = true;
+                self.live.check_vectors = true;
             }
             SPL | SPH => {
-                self.live.used(value.doubt);
+                self.live.report_use(value.doubt);
                 let heap = self.heap();
-                self.live.move_stack(self.sp, value.stack, heap);
+                self.live.move_stack(self.sp, value.from_stack_pointer, heap);
             }
-            _ => self.write_chip(addr, value, mask),
+            _ => self.write_register(addr, value, mask),
         }
     }
 
     /// A register of the chip, or what is none.
-    fn write_chip(&mut self, addr: u16, value: Value, mask: u8) {
-        self.live.used(value.doubt.of(value.doubt.bits & mask));
+    fn write_register(&mut self, addr: u16, value: TrackedByte, mask: u8) {
+        self.live.report_use(value.doubt.with_bits(value.doubt.bits & mask));
         // What a stack overwrites that was told of says nothing new.
-        let over = self.live.stack.over;
-        let Some(present) = self.live.part.present(addr, value.byte) else {
+        let over = self.live.stack.overflow_reported;
+        let Some(present) = self.live.part.existing_bits(addr, value.byte) else {
             if !over {
-                let addr = *self.live.wild.entry(self.live.pc).or_insert(addr);
-                self.live.find(Lint::NothingThere { addr });
+                let addr = *self.live.reserved_writes.entry(self.live.pc).or_insert(addr);
+                self.live.add_finding(Lint::NothingThere { addr });
             }
             return;
         };
         let reserved = value.byte & !value.doubt.bits & mask & !present;
         if reserved != 0 && !over {
-            self.live.find(Lint::ReservedBits { addr, bits: reserved });
+            self.live.add_finding(Lint::ReservedBits { addr, bits: reserved });
         }
-        self.live.look = true;
-        let (now, pc) = (self.hot.time.now(), self.live.pc);
-        match self.live.part.site(addr) {
-            Site::Usart(n, usart::Reg::UDR) => {
+        self.live.check_vectors = true;
+        let (now, pc) = (self.hot.clock.now(), self.live.pc);
+        match self.live.part.register_slot(addr) {
+            RegisterSlot::Usart(n, usart::UsartRegister::UDR) => {
                 let n = usize::from(n) % 2;
                 if self.soc.sends_at(n, now) {
-                    self.live.baud(self.soc, n, now, pc);
+                    self.live.check_baud(self.soc, n, now, pc);
                 }
             }
-            Site::Usart(n, _) | Site::Ursel(n) => self.live.settled[usize::from(n) % 2] = (now + SETTLED, pc),
-            Site::Split(bits) => {
+            RegisterSlot::Usart(n, _) | RegisterSlot::Ursel(n) => self.live.pending_bauds[usize::from(n) % 2] = (now + SETTLE_CYCLES, pc),
+            RegisterSlot::Split(bits) => {
                 for &(_, site, _) in bits {
-                    if let Site::Usart(n, _) = site {
-                        self.live.settled[usize::from(n) % 2] = (now + SETTLED, pc);
+                    if let RegisterSlot::Usart(n, _) = site {
+                        self.live.pending_bauds[usize::from(n) % 2] = (now + SETTLE_CYCLES, pc);
                     }
                 }
             }
-            Site::Own(Own::CLKPR) => self.live.settled = [(now + SETTLED, pc); 2],
-            Site::Timer(n, timers::Reg::ICRL) if !over && !self.soc.icr_is_top(n) => {
-                self.live.find(Lint::CaptureWritten { addr });
+            RegisterSlot::Own(SocRegister::CLKPR) => self.live.pending_bauds = [(now + SETTLE_CYCLES, pc); 2],
+            RegisterSlot::Timer(n, timers::TimerRegister::ICRL) if !over && !self.soc.icr_is_top(n) => {
+                self.live.add_finding(Lint::CaptureWritten { addr });
             }
-            Site::Adc(adc::Reg::ADMUX) if !over => {
+            RegisterSlot::Adc(adc::AdcRegister::ADMUX) if !over => {
                 let absent = self.soc.absent_channel(value.byte);
-                absent.into_iter().for_each(|channel| self.live.find(Lint::ChannelAbsent { channel }));
+                absent.into_iter().for_each(|channel| self.live.add_finding(Lint::ChannelAbsent { channel }));
             }
             _ => {}
         }
     }
 }
 
-impl Machine for Shadow<'_> {
-    type Bit = Bit;
-    type Word = Value;
-    type Wide = Pair;
+impl BodyMachine for ShadowMachine<'_> {
+    type Bit = TrackedBit;
+    type Word = TrackedByte;
+    type Wide = TrackedPair;
     fn advance(&mut self, _: u32) {}
     fn charge(&mut self, _: u32) {}
     fn jump(&mut self, _: u32) {}
-    fn goto(&mut self, target: Pair) {
-        self.live.used(target.doubt());
+    fn goto(&mut self, target: TrackedPair) {
+        self.live.report_use(target.doubt());
     }
-    fn branch_if(&mut self, condition: Bit, _: u32) {
-        self.live.used(condition.doubt);
+    fn branch_if(&mut self, condition: TrackedBit, _: u32) {
+        self.live.report_use(condition.doubt);
     }
-    fn skip_if(&mut self, condition: Bit, _: u32) {
-        self.live.used(condition.doubt);
+    fn skip_if(&mut self, condition: TrackedBit, _: u32) {
+        self.live.report_use(condition.doubt);
     }
 }
 
-impl AvrMachine for Shadow<'_> {
-    fn reg(&self, r: u8) -> Value {
+impl AvrMachine for ShadowMachine<'_> {
+    fn reg(&self, r: u8) -> TrackedByte {
         let r = usize::from(r % 32);
-        Value { byte: self.data.bytes[r], doubt: self.live.regs[r], stack: self.live.from_sp >> r & 1 == 1 }
+        TrackedByte { byte: self.data.bytes[r], doubt: self.live.regs[r], from_stack_pointer: self.live.from_sp >> r & 1 == 1 }
     }
-    fn set_reg(&mut self, r: u8, value: Value) {
+    fn set_reg(&mut self, r: u8, value: TrackedByte) {
         let r = usize::from(r % 32);
         self.live.regs[r] = value.doubt;
-        self.live.from_sp = self.live.from_sp & !(1 << r) | u32::from(value.stack) << r;
+        self.live.from_sp = self.live.from_sp & !(1 << r) | u32::from(value.from_stack_pointer) << r;
     }
-    fn flag(&self, flag: Flag) -> Bit {
-        Bit { on: self.hot.flags.get(flag), doubt: self.live.flags[flag as usize] }
+    fn flag(&self, flag: SregFlag) -> TrackedBit {
+        TrackedBit { on: self.hot.flags.get(flag), doubt: self.live.flags[flag as usize] }
     }
-    fn set_flag(&mut self, flag: Flag, value: Bit) {
+    fn set_flag(&mut self, flag: SregFlag, value: TrackedBit) {
         self.live.flags[flag as usize] = value.doubt;
     }
-    fn force_flag(&mut self, flag: Flag, _: bool) {
-        self.live.flags[flag as usize] = Doubt::NONE;
+    fn force_flag(&mut self, flag: SregFlag, _: bool) {
+        self.live.flags[flag as usize] = UnknownBits::NONE;
     }
-    fn carry(&self) -> Value {
-        let flag = self.flag(Flag::C);
-        let doubt = flag.doubt.of((flag.doubt.bits != 0).into());
-        Value { byte: flag.on.into(), doubt, stack: false }
+    fn carry(&self) -> TrackedByte {
+        let flag = self.flag(SregFlag::C);
+        let doubt = flag.doubt.with_bits((flag.doubt.bits != 0).into());
+        TrackedByte { byte: flag.on.into(), doubt, from_stack_pointer: false }
     }
-    fn not_zero(&self) -> Value {
-        let flag = self.flag(Flag::Z);
-        let doubt = flag.doubt.of((flag.doubt.bits != 0).into());
-        Value { byte: (!flag.on).into(), doubt, stack: false }
+    fn not_zero(&self) -> TrackedByte {
+        let flag = self.flag(SregFlag::Z);
+        let doubt = flag.doubt.with_bits((flag.doubt.bits != 0).into());
+        TrackedByte { byte: (!flag.on).into(), doubt, from_stack_pointer: false }
     }
-    fn set_c(&mut self, carry: Value) {
-        self.live.flags[Flag::C as usize] = carry.doubt.of(carry.doubt.bits & 0x80);
+    fn set_c(&mut self, carry: TrackedByte) {
+        self.live.flags[SregFlag::C as usize] = carry.doubt.with_bits(carry.doubt.bits & 0x80);
     }
-    fn set_carries(&mut self, carries: Value) {
+    fn set_carries(&mut self, carries: TrackedByte) {
         self.set_c(carries);
-        self.live.flags[Flag::H as usize] = carries.doubt.of(carries.doubt.bits & 0x08);
+        self.live.flags[SregFlag::H as usize] = carries.doubt.with_bits(carries.doubt.bits & 0x08);
     }
-    fn set_z(&mut self, word: Value) {
+    fn set_z(&mut self, word: TrackedByte) {
         use emu_core::machine::WordOps;
-        self.live.flags[Flag::Z as usize] = word.is_zero().doubt;
+        self.live.flags[SregFlag::Z as usize] = word.is_zero().doubt;
     }
-    fn set_nzv(&mut self, n: Value, z: Value, v: Value) {
-        let sign = |value: Value| value.doubt.of(value.doubt.bits & 0x80);
+    fn set_nzv(&mut self, n: TrackedByte, z: TrackedByte, v: TrackedByte) {
+        let sign = |value: TrackedByte| value.doubt.with_bits(value.doubt.bits & 0x80);
         self.set_z(z);
-        self.live.flags[Flag::N as usize] = sign(n);
-        self.live.flags[Flag::V as usize] = sign(v);
-        self.live.flags[Flag::S as usize] = sign(n).or(sign(v));
+        self.live.flags[SregFlag::N as usize] = sign(n);
+        self.live.flags[SregFlag::V as usize] = sign(v);
+        self.live.flags[SregFlag::S as usize] = sign(n).or_else(sign(v));
     }
-    fn load(&mut self, addr: Pair) -> Value {
-        self.live.used(addr.doubt());
-        self.frame();
+    fn load(&mut self, addr: TrackedPair) -> TrackedByte {
+        self.live.report_use(addr.doubt());
+        self.check_frame();
         let addr = addr.number();
-        Value { byte: 0, doubt: self.doubt(addr), stack: matches!(addr, SPL | SPH) }
+        TrackedByte { byte: 0, doubt: self.doubt_at(addr), from_stack_pointer: matches!(addr, SPL | SPH) }
     }
-    fn store(&mut self, addr: Pair, value: Value) {
-        self.live.used(addr.doubt());
-        self.frame();
+    fn store(&mut self, addr: TrackedPair, value: TrackedByte) {
+        self.live.report_use(addr.doubt());
+        self.check_frame();
         let (addr, first) = (addr.number(), self.live.part.chip.ram_start);
-        match self.live.cell(addr) {
+        match self.live.ram_doubt(addr) {
             Some(cell) => *cell = value.doubt,
             // A stack that is anywhere else is told of as what it is.
             None if self.pushes && addr < first => {}
@@ -260,39 +260,39 @@ impl AvrMachine for Shadow<'_> {
             self.live.from_sp &= !(1 << addr);
         }
     }
-    fn io_read(&mut self, a: u8) -> Value {
+    fn io_read(&mut self, a: u8) -> TrackedByte {
         let addr = u16::from(a & 0x3F) + 0x20;
-        Value { byte: 0, doubt: self.doubt(addr), stack: matches!(addr, SPL | SPH) }
+        TrackedByte { byte: 0, doubt: self.doubt_at(addr), from_stack_pointer: matches!(addr, SPL | SPH) }
     }
-    fn io_write(&mut self, a: u8, value: Value) {
+    fn io_write(&mut self, a: u8, value: TrackedByte) {
         self.write(u16::from(a & 0x3F) + 0x20, value, 0xFF);
     }
     fn io_write_bit(&mut self, a: u8, b: u8, on: bool) {
         let mask = 1 << (b & 7);
-        self.write(u16::from(a & 0x1F) + 0x20, Value::known(if on { mask } else { 0 }), mask);
+        self.write(u16::from(a & 0x1F) + 0x20, TrackedByte::known(if on { mask } else { 0 }), mask);
     }
-    fn code_byte(&mut self, addr: Pair) -> Value {
-        self.live.used(addr.doubt());
-        Value::known(0)
+    fn code_byte(&mut self, addr: TrackedPair) -> TrackedByte {
+        self.live.report_use(addr.doubt());
+        TrackedByte::known(0)
     }
-    fn far_code_byte(&mut self, addr: Pair, _: bool) -> Value {
+    fn far_code_byte(&mut self, addr: TrackedPair, _: bool) -> TrackedByte {
         self.code_byte(addr)
     }
     fn store_program(&mut self) {
-        self.live.used(self.live.regs[usize::from(Z)].or(self.live.regs[usize::from(Z) + 1]));
+        self.live.report_use(self.live.regs[usize::from(Z)].or_else(self.live.regs[usize::from(Z) + 1]));
     }
-    fn sp(&self) -> Pair {
-        Pair::known(self.sp)
+    fn sp(&self) -> TrackedPair {
+        TrackedPair::known(self.sp)
     }
-    fn set_sp(&mut self, sp: Pair) {
+    fn set_sp(&mut self, sp: TrackedPair) {
         // Downwards: something was pushed where the stack pointer was.
         if self.pushes {
-            self.stacked(self.sp);
+            self.check_push(self.sp);
         }
         self.sp = sp.number();
     }
-    fn next_pc(&self) -> Pair {
-        Pair::known(0)
+    fn next_pc(&self) -> TrackedPair {
+        TrackedPair::known(0)
     }
     fn sleep(&mut self) {}
     fn clear_watchdog(&mut self) {}

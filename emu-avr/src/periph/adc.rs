@@ -9,8 +9,8 @@ mod kind;
 use emu_core::NEVER;
 use emu_core::state;
 
-pub use self::kind::{Kind, Reg};
-use super::{Device, Outbox};
+pub use self::kind::{AvrAdcKind, AdcRegister};
+use super::{AvrDevice, AvrOutbox};
 
 const ADEN: u8 = 1 << 7;
 const ADSC: u8 = 1 << 6;
@@ -24,13 +24,13 @@ const ACME: u8 = 1 << 6;
 const ADTS: u8 = 7;
 
 /// Cycles from the edge of a trigger to the reset of the prescaler (24.4: three cycles of synchronisation).
-const SYNC: u64 = 3;
+const SYNC_CYCLES: u64 = 3;
 /// Half clocks of a conversion to the sample and to the end (table 24-1); the first one after ADEN comes second.
-const HALVES: [(u64, u64); 2] = [(3, 26), (27, 50)];
+const HALF_CLOCKS: [(u64, u64); 2] = [(3, 26), (27, 50)];
 
 /// A conversion on its way, or one that waits for its first edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Conversion {
+struct AdcConversion {
     /// The edge up to which half clocks have been counted.
     from: u64,
     /// Half clocks from the start to `from`; `None` before the start.
@@ -43,17 +43,17 @@ struct Conversion {
     code: Option<u16>,
 }
 
-state! { Conversion { from, halves, first, admux, code } if |of, _now| of.from != NEVER && of.halves != Some(NEVER) }
+state! { AdcConversion { from, halves, first, admux, code } if |of, _now| of.from != NEVER && of.halves != Some(NEVER) }
 
 /// Cycles of half a period of the converter's clock by ADPS (table 24-5).
-const fn half(adcsra: u8) -> u64 {
+const fn half_period(adcsra: u8) -> u64 {
     1 << (adcsra & ADPS).saturating_sub(1)
 }
 
 /// The converter. Voltages are in millivolts above GND.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Adc {
-    kind: Kind,
+pub struct AvrAdc {
+    kind: AvrAdcKind,
     /// ADC0 to ADC7 and the temperature sensor.
     levels: [u32; 9],
     aref: u32,
@@ -70,7 +70,7 @@ pub struct Adc {
     fresh: bool,
     /// The edge at which the prescaler was zero.
     origin: u64,
-    conversion: Option<Conversion>,
+    conversion: Option<AdcConversion>,
     /// The edge at which ADIF was set last.
     flagged: u64,
     /// The flags of the trigger sources as told, bit `n` for ADTS = `n`.
@@ -80,16 +80,16 @@ pub struct Adc {
 }
 
 state! {
-    Adc {
+    AvrAdc {
         levels, aref, avcc, admux, adcsra, adcsrb, didr0, data, locked, fresh, origin, conversion, flagged, sources, stopped,
     } stays { kind } if |adc, _now| adc.origin != NEVER && adc.stopped != Some(NEVER)
 }
 
-impl Adc {
+impl AvrAdc {
     /// The converter after power-on: AVCC and AREF at 5 V, all pins at 0 V, the temperature sensor at 25 °C (314 mV, table 24-2).
     #[must_use]
-    pub fn new(kind: Kind) -> Adc {
-        Adc {
+    pub fn new(kind: AvrAdcKind) -> AvrAdc {
+        AvrAdc {
             kind,
             levels: [0, 0, 0, 0, 0, 0, 0, 0, 314],
             aref: 5_000,
@@ -131,7 +131,7 @@ impl Adc {
 
     /// The trigger source whose flag the converter follows: ADTS, while ADEN and ADATE are set and ADTS is not 0 (table 24-6).
     #[must_use]
-    pub fn listens(&self) -> Option<u8> {
+    pub fn listened_trigger(&self) -> Option<u8> {
         (self.adcsra & (ADEN | ADATE) == ADEN | ADATE && self.source() != 0).then_some(self.source())
     }
 
@@ -142,16 +142,16 @@ impl Adc {
         let bit = 1u8.checked_shl(source.into()).unwrap_or(0);
         let rises = set && self.sources & bit == 0;
         self.sources = if set { self.sources | bit } else { self.sources & !bit };
-        if rises && self.listens() == Some(source) {
-            self.triggered(t);
+        if rises && self.listened_trigger() == Some(source) {
+            self.start_triggered(t);
         }
     }
 
     /// Idle or ADC noise reduction sleep is entered at the edge `t`: a conversion starts if the converter is on and none is
     /// under way (10.3, 10.4).
-    pub fn halted(&mut self, t: u64) {
+    pub fn on_core_halted(&mut self, t: u64) {
         self.advance(t);
-        self.start(self.local(t));
+        self.start_conversion(self.to_adc_time(t));
     }
 
     /// The channel that the comparator has in place of AIN1: ACME set, ADEN clear (table 23-1).
@@ -173,7 +173,7 @@ impl Adc {
     }
 
     /// The time of the part at the edge `t`: it stands still with the clock.
-    fn local(&self, t: u64) -> u64 {
+    fn to_adc_time(&self, t: u64) -> u64 {
         self.stopped.unwrap_or(t)
     }
 
@@ -193,13 +193,13 @@ impl Adc {
         }
     }
 
-    fn half(&self) -> u64 {
-        half(self.adcsra)
+    fn half_period(&self) -> u64 {
+        half_period(self.adcsra)
     }
 
     /// Edges of the converter's clock, of both directions, from the origin up to `t`; odd ones rise.
     fn edges(&self, t: u64) -> u64 {
-        t.saturating_sub(self.origin) / self.half()
+        t.saturating_sub(self.origin) / self.half_period()
     }
 
     /// When the clock will have made `n` more edges after `from`.
@@ -208,19 +208,19 @@ impl Adc {
             return from;
         }
         let edges = self.edges(from).saturating_add(n);
-        self.origin.saturating_add(edges.saturating_mul(self.half()))
+        self.origin.saturating_add(edges.saturating_mul(self.half_period()))
     }
 
     /// The first rising edge after `from`.
-    fn rise(&self, from: u64) -> u64 {
+    fn next_rising_edge(&self, from: u64) -> u64 {
         self.after(from, 1 + self.edges(from) % 2)
     }
 
     /// When the next step of the conversion comes: its start, its sample or its end.
-    fn step_at(&self, conversion: &Conversion) -> u64 {
-        let (sample, end) = HALVES[usize::from(conversion.first)];
+    fn step_at(&self, conversion: &AdcConversion) -> u64 {
+        let (sample, end) = HALF_CLOCKS[usize::from(conversion.first)];
         match conversion.halves {
-            None => self.rise(conversion.from),
+            None => self.next_rising_edge(conversion.from),
             Some(halves) => {
                 let target = if conversion.code.is_none() { sample } else { end };
                 self.after(conversion.from, target.saturating_sub(halves))
@@ -232,10 +232,10 @@ impl Adc {
     fn end_at(&self) -> u64 {
         match (&self.conversion, self.stopped) {
             (Some(conversion), None) => {
-                let end = HALVES[usize::from(conversion.first)].1;
+                let end = HALF_CLOCKS[usize::from(conversion.first)].1;
                 match conversion.halves {
                     Some(halves) => self.after(conversion.from, end.saturating_sub(halves)),
-                    None => self.after(self.rise(conversion.from), end),
+                    None => self.after(self.next_rising_edge(conversion.from), end),
                 }
             }
             _ => NEVER,
@@ -244,7 +244,7 @@ impl Adc {
 
     /// Does everything due at or before `t`.
     fn advance(&mut self, t: u64) {
-        let now = self.local(t);
+        let now = self.to_adc_time(t);
         while let Some(mut conversion) = self.conversion {
             let at = self.step_at(&conversion);
             if at > now {
@@ -272,9 +272,9 @@ impl Adc {
         }
         self.adcsra |= ADIF;
         self.conversion = self.free_running().then(|| {
-            let period = HALVES[0].1 * self.half();
+            let period = HALF_CLOCKS[0].1 * self.half_period();
             let skip = (now.saturating_sub(at) / period).saturating_sub(1);
-            Conversion {
+            AdcConversion {
                 from: at.saturating_add(skip.saturating_mul(period)),
                 halves: Some(0),
                 first: false,
@@ -310,26 +310,26 @@ impl Adc {
     }
 
     /// Asks for a conversion at the local time `t`, if the converter is on and idle.
-    fn start(&mut self, t: u64) {
+    fn start_conversion(&mut self, t: u64) {
         if self.enabled() && self.conversion.is_none() {
             let first = std::mem::take(&mut self.fresh);
-            self.conversion = Some(Conversion { from: t, halves: None, first, admux: 0, code: None });
+            self.conversion = Some(AdcConversion { from: t, halves: None, first, admux: 0, code: None });
         }
     }
 
     /// The trigger signal has risen at the edge `t`.
-    fn triggered(&mut self, t: u64) {
+    fn start_triggered(&mut self, t: u64) {
         if self.enabled() && self.conversion.is_none() {
-            self.origin = self.local(t).saturating_add(SYNC);
-            self.start(self.origin);
+            self.origin = self.to_adc_time(t).saturating_add(SYNC_CYCLES);
+            self.start_conversion(self.origin);
         }
     }
 
     /// Counts what the clock has done until `t`, changes ADPS and counts the edge that this makes if the taps differ.
     fn switch_clock(&mut self, adcsra: u8, t: u64) {
-        let local = self.local(t);
+        let local = self.to_adc_time(t);
         let (edges, level) = (self.edges(local), self.edges(local) % 2);
-        self.conversion = self.conversion.map(|conversion| Conversion {
+        self.conversion = self.conversion.map(|conversion| AdcConversion {
             from: local,
             halves: conversion.halves.map(|halves| halves + edges.saturating_sub(self.edges(conversion.from))),
             ..conversion
@@ -348,7 +348,7 @@ impl Adc {
     }
 
     fn write_adcsra(&mut self, value: u8, mask: u8, t: u64) {
-        let local = self.local(t);
+        let local = self.to_adc_time(t);
         let kept = mask & (ADEN | ADATE | ADIE | ADPS);
         let new = self.adcsra & !kept | value & kept;
         let was_on = self.enabled();
@@ -358,7 +358,7 @@ impl Adc {
         } else if !was_on {
             self.adcsra = new;
             (self.origin, self.fresh) = (local, true);
-        } else if half(new) != half(self.adcsra) {
+        } else if half_period(new) != half_period(self.adcsra) {
             self.switch_clock(new, t);
         } else {
             self.adcsra = new;
@@ -367,101 +367,101 @@ impl Adc {
             self.adcsra &= !ADIF;
         }
         if value & mask & ADSC != 0 {
-            self.start(local);
+            self.start_conversion(local);
         }
     }
 
-    fn shown(&self, reg: Reg) -> u8 {
+    fn register_value(&self, reg: AdcRegister) -> u8 {
         let [high, low] = (if self.admux & ADLAR != 0 { self.data << 6 } else { self.data }).to_be_bytes();
         match reg {
-            Reg::ADMUX => self.admux,
-            Reg::ADCSRA => self.adcsra | if self.conversion.is_some() { ADSC } else { 0 },
-            Reg::ADCSRB => self.adcsrb,
-            Reg::ADCL => low,
-            Reg::ADCH => high,
-            Reg::DIDR0 => self.didr0,
+            AdcRegister::ADMUX => self.admux,
+            AdcRegister::ADCSRA => self.adcsra | if self.conversion.is_some() { ADSC } else { 0 },
+            AdcRegister::ADCSRB => self.adcsrb,
+            AdcRegister::ADCL => low,
+            AdcRegister::ADCH => high,
+            AdcRegister::DIDR0 => self.didr0,
         }
     }
 
     /// As it is at `t`, after everything due.
-    fn at(&self, t: u64) -> Adc {
+    fn advanced_to(&self, t: u64) -> AvrAdc {
         let mut adc = self.clone();
         adc.advance(t);
         adc
     }
 }
 
-impl Device for Adc {
-    type Reg = Reg;
+impl AvrDevice for AvrAdc {
+    type Reg = AdcRegister;
 
-    fn run(&mut self, t: u64, _out: &mut Outbox) {
+    fn run_due(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.advance(t);
     }
 
-    fn next(&self) -> u64 {
+    fn next_cycle(&self) -> u64 {
         if self.adcsra & (ADIE | ADIF) == ADIE { self.end_at() } else { NEVER }
     }
 
     /// Interrupt 0: conversion complete.
-    fn requests(&self) -> u8 {
+    fn interrupt_requests(&self) -> u8 {
         u8::from(self.adcsra & (ADIE | ADIF) == ADIE | ADIF)
     }
 
-    fn taken(&mut self, irq: u8, t: u64, _out: &mut Outbox) {
+    fn on_interrupt_taken(&mut self, irq: u8, t: u64, _out: &mut AvrOutbox) {
         self.advance(t);
         if irq == 0 {
             self.adcsra &= !ADIF;
         }
     }
 
-    fn read(&mut self, reg: Reg, t: u64, _out: &mut Outbox) -> u8 {
+    fn read(&mut self, reg: AdcRegister, t: u64, _out: &mut AvrOutbox) -> u8 {
         self.advance(t);
         match reg {
-            Reg::ADCL => self.locked = true,
-            Reg::ADCH => self.locked = false,
+            AdcRegister::ADCL => self.locked = true,
+            AdcRegister::ADCH => self.locked = false,
             _ => {}
         }
-        self.shown(reg)
+        self.register_value(reg)
     }
 
-    fn peek(&self, reg: Reg, t: u64) -> u8 {
+    fn peek(&self, reg: AdcRegister, t: u64) -> u8 {
         match &self.conversion {
-            Some(conversion) if self.step_at(conversion) <= self.local(t) => self.at(t).shown(reg),
-            _ => self.shown(reg),
+            Some(conversion) if self.step_at(conversion) <= self.to_adc_time(t) => self.advanced_to(t).register_value(reg),
+            _ => self.register_value(reg),
         }
     }
 
-    fn write(&mut self, reg: Reg, value: u8, mask: u8, t: u64, _out: &mut Outbox) {
+    fn write(&mut self, reg: AdcRegister, value: u8, mask: u8, t: u64, _out: &mut AvrOutbox) {
         self.advance(t);
         let merge = |old: u8, bits: u8| old & !(mask & bits) | value & mask & bits;
         match reg {
-            Reg::ADMUX => self.admux = merge(self.admux, 0xE0 | self.kind.mux),
-            Reg::ADCSRA => self.write_adcsra(value, mask, t),
-            Reg::ADCSRB => {
+            AdcRegister::ADMUX => self.admux = merge(self.admux, 0xE0 | self.kind.mux),
+            AdcRegister::ADCSRA => self.write_adcsra(value, mask, t),
+            AdcRegister::ADCSRB => {
                 let before = self.source_level();
                 self.adcsrb = merge(self.adcsrb, if self.kind.triggers { ACME | ADTS } else { ACME });
                 // The signal rises by the switch from one source to another (24.9.4).
-                if !before && self.source_level() && self.listens().is_some() {
-                    self.triggered(t);
+                if !before && self.source_level() && self.listened_trigger().is_some() {
+                    self.start_triggered(t);
                 }
             }
-            Reg::DIDR0 => self.didr0 = merge(self.didr0, self.kind.didr0),
-            Reg::ADCL | Reg::ADCH => {}
+            AdcRegister::DIDR0 => self.didr0 = merge(self.didr0, self.kind.didr0),
+            AdcRegister::ADCL | AdcRegister::ADCH => {}
         }
     }
 
-    fn reset(&mut self, t: u64, _out: &mut Outbox) {
+    fn reset(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.advance(t);
-        let Adc { kind, levels, aref, avcc, sources, .. } = *self;
-        *self = Adc { levels, aref, avcc, sources, ..Adc::new(kind) };
+        let AvrAdc { kind, levels, aref, avcc, sources, .. } = *self;
+        *self = AvrAdc { levels, aref, avcc, sources, ..AvrAdc::new(kind) };
     }
 
-    fn sleep(&mut self, t: u64, _out: &mut Outbox) {
+    fn stop_clock(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.advance(t);
-        self.stopped = Some(self.local(t));
+        self.stopped = Some(self.to_adc_time(t));
     }
 
-    fn wake(&mut self, t: u64, _out: &mut Outbox) {
+    fn restart_clock(&mut self, t: u64, _out: &mut AvrOutbox) {
         let Some(stopped) = self.stopped.take() else { return };
         let slept = t.saturating_sub(stopped);
         self.origin = self.origin.saturating_add(slept);
@@ -470,26 +470,26 @@ impl Device for Adc {
         }
     }
 
-    fn steady(&self, reg: Reg, t: u64) -> u64 {
-        let now = self.at(t);
+    fn steady_until(&self, reg: AdcRegister, t: u64) -> u64 {
+        let now = self.advanced_to(t);
         match reg {
             // A read that turns the lock is one with a side effect.
-            Reg::ADCL => {
+            AdcRegister::ADCL => {
                 if now.locked {
                     NEVER
                 } else {
                     t
                 }
             }
-            Reg::ADCH => {
+            AdcRegister::ADCH => {
                 if now.locked {
                     t
                 } else {
                     now.end_at()
                 }
             }
-            Reg::ADCSRA if now.free_running() && now.adcsra & ADIF != 0 => NEVER,
-            Reg::ADCSRA => now.end_at(),
+            AdcRegister::ADCSRA if now.free_running() && now.adcsra & ADIF != 0 => NEVER,
+            AdcRegister::ADCSRA => now.end_at(),
             _ => NEVER,
         }
     }

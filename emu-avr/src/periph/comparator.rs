@@ -7,20 +7,20 @@
 use emu_core::NEVER;
 use emu_core::state;
 
-use super::span::Span;
-use super::{Device, Drive, Line, Outbox, Signal};
+use super::real_time_delay::RealTimeDelay;
+use super::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
 
 /// The registers.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reg {
+pub enum ComparatorRegister {
     ACSR,
     DIDR1,
 }
 
 /// An input of the comparator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Input {
+pub enum ComparatorInput {
     /// The positive input.
     Ain0,
     /// The negative input.
@@ -40,23 +40,23 @@ const ACIS: u8 = 3;
 const DIDR1: u8 = 3;
 
 /// Cycles from a change of the output to that of ACO.
-const SYNC: u64 = 2;
+const SYNC_CYCLES: u64 = 2;
 /// Typical start-up time of the bandgap reference (29, system and reset characteristics), in microseconds.
 const BANDGAP_US: u32 = 40;
 
 /// A change of the output on its way to ACO.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Change {
+struct OutputChange {
     /// The edge at which ACO takes it, in the time of the part.
     at: u64,
     high: bool,
 }
 
-state! { Change { at, high } }
+state! { OutputChange { at, high } }
 
 /// The comparator. Voltages are in millivolts above GND.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Comparator {
+pub struct AvrComparator {
     /// AIN0, AIN1, ADC0 to ADC7.
     levels: [u32; 10],
     /// The channel in place of AIN1.
@@ -66,7 +66,7 @@ pub struct Comparator {
     /// The reference is kept on by others (brown-out detector, converter).
     kept: bool,
     /// The start of the reference, while it is on.
-    start_up: Option<Span>,
+    start_up: Option<RealTimeDelay>,
     /// ACSR without ACO.
     acsr: u8,
     didr1: u8,
@@ -74,7 +74,7 @@ pub struct Comparator {
     output: bool,
     aco: bool,
     /// Changes that ACO has not taken, the older one first; there cannot be more, as each cycle has one.
-    changes: [Option<Change>; 2],
+    changes: [Option<OutputChange>; 2],
     /// The edge at which ACI was set last.
     flagged: u64,
     /// When the clock of the part was stopped.
@@ -82,17 +82,17 @@ pub struct Comparator {
 }
 
 state! {
-    Comparator {
+    AvrComparator {
         levels, channel, hz, kept, start_up, acsr, didr1, output, aco, changes, flagged, stopped,
     } stays { bandgap_mv } if |of, _now| of.hz != NEVER && of.stopped != Some(NEVER)
 }
 
-impl Comparator {
+impl AvrComparator {
     /// The comparator after power-on at cycle 0: all inputs at 0 V, a bandgap reference of `bandgap_mv` millivolts (1,100 on
     /// ATmega48 to 328), `hz` cycles to a second.
     #[must_use]
-    pub fn new(bandgap_mv: u32, hz: u64) -> Comparator {
-        Comparator {
+    pub fn new(bandgap_mv: u32, hz: u64) -> AvrComparator {
+        AvrComparator {
             levels: [0; 10],
             channel: None,
             bandgap_mv,
@@ -110,9 +110,9 @@ impl Comparator {
     }
 
     /// The level of an input from the edge `t` on; channels that do not exist are ignored.
-    pub fn set_millivolts(&mut self, input: Input, millivolts: u32, t: u64, out: &mut Outbox) {
-        self.run(t, out);
-        if let Some(level) = self.levels.get_mut(place(input)) {
+    pub fn set_millivolts(&mut self, input: ComparatorInput, millivolts: u32, t: u64, out: &mut AvrOutbox) {
+        self.run_due(t, out);
+        if let Some(level) = self.levels.get_mut(input_index(input)) {
             *level = millivolts;
         }
         self.compare(t, out);
@@ -120,16 +120,16 @@ impl Comparator {
 
     /// The channel of the converter that is compared in place of AIN1 from the edge `t` on, as
     /// [`Adc::comparator_channel`](super::adc::Adc::comparator_channel) says.
-    pub fn select(&mut self, channel: Option<u8>, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    pub fn select(&mut self, channel: Option<u8>, t: u64, out: &mut AvrOutbox) {
+        self.run_due(t, out);
         self.channel = channel;
         self.compare(t, out);
     }
 
     /// Whether others than ACBG (the brown-out detector, the converter while ADEN is set) keep the bandgap reference on, from the
     /// edge `t` on (11.7.1).
-    pub fn keep_reference(&mut self, on: bool, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    pub fn hold_reference_on(&mut self, on: bool, t: u64, out: &mut AvrOutbox) {
+        self.run_due(t, out);
         self.kept = on;
         self.power_reference(t);
         self.compare(t, out);
@@ -147,7 +147,7 @@ impl Comparator {
         self.didr1
     }
 
-    fn local(&self, t: u64) -> u64 {
+    fn to_io_time(&self, t: u64) -> u64 {
         self.stopped.unwrap_or(t)
     }
 
@@ -156,12 +156,12 @@ impl Comparator {
         if !self.kept && self.acsr & ACBG == 0 {
             self.start_up = None;
         } else if self.start_up.is_none() {
-            self.start_up = Some(Span::new(BANDGAP_US, self.hz, t));
+            self.start_up = Some(RealTimeDelay::new(BANDGAP_US, self.hz, t));
         }
     }
 
     /// The edge from which the reference gives its voltage; `NEVER` while it is off.
-    fn ready(&self) -> u64 {
+    fn reference_ready_cycle(&self) -> u64 {
         self.start_up.map_or(NEVER, |span| span.end())
     }
 
@@ -169,39 +169,39 @@ impl Comparator {
     /// the comparator is off.
     fn output_at(&self, t: u64) -> bool {
         let positive = match self.acsr & ACBG != 0 {
-            true if self.ready() <= t => self.bandgap_mv,
+            true if self.reference_ready_cycle() <= t => self.bandgap_mv,
             true => 0,
             false => self.levels[0],
         };
-        let negative = self.levels[place(self.channel.map_or(Input::Ain1, Input::Adc)).min(9)];
+        let negative = self.levels[input_index(self.channel.map_or(ComparatorInput::Ain1, ComparatorInput::Adc)).min(9)];
         self.acsr & ACD == 0 && positive > negative
     }
 
     /// Finds the output at the edge `t`, after something has changed: the change goes on to ACO, and to timer 1 with ACIC.
-    fn compare(&mut self, t: u64, out: &mut Outbox) {
+    fn compare(&mut self, t: u64, out: &mut AvrOutbox) {
         let high = self.output_at(t);
         if high == self.output {
             return;
         }
         self.output = high;
-        let change = Some(Change { at: self.local(t).saturating_add(SYNC), high });
+        let change = Some(OutputChange { at: self.to_io_time(t).saturating_add(SYNC_CYCLES), high });
         match &mut self.changes {
             // The last one of a cycle counts.
             [_, second @ Some(_)] => *second = change,
             [Some(first), second] if Some(first.at) != change.map(|c| c.at) => *second = change,
             [first, _] => *first = change,
         }
-        self.drive(t, out);
+        self.drive_capture_line(t, out);
     }
 
-    fn drive(&self, t: u64, out: &mut Outbox) {
+    fn drive_capture_line(&self, t: u64, out: &mut AvrOutbox) {
         if self.acsr & ACIC != 0 {
-            out.push(Signal::Drive { t, line: Line::Icp, drive: Drive::Value(self.output) });
+            out.push(AvrSignal::Drive { t, line: AvrLine::Icp, drive: AvrDrive::Value(self.output) });
         }
     }
 
     /// ACO takes the changes that are due at `t`, a time of the part.
-    fn synchronise(&mut self, t: u64, out: &mut Outbox) {
+    fn synchronise(&mut self, t: u64, out: &mut AvrOutbox) {
         while let [Some(change), next] = self.changes {
             if change.at > t {
                 break;
@@ -209,7 +209,7 @@ impl Comparator {
             self.changes = [next, None];
             if self.sets_flag(change.high) {
                 if self.acsr & ACI == 0 {
-                    out.push(Signal::Flag { t: change.at, irq: 0 });
+                    out.push(AvrSignal::Flag { t: change.at, irq: 0 });
                 }
                 self.acsr |= ACI;
                 self.flagged = change.at;
@@ -238,68 +238,68 @@ impl Comparator {
     }
 
     /// When the reference comes up, if that is to come and matters.
-    fn reference_comes(&self) -> u64 {
-        let ready = self.ready();
+    fn reference_ready_event(&self) -> u64 {
+        let ready = self.reference_ready_cycle();
         if self.acsr & (ACBG | ACD) == ACBG && self.output != self.output_at(ready) { ready } else { NEVER }
     }
 
-    fn shown(&self, reg: Reg) -> u8 {
+    fn register_value(&self, reg: ComparatorRegister) -> u8 {
         match reg {
-            Reg::ACSR => self.acsr | if self.aco { ACO } else { 0 },
-            Reg::DIDR1 => self.didr1,
+            ComparatorRegister::ACSR => self.acsr | if self.aco { ACO } else { 0 },
+            ComparatorRegister::DIDR1 => self.didr1,
         }
     }
 }
 
 /// The place of an input among the levels; outside of them for channels that do not exist.
-fn place(input: Input) -> usize {
+fn input_index(input: ComparatorInput) -> usize {
     match input {
-        Input::Ain0 => 0,
-        Input::Ain1 => 1,
-        Input::Adc(channel) => usize::from(channel) + 2,
+        ComparatorInput::Ain0 => 0,
+        ComparatorInput::Ain1 => 1,
+        ComparatorInput::Adc(channel) => usize::from(channel) + 2,
     }
 }
 
-impl Device for Comparator {
-    type Reg = Reg;
+impl AvrDevice for AvrComparator {
+    type Reg = ComparatorRegister;
 
-    fn run(&mut self, t: u64, out: &mut Outbox) {
-        if self.reference_comes() <= t {
-            let ready = self.ready();
-            self.synchronise(self.local(ready), out);
+    fn run_due(&mut self, t: u64, out: &mut AvrOutbox) {
+        if self.reference_ready_event() <= t {
+            let ready = self.reference_ready_cycle();
+            self.synchronise(self.to_io_time(ready), out);
             self.compare(ready, out);
         }
-        self.synchronise(self.local(t), out);
+        self.synchronise(self.to_io_time(t), out);
     }
 
-    fn next(&self) -> u64 {
-        self.aco_changes().min(self.reference_comes())
+    fn next_cycle(&self) -> u64 {
+        self.aco_changes().min(self.reference_ready_event())
     }
 
     /// Interrupt 0: analog comparator.
-    fn requests(&self) -> u8 {
+    fn interrupt_requests(&self) -> u8 {
         u8::from(self.acsr & (ACI | ACIE) == ACI | ACIE)
     }
 
-    fn taken(&mut self, irq: u8, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn on_interrupt_taken(&mut self, irq: u8, t: u64, out: &mut AvrOutbox) {
+        self.run_due(t, out);
         if irq == 0 {
             self.acsr &= !ACI;
         }
     }
 
-    fn peek(&self, reg: Reg, t: u64) -> u8 {
-        if self.next() > t {
-            return self.shown(reg);
+    fn peek(&self, reg: ComparatorRegister, t: u64) -> u8 {
+        if self.next_cycle() > t {
+            return self.register_value(reg);
         }
         let mut comparator = self.clone();
-        comparator.run(t, &mut Outbox::new());
-        comparator.shown(reg)
+        comparator.run_due(t, &mut AvrOutbox::new());
+        comparator.register_value(reg)
     }
 
-    fn write(&mut self, reg: Reg, value: u8, mask: u8, t: u64, out: &mut Outbox) {
-        self.run(t, out);
-        if reg == Reg::DIDR1 {
+    fn write(&mut self, reg: ComparatorRegister, value: u8, mask: u8, t: u64, out: &mut AvrOutbox) {
+        self.run_due(t, out);
+        if reg == ComparatorRegister::DIDR1 {
             let bits = mask & DIDR1;
             self.didr1 = self.didr1 & !bits | value & bits;
             return;
@@ -314,31 +314,31 @@ impl Device for Comparator {
         self.power_reference(t);
         self.compare(t, out);
         match (before & ACIC != 0, self.acsr & ACIC != 0) {
-            (false, true) => out.push(Signal::Drive { t, line: Line::Icp, drive: Drive::Value(self.output) }),
-            (true, false) => out.push(Signal::Drive { t, line: Line::Icp, drive: Drive::Port }),
+            (false, true) => out.push(AvrSignal::Drive { t, line: AvrLine::Icp, drive: AvrDrive::Value(self.output) }),
+            (true, false) => out.push(AvrSignal::Drive { t, line: AvrLine::Icp, drive: AvrDrive::Port }),
             _ => {}
         }
     }
 
     /// The control bits and ACI are cleared; the way from the inputs to ACO goes on.
-    fn reset(&mut self, t: u64, out: &mut Outbox) {
-        self.wake(t, out);
-        self.run(t, out);
+    fn reset(&mut self, t: u64, out: &mut AvrOutbox) {
+        self.restart_clock(t, out);
+        self.run_due(t, out);
         if self.acsr & ACIC != 0 {
-            out.push(Signal::Drive { t, line: Line::Icp, drive: Drive::Port });
+            out.push(AvrSignal::Drive { t, line: AvrLine::Icp, drive: AvrDrive::Port });
         }
         (self.acsr, self.didr1, self.channel) = (0, 0, None);
         self.power_reference(t);
         self.compare(t, out);
     }
 
-    fn sleep(&mut self, t: u64, out: &mut Outbox) {
-        self.run(t, out);
-        self.stopped = Some(self.local(t));
+    fn stop_clock(&mut self, t: u64, out: &mut AvrOutbox) {
+        self.run_due(t, out);
+        self.stopped = Some(self.to_io_time(t));
     }
 
-    fn wake(&mut self, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn restart_clock(&mut self, t: u64, out: &mut AvrOutbox) {
+        self.run_due(t, out);
         let Some(stopped) = self.stopped.take() else { return };
         let slept = t.saturating_sub(stopped);
         for change in self.changes.iter_mut().flatten() {
@@ -346,18 +346,18 @@ impl Device for Comparator {
         }
     }
 
-    fn rate(&mut self, hz: u64, t: u64) {
+    fn set_clock_hz(&mut self, hz: u64, t: u64) {
         if let Some(span) = &mut self.start_up {
-            span.rate(hz, t);
+            span.set_clock_hz(hz, t);
         }
         self.hz = hz;
     }
 
-    fn steady(&self, reg: Reg, t: u64) -> u64 {
+    fn steady_until(&self, reg: ComparatorRegister, t: u64) -> u64 {
         let change = match reg {
-            Reg::DIDR1 => NEVER,
+            ComparatorRegister::DIDR1 => NEVER,
             // A change of the output is seen two cycles later at the soonest.
-            Reg::ACSR => self.next(),
+            ComparatorRegister::ACSR => self.next_cycle(),
         };
         change.max(t)
     }

@@ -5,11 +5,11 @@ use emu_core::state;
 
 /// Cycles from the change of a pin to the edge of the clock at which what listens to it acts: one flip-flop that samples, one
 /// behind it to compare with (section 20.3.2 gives two clocks for XCK; that it is the same for the other pins is a decision).
-const DELAY: u64 = 2;
+const SYNC_DELAY: u64 = 2;
 
 /// A pin behind two flip-flops in a row. They take the pin as it was in the cycle before the edge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Edges {
+pub(super) struct SynchronizedPin {
     /// The pin.
     high: bool,
     /// The second flip-flop.
@@ -18,21 +18,21 @@ pub(super) struct Edges {
     due: [u64; 2],
 }
 
-state! { Edges { high, seen, due } if |edges, _now| edges.due[0] <= edges.due[1] }
+state! { SynchronizedPin { high, seen, due } if |edges, _now| edges.due[0] <= edges.due[1] }
 
-impl Edges {
+impl SynchronizedPin {
     /// A pin that has been so for long.
-    pub(super) const fn new(high: bool) -> Edges {
-        Edges { high, seen: high, due: [NEVER; 2] }
+    pub(super) const fn new(high: bool) -> SynchronizedPin {
+        SynchronizedPin { high, seen: high, due: [NEVER; 2] }
     }
 
     /// The pin itself.
-    pub(super) const fn pin(&self) -> bool {
+    pub(super) const fn pin_level(&self) -> bool {
         self.high
     }
 
     /// The pin as the last flip-flop has it.
-    pub(super) const fn seen(&self) -> bool {
+    pub(super) const fn synchronized_level(&self) -> bool {
         self.seen
     }
 
@@ -46,7 +46,7 @@ impl Edges {
         if std::mem::replace(&mut self.high, high) == high {
             return;
         }
-        let due = t.saturating_add(DELAY);
+        let due = t.saturating_add(SYNC_DELAY);
         // Of two changes in one cycle nothing is seen.
         match self.due.iter().position(|&at| at == due || at == NEVER) {
             Some(place) => self.due[place] = if self.due[place] == due { NEVER } else { due },
@@ -55,7 +55,7 @@ impl Edges {
     }
 
     /// The pin changes while the clock stands.
-    pub(super) fn change_asleep(&mut self, high: bool) {
+    pub(super) fn set_level_while_stopped(&mut self, high: bool) {
         self.high = high;
     }
 
@@ -80,7 +80,7 @@ impl Edges {
         let mut sampled = self.seen;
         for due in &mut self.due {
             // A change at `from` or later has not been sampled before the clock stood.
-            if *due < from.saturating_add(DELAY) {
+            if *due < from.saturating_add(SYNC_DELAY) {
                 *due = due.saturating_add(to.saturating_sub(from));
                 sampled = !sampled;
             } else {

@@ -8,13 +8,13 @@ use std::sync::Arc;
 
 use emu_core::NEVER;
 
-use super::span::Span;
-use super::{Device, Outbox, Signal};
+use super::real_time_delay::RealTimeDelay;
+use super::{AvrDevice, AvrOutbox, AvrSignal};
 
 /// The registers.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reg {
+pub enum EepromRegister {
     EEARL,
     EEARH,
     EEDR,
@@ -29,15 +29,15 @@ const EEPE: u8 = 1 << 1;
 const EERE: u8 = 1;
 
 /// Cycles for which EEMPE stays set.
-const WINDOW: u64 = 4;
+const UNLOCK_CYCLES: u64 = 4;
 /// Cycles for which the core stands still after EEPE.
-const HALT_WRITE: u64 = 2;
+const WRITE_HALT_CYCLES: u64 = 2;
 /// Cycles for which it does after EERE.
-const HALT_READ: u64 = 4;
+const READ_HALT_CYCLES: u64 = 4;
 
 /// What differs between the EEPROMs of the family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Kind {
+pub struct AvrEepromKind {
     /// There are EEPM1 and EEPM0.
     pub modes: bool,
     /// Microseconds that erasing and writing a byte takes.
@@ -46,17 +46,17 @@ pub struct Kind {
     pub half_us: u32,
 }
 
-impl Kind {
+impl AvrEepromKind {
     /// ATmega48, 88, 168, 328 and their relatives (table 8-1).
-    pub const MEGA48: Kind = Kind { modes: true, both_us: 3_400, half_us: 1_800 };
+    pub const MEGA48: AvrEepromKind = AvrEepromKind { modes: true, both_us: 3_400, half_us: 1_800 };
     /// ATmega8, 16, 32, 64, 128 and 162: 8,448 periods of the 1 MHz oscillator (Atmel 2486, EEPROM programming time).
-    pub const MEGA8: Kind = Kind { modes: false, both_us: 8_448, half_us: 0 };
+    pub const MEGA8: AvrEepromKind = AvrEepromKind { modes: false, both_us: 8_448, half_us: 0 };
 }
 
 /// A write that goes on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Job {
-    span: Span,
+struct WriteOperation {
+    span: RealTimeDelay,
     addr: u16,
     /// The bits of the old content that stay.
     keep: u8,
@@ -64,12 +64,12 @@ struct Job {
     data: u8,
 }
 
-state! { Job { span, addr, keep, data } }
+state! { WriteOperation { span, addr, keep, data } }
 
 /// The EEPROM. Its content is shared by clones until it changes.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Eeprom {
-    kind: Kind,
+pub struct AvrEeprom {
+    kind: AvrEepromKind,
     cells: Arc<Vec<u8>>,
     hz: u64,
     addr: u16,
@@ -78,18 +78,18 @@ pub struct Eeprom {
     control: u8,
     /// The edge at which EEMPE is cleared; it is set before that. 0 where it is not.
     window: u64,
-    job: Option<Job>,
+    job: Option<WriteOperation>,
     /// The edge up to which program memory is being written.
     blocked: u64,
 }
 
-state! { Eeprom { cells, hz, addr, data, control, window, job, blocked } stays { kind } if |eeprom, _now| eeprom.hz != NEVER }
+state! { AvrEeprom { cells, hz, addr, data, control, window, job, blocked } stays { kind } if |eeprom, _now| eeprom.hz != NEVER }
 
-impl Eeprom {
+impl AvrEeprom {
     /// The EEPROM after power-on with this content, of up to 64 KB; `hz` cycles to a second.
     #[must_use]
-    pub fn new(kind: Kind, cells: Arc<Vec<u8>>, hz: u64) -> Eeprom {
-        Eeprom { kind, cells, hz, addr: 0, data: 0, control: 0, window: 0, job: None, blocked: 0 }
+    pub fn new(kind: AvrEepromKind, cells: Arc<Vec<u8>>, hz: u64) -> AvrEeprom {
+        AvrEeprom { kind, cells, hz, addr: 0, data: 0, control: 0, window: 0, job: None, blocked: 0 }
     }
 
     /// What the cells hold, after everything that was run.
@@ -161,40 +161,40 @@ impl Eeprom {
             0x20 => (self.data, 0, self.kind.half_us),
             _ => (0xFF, 0, self.kind.half_us),
         };
-        self.job = Some(Job { span: Span::new(us, self.hz, t), addr: self.addr, keep, data });
+        self.job = Some(WriteOperation { span: RealTimeDelay::new(us, self.hz, t), addr: self.addr, keep, data });
     }
 
-    fn write_eecr(&mut self, value: u8, mask: u8, t: u64, out: &mut Outbox) {
+    fn write_eecr(&mut self, value: u8, mask: u8, t: u64, out: &mut AvrOutbox) {
         let ones = value & mask;
         let open = self.window != 0 && t <= self.window;
         // EEPM is taken before EEPE acts, and not at all during a write.
         let bits = mask & EERIE | if self.kind.modes && self.job.is_none() { mask & EEPM } else { 0 };
         self.control = self.control & !bits | value & bits;
         if mask & EEMPE != 0 {
-            self.window = if ones & EEMPE != 0 { t.saturating_add(WINDOW) } else { 0 };
+            self.window = if ones & EEMPE != 0 { t.saturating_add(UNLOCK_CYCLES) } else { 0 };
         }
         if self.job.is_some() {
             return;
         }
         if ones & EEPE != 0 && open && self.blocked == 0 {
             self.start(t);
-            out.push(Signal::Stall { until: t.saturating_add(HALT_WRITE) });
+            out.push(AvrSignal::Stall { until: t.saturating_add(WRITE_HALT_CYCLES) });
         } else if ones & EERE != 0 {
             self.data = self.cell(self.addr);
-            out.push(Signal::Stall { until: t.saturating_add(HALT_READ) });
+            out.push(AvrSignal::Stall { until: t.saturating_add(READ_HALT_CYCLES) });
         }
     }
 }
 
-impl Device for Eeprom {
-    type Reg = Reg;
+impl AvrDevice for AvrEeprom {
+    type Reg = EepromRegister;
 
-    fn run(&mut self, t: u64, _out: &mut Outbox) {
+    fn run_due(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.finish(t);
     }
 
     /// The end of a write is noticed outside by its interrupt alone; the content is worked out when it is asked for.
-    fn next(&self) -> u64 {
+    fn next_cycle(&self) -> u64 {
         match self.busy_until().max(self.blocked) {
             0 => NEVER,
             _ if self.control & EERIE == 0 => NEVER,
@@ -203,17 +203,17 @@ impl Device for Eeprom {
     }
 
     /// Interrupt 0: EEPROM ready, for as long as nothing is written.
-    fn requests(&self) -> u8 {
+    fn interrupt_requests(&self) -> u8 {
         u8::from(self.control & EERIE != 0 && self.job.is_none() && self.blocked == 0)
     }
 
-    fn peek(&self, reg: Reg, t: u64) -> u8 {
+    fn peek(&self, reg: EepromRegister, t: u64) -> u8 {
         let [high, low] = self.addr.to_be_bytes();
         match reg {
-            Reg::EEARL => low,
-            Reg::EEARH => high,
-            Reg::EEDR => self.data,
-            Reg::EECR => {
+            EepromRegister::EEARL => low,
+            EepromRegister::EEARH => high,
+            EepromRegister::EEDR => self.data,
+            EepromRegister::EECR => {
                 let window = if t < self.window { EEMPE } else { 0 };
                 let busy = if t < self.busy_until() { EEPE } else { 0 };
                 self.control | window | busy
@@ -221,18 +221,18 @@ impl Device for Eeprom {
         }
     }
 
-    fn write(&mut self, reg: Reg, value: u8, mask: u8, t: u64, out: &mut Outbox) {
+    fn write(&mut self, reg: EepromRegister, value: u8, mask: u8, t: u64, out: &mut AvrOutbox) {
         self.finish(t);
         let [high, low] = self.addr.to_be_bytes();
         let merge = |old: u8| old & !mask | value & mask;
         let addr = match reg {
-            Reg::EECR => return self.write_eecr(value, mask, t, out),
-            Reg::EEDR => {
+            EepromRegister::EECR => return self.write_eecr(value, mask, t, out),
+            EepromRegister::EEDR => {
                 self.data = merge(self.data);
                 return;
             }
-            Reg::EEARL => [high, merge(low)],
-            Reg::EEARH => [merge(high), low],
+            EepromRegister::EEARL => [high, merge(low)],
+            EepromRegister::EEARH => [merge(high), low],
         };
         // EEAR cannot be changed during a write (8.6.3).
         if self.job.is_none() {
@@ -241,32 +241,32 @@ impl Device for Eeprom {
     }
 
     /// EEAR stays, and a write goes on with its mode (initial values of 8.6, 8.4.2).
-    fn reset(&mut self, t: u64, _out: &mut Outbox) {
+    fn reset(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.finish(t);
         self.control &= if self.job.is_some() { EEPM } else { 0 };
         (self.data, self.window) = (0, 0);
     }
 
     /// Writes have a clock of their own.
-    fn sleep(&mut self, t: u64, _out: &mut Outbox) {
+    fn stop_clock(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.finish(t);
     }
 
-    fn wake(&mut self, t: u64, _out: &mut Outbox) {
+    fn restart_clock(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.finish(t);
     }
 
-    fn rate(&mut self, hz: u64, t: u64) {
+    fn set_clock_hz(&mut self, hz: u64, t: u64) {
         self.finish(t);
         self.hz = hz;
         if let Some(job) = &mut self.job {
-            job.span.rate(hz, t);
+            job.span.set_clock_hz(hz, t);
         }
     }
 
-    fn steady(&self, reg: Reg, t: u64) -> u64 {
+    fn steady_until(&self, reg: EepromRegister, t: u64) -> u64 {
         match reg {
-            Reg::EECR => [self.window, self.busy_until()].into_iter().filter(|&end| end > t).min().unwrap_or(NEVER),
+            EepromRegister::EECR => [self.window, self.busy_until()].into_iter().filter(|&end| end > t).min().unwrap_or(NEVER),
             _ => NEVER,
         }
     }

@@ -25,9 +25,9 @@ pub mod comparator;
 mod edges;
 pub mod eeprom;
 pub mod external;
-pub mod guard;
+pub mod watchdog;
 pub(crate) mod ports;
-pub mod span;
+pub mod real_time_delay;
 pub mod spi;
 pub mod spm;
 pub mod timers;
@@ -37,7 +37,7 @@ pub mod usart;
 /// A line between a part of the chip and a pin. Which pin it is is a matter of the chip and of which part of a kind it is; a line
 /// that a chip does not have stays low.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Line {
+pub enum AvrLine {
     /// Clock input of a timer, T0 to T3.
     T,
     /// Input capture of a timer, ICP1 and ICP3, or the comparator in its place.
@@ -74,7 +74,7 @@ pub enum Line {
 
 /// What a part does to a pin in place of its port (the overriding signals of section 14.3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Drive {
+pub enum AvrDrive {
     /// Leaves it to the port.
     #[default]
     Port,
@@ -86,19 +86,19 @@ pub enum Drive {
     Input,
 }
 
-state! { enum Drive { 0 = Port, 1 = Value(high), 2 = Output(high), 3 = Input } }
+state! { enum AvrDrive { 0 = Port, 1 = Value(high), 2 = Output(high), 3 = Input } }
 
 /// What a part does to the rest of the chip.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Signal {
+pub enum AvrSignal {
     /// Does something to a line from the edge `t` on.
     Drive {
         /// Cycle.
         t: u64,
         /// Which.
-        line: Line,
+        line: AvrLine,
         /// What.
-        drive: Drive,
+        drive: AvrDrive,
     },
     /// A USART has sent a character: its last stop bit ends at the edge `t`.
     Sent {
@@ -139,29 +139,29 @@ pub enum Signal {
 }
 
 /// Where parts put their signals, in order of time as far as one part is concerned.
-pub type Outbox = Vec<Signal>;
+pub type AvrOutbox = Vec<AvrSignal>;
 
 /// A part of the chip around the core. The calls to it come in order of time; `t` never goes back.
-pub trait Device {
+pub trait AvrDevice {
     /// Its registers by their names without the number of the part (UCSRA for UCSR0A and UCSR1A).
     type Reg: Copy;
 
     /// Does everything that is due at or before `t`. Nothing that has been done is done again.
-    fn run(&mut self, t: u64, out: &mut Outbox);
+    fn run_due(&mut self, t: u64, out: &mut AvrOutbox);
     /// The cycle at which [`Device::run`] will next do something that can be noticed outside of the part (an enabled
     /// interrupt, a line, a signal), if no register is written and no line changes before; `NEVER` where there is none.
-    fn next(&self) -> u64;
+    fn next_cycle(&self) -> u64;
     /// Interrupts that are asked for, flag and enable both set, after everything that was run: bit `n` is the interrupt `n` of
     /// the part, in the order of the vectors.
-    fn requests(&self) -> u8 {
+    fn interrupt_requests(&self) -> u8 {
         0
     }
     /// The interrupt `irq` of the part is entered at the edge `t`: hardware clears the flag where it does.
-    fn taken(&mut self, irq: u8, t: u64, out: &mut Outbox) {
+    fn on_interrupt_taken(&mut self, irq: u8, t: u64, out: &mut AvrOutbox) {
         let _ = (irq, t, out);
     }
     /// Reads a register as an instruction does in cycle `t`, with side effects. Everything due at `t` has been done.
-    fn read(&mut self, reg: Self::Reg, t: u64, out: &mut Outbox) -> u8 {
+    fn read(&mut self, reg: Self::Reg, t: u64, out: &mut AvrOutbox) -> u8 {
         let _ = out;
         self.peek(reg, t)
     }
@@ -169,27 +169,27 @@ pub trait Device {
     fn peek(&self, reg: Self::Reg, t: u64) -> u8;
     /// Writes the bits of `mask` (all of them but for SBI and CBI, which touch one) at the edge `t` that ends the cycle of the
     /// write. Everything due before `t` has been done; what is due at `t` is the part's to do first.
-    fn write(&mut self, reg: Self::Reg, value: u8, mask: u8, t: u64, out: &mut Outbox);
+    fn write(&mut self, reg: Self::Reg, value: u8, mask: u8, t: u64, out: &mut AvrOutbox);
     /// The level of a line has changed at the edge `t`, by whomever. Everything due at `t` has been done.
-    fn line(&mut self, line: Line, high: bool, t: u64, out: &mut Outbox) {
+    fn on_line_changed(&mut self, line: AvrLine, high: bool, t: u64, out: &mut AvrOutbox) {
         let _ = (line, high, t, out);
     }
     /// The bit in DDR of a line's pin has changed at the edge `t`; at first all are inputs. For DDR_XCK, which chooses who gives
     /// the clock, and for an SS that is an output and so none that selects.
-    fn direction(&mut self, line: Line, output: bool, t: u64, out: &mut Outbox) {
+    fn on_direction_changed(&mut self, line: AvrLine, output: bool, t: u64, out: &mut AvrOutbox) {
         let _ = (line, output, t, out);
     }
     /// Takes its registers to their initial values at `t`.
-    fn reset(&mut self, t: u64, out: &mut Outbox);
+    fn reset(&mut self, t: u64, out: &mut AvrOutbox);
     /// The clock on which the part hangs stops at `t` (sleep, PRR). Everything due at `t` has been done.
-    fn sleep(&mut self, t: u64, out: &mut Outbox);
+    fn stop_clock(&mut self, t: u64, out: &mut AvrOutbox);
     /// It runs again from `t` on: what hangs on it goes on where it stood.
-    fn wake(&mut self, t: u64, out: &mut Outbox);
+    fn restart_clock(&mut self, t: u64, out: &mut AvrOutbox);
     /// From `t` on there are `hz` cycles to a second (at first, and where CLKPR changes it).
-    fn rate(&mut self, hz: u64, t: u64) {
+    fn set_clock_hz(&mut self, hz: u64, t: u64) {
         let _ = (hz, t);
     }
     /// Up to when a read of `reg` keeps giving what it gives at `t`, without side effects, if nothing is written and no line
     /// changes: `t` itself where nothing is promised.
-    fn steady(&self, reg: Self::Reg, t: u64) -> u64;
+    fn steady_until(&self, reg: Self::Reg, t: u64) -> u64;
 }

@@ -8,14 +8,14 @@ mod kind;
 use emu_core::NEVER;
 use emu_core::state;
 
-pub use self::kind::{Bytes, Kind};
-use super::span::Span;
-use super::{Device, Outbox, Signal};
+pub use self::kind::{ConfigBytes, SpmKind};
+use super::real_time_delay::RealTimeDelay;
+use super::{AvrDevice, AvrOutbox, AvrSignal};
 
 /// The register.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reg {
+pub enum SpmRegister {
     SPMCSR,
 }
 
@@ -29,12 +29,12 @@ const PGERS: u8 = 1 << 1;
 const SPMEN: u8 = 1;
 
 /// The bits with which SPMEN is more than a page load. Any two of them together have no effect (27.9.1).
-const COMMANDS: u8 = SIGRD | RWWSRE | BLBSET | PGWRT | PGERS;
+const COMMAND_BITS: u8 = SIGRD | RWWSRE | BLBSET | PGWRT | PGERS;
 
 /// Cycles for which SPM is enabled.
-const WINDOW: u64 = 4;
+const COMMAND_WINDOW: u64 = 4;
 /// By how many of them LPM must begin earlier: within three cycles (27.8.8).
-const LPM_EARLIER: u64 = 1;
+const LPM_LEAD_CYCLES: u64 = 1;
 /// Time of a page erase, a page write or a write of lock bits in microseconds: the middle of 3.7 to 4.5 ms (table 27-6).
 const WRITE_US: u32 = 4_100;
 /// What is read where reading is not allowed.
@@ -49,19 +49,19 @@ const BLB12: u8 = 1 << 5;
 
 /// A command that goes on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Job {
-    span: Span,
+struct PageOperation {
+    span: RealTimeDelay,
     /// The lock bits when it is over.
     lock: u8,
 }
 
-state! { Job { span, lock } }
+state! { PageOperation { span, lock } }
 
 /// The way to program memory. Addresses are in bytes, those of instructions too.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Spm {
-    kind: Kind,
-    bytes: Bytes,
+pub struct SelfProgramming {
+    kind: SpmKind,
+    bytes: ConfigBytes,
     /// First byte of the boot section, by BOOTSZ.
     boot: u32,
     hz: u64,
@@ -71,7 +71,7 @@ pub struct Spm {
     command: u8,
     /// The edge at which SPMEN is cleared if no SPM comes, and the last one that an SPM may end at; 0 where it is not set.
     window: u64,
-    job: Option<Job>,
+    job: Option<PageOperation>,
     /// The page buffer; empty while it is erased.
     buffer: Vec<u16>,
     /// Which of its words have been loaded, each once at most.
@@ -83,15 +83,15 @@ pub struct Spm {
 }
 
 state! {
-    Spm { bytes, hz, spmie, rwwsb, command, window, job, buffer, loaded, blocked, now } stays { kind, boot }
+    SelfProgramming { bytes, hz, spmie, rwwsb, command, window, job, buffer, loaded, blocked, now } stays { kind, boot }
     if |spm, _now| spm.hz != NEVER && (spm.buffer.is_empty() || spm.buffer.len() == spm.kind.page as usize / 2)
 }
 
-impl Spm {
+impl SelfProgramming {
     /// As after power-on. `boot`: first byte of the boot section by BOOTSZ; `hz` cycles to a second.
     #[must_use]
-    pub fn new(kind: Kind, bytes: Bytes, boot: u32, hz: u64) -> Spm {
-        Spm {
+    pub fn new(kind: SpmKind, bytes: ConfigBytes, boot: u32, hz: u64) -> SelfProgramming {
+        SelfProgramming {
             kind,
             bytes,
             boot,
@@ -110,7 +110,7 @@ impl Spm {
 
     /// The lock bits and the bytes beside program memory, after everything that was run.
     #[must_use]
-    pub fn bytes(&self) -> &Bytes {
+    pub fn config_bytes(&self) -> &ConfigBytes {
         &self.bytes
     }
 
@@ -133,8 +133,8 @@ impl Spm {
 
     /// The byte `addr` of program memory cannot be read nor executed, as its section has been written and RWWSB is set (27.5).
     #[must_use]
-    pub fn unreadable(&self, addr: u32) -> bool {
-        self.rwwsb && self.in_flash(addr) < self.kind.nrww
+    pub fn is_unreadable(&self, addr: u32) -> bool {
+        self.rwwsb && self.wrap_flash_address(addr) < self.kind.nrww
     }
 
     /// Boot lock bits bar interrupts while the instruction at `pc` runs, as their vectors lie in the other section (tables
@@ -142,25 +142,25 @@ impl Spm {
     #[must_use]
     pub fn bars_interrupts(&self, pc: u32, ivsel: bool) -> bool {
         let barred = if ivsel { BLB02 } else { BLB12 };
-        self.kind.boot && self.in_boot(pc) != ivsel && self.bytes.lock & barred == 0
+        self.kind.boot && self.is_in_boot_section(pc) != ivsel && self.bytes.lock & barred == 0
     }
 
     /// The SPM at `pc` with Z (and RAMPZ) `z` and R1:R0 `data` ends at the edge `t`.
-    pub fn spm(&mut self, z: u32, data: u16, pc: u32, t: u64, out: &mut Outbox) {
+    pub fn spm(&mut self, z: u32, data: u16, pc: u32, t: u64, out: &mut AvrOutbox) {
         self.finish(t);
         if self.job.is_some() || self.window == 0 || t > self.window {
             return;
         }
         self.window = 0;
-        if t < self.blocked || self.kind.boot && !self.in_boot(pc) {
+        if t < self.blocked || self.kind.boot && !self.is_in_boot_section(pc) {
             return;
         }
-        match self.command & COMMANDS {
+        match self.command & COMMAND_BITS {
             0 => self.load(z, data),
-            command @ (PGERS | PGWRT) => self.program(command, z, t, out),
+            command @ (PGERS | PGWRT) => self.start_command(command, z, t, out),
             BLBSET => {
                 let lock = self.bytes.lock & (data as u8 | !self.kind.lock);
-                self.job = Some(Job { span: Span::new(WRITE_US, self.hz, t), lock });
+                self.job = Some(PageOperation { span: RealTimeDelay::new(WRITE_US, self.hz, t), lock });
             }
             RWWSRE => self.rwwsb = false,
             _ => {}
@@ -170,20 +170,20 @@ impl Spm {
     /// What the LPM or ELPM at `pc` reads at `z` in place of program memory, if it does. It begins in cycle `t`.
     pub fn lpm(&mut self, z: u32, pc: u32, t: u64) -> Option<u8> {
         self.finish(t);
-        let enabled = self.job.is_none() && t >= self.blocked && t.saturating_add(LPM_EARLIER) < self.window;
+        let enabled = self.job.is_none() && t >= self.blocked && t.saturating_add(LPM_LEAD_CYCLES) < self.window;
         if enabled && self.command & (BLBSET | SIGRD) != 0 {
             self.window = 0;
-            return Some(self.beside(z));
+            return Some(self.special_byte(z));
         }
-        let (from_boot, to_boot) = (self.in_boot(pc), self.in_boot(z));
+        let (from_boot, to_boot) = (self.is_in_boot_section(pc), self.is_in_boot_section(z));
         let barred = if to_boot { BLB12 } else { BLB02 };
         let locked = self.kind.boot && from_boot != to_boot && self.bytes.lock & barred == 0;
-        (locked || self.unreadable(z)).then_some(UNREADABLE)
+        (locked || self.is_unreadable(z)).then_some(UNREADABLE)
     }
 
     /// The byte at `z` beside program memory that the command selects; addresses that are reserved give FFh.
-    fn beside(&self, z: u32) -> u8 {
-        let Bytes { lock, fuses: [low, high, extended], signature, calibration } = self.bytes;
+    fn special_byte(&self, z: u32) -> u8 {
+        let ConfigBytes { lock, fuses: [low, high, extended], signature, calibration } = self.bytes;
         match (self.command & SIGRD != 0, z & 0xFFFF) {
             (false, 0) => low,
             (false, 1) => lock,
@@ -197,12 +197,12 @@ impl Spm {
         }
     }
 
-    fn in_flash(&self, addr: u32) -> u32 {
+    fn wrap_flash_address(&self, addr: u32) -> u32 {
         addr & self.kind.flash.wrapping_sub(1)
     }
 
-    fn in_boot(&self, addr: u32) -> bool {
-        self.in_flash(addr) >= self.boot
+    fn is_in_boot_section(&self, addr: u32) -> bool {
+        self.wrap_flash_address(addr) >= self.boot
     }
 
     fn erase_buffer(&mut self) {
@@ -224,25 +224,25 @@ impl Spm {
     }
 
     /// Erases or writes the page of `z`, unless the boot lock bits are against it.
-    fn program(&mut self, command: u8, z: u32, t: u64, out: &mut Outbox) {
-        let addr = self.in_flash(z) & !self.kind.page.wrapping_sub(1);
-        let barred = if self.in_boot(addr) { BLB11 } else { BLB01 };
+    fn start_command(&mut self, command: u8, z: u32, t: u64, out: &mut AvrOutbox) {
+        let addr = self.wrap_flash_address(z) & !self.kind.page.wrapping_sub(1);
+        let barred = if self.is_in_boot_section(addr) { BLB11 } else { BLB01 };
         if self.kind.boot && self.bytes.lock & barred == 0 {
             return;
         }
         if command == PGERS {
-            out.push(Signal::ErasePage { addr });
+            out.push(AvrSignal::ErasePage { addr });
         } else {
             let mut words = std::mem::take(&mut self.buffer);
             words.resize(self.kind.page as usize / 2, 0xFFFF);
-            out.push(Signal::WritePage { addr, words });
+            out.push(AvrSignal::WritePage { addr, words });
             self.erase_buffer();
         }
-        let job = Job { span: Span::new(WRITE_US, self.hz, t), lock: self.bytes.lock };
+        let job = PageOperation { span: RealTimeDelay::new(WRITE_US, self.hz, t), lock: self.bytes.lock };
         if addr < self.kind.nrww {
             self.rwwsb = true;
         } else {
-            out.push(Signal::Stall { until: job.span.end() });
+            out.push(AvrSignal::Stall { until: job.span.end() });
         }
         self.job = Some(job);
     }
@@ -256,15 +256,15 @@ impl Spm {
     }
 }
 
-impl Device for Spm {
-    type Reg = Reg;
+impl AvrDevice for SelfProgramming {
+    type Reg = SpmRegister;
 
-    fn run(&mut self, t: u64, _out: &mut Outbox) {
+    fn run_due(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.finish(t);
     }
 
     /// The end of a command is noticed outside by its interrupt, and by the lock bits that it changes.
-    fn next(&self) -> u64 {
+    fn next_cycle(&self) -> u64 {
         let ready = self.busy_until().max(self.blocked);
         let ready = if self.spmie && ready > self.now { ready } else { NEVER };
         let locks = self.job.filter(|job| job.lock != self.bytes.lock);
@@ -272,35 +272,35 @@ impl Device for Spm {
     }
 
     /// Interrupt 0: SPM ready, for as long as SPMEN is clear and the EEPROM is not written.
-    fn requests(&self) -> u8 {
+    fn interrupt_requests(&self) -> u8 {
         u8::from(self.spmie && self.busy_until().max(self.blocked) <= self.now)
     }
 
-    fn peek(&self, _reg: Reg, t: u64) -> u8 {
+    fn peek(&self, _reg: SpmRegister, t: u64) -> u8 {
         let command = if t < self.busy_until() { self.command } else { 0 };
         command | if self.spmie { SPMIE } else { 0 } | if self.rwwsb { RWWSB } else { 0 }
     }
 
-    fn write(&mut self, reg: Reg, value: u8, mask: u8, t: u64, _out: &mut Outbox) {
+    fn write(&mut self, reg: SpmRegister, value: u8, mask: u8, t: u64, _out: &mut AvrOutbox) {
         self.finish(t);
         if t < self.blocked {
             return;
         }
         let new = self.peek(reg, t) & !mask | value & mask;
         self.spmie = new & SPMIE != 0;
-        let command = new & (COMMANDS | SPMEN) & if self.kind.signature_row { 0xFF } else { !SIGRD };
+        let command = new & (COMMAND_BITS | SPMEN) & if self.kind.signature_row { 0xFF } else { !SIGRD };
         // Other combinations have no effect, and nothing has while a command goes on.
-        if self.job.is_some() || command & SPMEN == 0 || (command & COMMANDS).count_ones() > 1 {
+        if self.job.is_some() || command & SPMEN == 0 || (command & COMMAND_BITS).count_ones() > 1 {
             return;
         }
-        (self.command, self.window) = (command, t.saturating_add(WINDOW));
+        (self.command, self.window) = (command, t.saturating_add(COMMAND_WINDOW));
         if command & RWWSRE != 0 {
             self.erase_buffer();
         }
     }
 
     /// A command that goes on is taken to its end.
-    fn reset(&mut self, t: u64, _out: &mut Outbox) {
+    fn reset(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.finish(t);
         if let Some(job) = self.job.take() {
             self.bytes.lock = job.lock;
@@ -310,23 +310,23 @@ impl Device for Spm {
     }
 
     /// Commands are timed by a clock of their own.
-    fn sleep(&mut self, t: u64, _out: &mut Outbox) {
+    fn stop_clock(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.finish(t);
     }
 
-    fn wake(&mut self, t: u64, _out: &mut Outbox) {
+    fn restart_clock(&mut self, t: u64, _out: &mut AvrOutbox) {
         self.finish(t);
     }
 
-    fn rate(&mut self, hz: u64, t: u64) {
+    fn set_clock_hz(&mut self, hz: u64, t: u64) {
         self.finish(t);
         self.hz = hz;
         if let Some(job) = &mut self.job {
-            job.span.rate(hz, t);
+            job.span.set_clock_hz(hz, t);
         }
     }
 
-    fn steady(&self, _reg: Reg, t: u64) -> u64 {
+    fn steady_until(&self, _reg: SpmRegister, t: u64) -> u64 {
         let until = self.busy_until();
         if until > t { until } else { NEVER }
     }

@@ -1,14 +1,14 @@
 //! What diagnostics ask of the chip. Nothing of it changes anything.
 
-use super::Soc;
-use crate::chips::{Part, unit};
-use crate::periph::{Device, adc, comparator, eeprom, external, guard, spi, spm, timers, twi, usart};
+use super::AvrSoc;
+use crate::chips::{AvrPart, unit_index};
+use crate::periph::{AvrDevice, adc, comparator, eeprom, external, watchdog, spi, spm, timers, twi, usart};
 
-use emu_core::pins::{Level, PinId};
+use emu_core::pins::{PinLevel, PinId};
 
-impl Soc {
+impl AvrSoc {
     /// The chip's row.
-    pub(crate) const fn part(&self) -> &'static Part {
+    pub(crate) const fn part(&self) -> &'static AvrPart {
         self.part
     }
 
@@ -20,7 +20,7 @@ impl Soc {
     /// The pins of a port on which nothing stands and whose level an instruction would read.
     pub(crate) fn floating(&self, port: usize) -> u8 {
         let exist = self.part.ports.get(port).copied().unwrap_or(0) & !self.analog_only(port);
-        let floats = |bit: &PinId| self.ports.pin(port as PinId * 8 + bit).level() == Level::Float;
+        let floats = |bit: &PinId| self.ports.pin(port as PinId * 8 + bit).level() == PinLevel::Float;
         (0..8).filter(|bit| exist >> bit & 1 == 1).filter(floats).fold(0, |bits, bit| bits | 1 << bit)
     }
 
@@ -31,33 +31,33 @@ impl Soc {
 
     /// The channel that ADMUX chooses, if it has a pin, but not in the package.
     pub(crate) fn absent_channel(&self, admux: u8) -> Option<u8> {
-        let channel = admux & self.part.adc.mux;
-        let pin = self.part.analog.get(usize::from(channel))?;
+        let channel = admux & self.part.adc_kind.mux;
+        let pin = self.part.analog_pins.get(usize::from(channel))?;
         (!self.has_pin(*pin)).then_some(channel)
     }
 
     /// The input INT whose edge is what wakes the chip, where the data sheet says that only a level does.
     pub(crate) fn edge_that_wakes(&self) -> Option<u8> {
-        let source = self.first.and_then(|vector| self.part.vectors.get(usize::from(vector).checked_sub(1)?));
-        let &(_, int) = source.filter(|source| source.0 == unit::EXTERNAL)?;
-        (self.power.stopped >> unit::EXTERNAL & 1 == 1 && self.external.wakes_by_edge(int)).then_some(int)
+        let source = self.first_vector.and_then(|vector| self.part.interrupt_sources.get(usize::from(vector).checked_sub(1)?));
+        let &(_, int) = source.filter(|source| source.0 == unit_index::EXTERNAL)?;
+        (self.power.stopped_units >> unit_index::EXTERNAL & 1 == 1 && self.external.wakes_by_edge(int)).then_some(int)
     }
 
     /// The receiver of a serial port is on.
     pub(crate) fn listens_at(&self, n: usize, t: u64) -> bool {
-        self.usarts[n % 2].peek(usart::Reg::UCSRB, t) & usart::RXEN != 0
+        self.usarts[n % 2].peek(usart::UsartRegister::UCSRB, t) & usart::RXEN != 0
     }
 
     /// The transmitter of a serial port is on.
     pub(crate) fn sends_at(&self, n: usize, t: u64) -> bool {
-        self.usarts[n % 2].peek(usart::Reg::UCSRB, t) & usart::TXEN != 0
+        self.usarts[n % 2].peek(usart::UsartRegister::UCSRB, t) & usart::TXEN != 0
     }
 
     /// The clock in Hz and the clocks to a bit of an asynchronous serial port (20.3.1).
     pub(crate) fn baud(&self, n: usize, t: u64) -> Option<(u64, u64)> {
         let usart = &self.usarts[n % 2];
         let [a, c, low, high] =
-            [usart::Reg::UCSRA, usart::Reg::UCSRC, usart::Reg::UBRRL, usart::Reg::UBRRH].map(|reg| usart.peek(reg, t));
+            [usart::UsartRegister::UCSRA, usart::UsartRegister::UCSRC, usart::UsartRegister::UBRRL, usart::UsartRegister::UBRRH].map(|reg| usart.peek(reg, t));
         // UMSEL is one bit where there is no master SPI mode, which does not change what 0 means.
         let asynchronous = c >> 6 == 0;
         let per_bit = if a & usart::U2X != 0 { 8 } else { 16 };
@@ -66,8 +66,8 @@ impl Soc {
 
     /// Interrupts whose enable is set, by their vectors.
     pub(crate) fn enabled(&self, t: u64) -> u64 {
-        let units: [u8; unit::COUNT] = std::array::from_fn(|number| self.enables(number, t));
-        let vectors = self.part.vectors.iter().zip(1u32..64);
+        let units: [u8; unit_index::COUNT] = std::array::from_fn(|number| self.enables(number, t));
+        let vectors = self.part.interrupt_sources.iter().zip(1u32..64);
         vectors.fold(0, |all, (&(number, irq), vector)| {
             all | u64::from(units.get(number).copied().unwrap_or(0) >> irq & 1) << vector
         })
@@ -77,25 +77,25 @@ impl Soc {
     fn enables(&self, number: usize, t: u64) -> u8 {
         let bit = |value: u8, bit: u8| value >> bit & 1;
         match number {
-            n @ unit::TIMER..unit::USART => {
-                let shape = self.part.timers.get(n - unit::TIMER);
-                shape.map_or(0, |shape| shape.irqs_of(self.timers[n - unit::TIMER].peek(timers::Reg::TIMSK, t)))
+            n @ unit_index::TIMER..unit_index::USART => {
+                let shape = self.part.timers.get(n - unit_index::TIMER);
+                shape.map_or(0, |shape| shape.irqs_of(self.timers[n - unit_index::TIMER].peek(timers::TimerRegister::TIMSK, t)))
             }
-            n @ unit::USART..unit::SPI => {
-                let b = self.usarts[n - unit::USART].peek(usart::Reg::UCSRB, t);
+            n @ unit_index::USART..unit_index::SPI => {
+                let b = self.usarts[n - unit_index::USART].peek(usart::UsartRegister::UCSRB, t);
                 bit(b, 7) | bit(b, 5) << 1 | bit(b, 6) << 2
             }
-            unit::SPI => bit(self.spi.peek(spi::Reg::SPCR, t), 7),
-            unit::TWI => bit(self.twi.peek(twi::Reg::TWCR, t), 0),
-            unit::ADC => bit(self.adc.peek(adc::Reg::ADCSRA, t), 3),
-            unit::COMPARATOR => bit(self.comparator.peek(comparator::Reg::ACSR, t), 3),
-            unit::EEPROM => bit(self.eeprom.peek(eeprom::Reg::EECR, t), 3),
-            unit::SPM => bit(self.spm.peek(spm::Reg::SPMCSR, t), 7),
-            unit::WATCHDOG => bit(self.watchdog.peek(guard::Reg::WDTCSR, t), 6),
+            unit_index::SPI => bit(self.spi.peek(spi::SpiRegister::SPCR, t), 7),
+            unit_index::TWI => bit(self.twi.peek(twi::TwiRegister::TWCR, t), 0),
+            unit_index::ADC => bit(self.adc.peek(adc::AdcRegister::ADCSRA, t), 3),
+            unit_index::COMPARATOR => bit(self.comparator.peek(comparator::ComparatorRegister::ACSR, t), 3),
+            unit_index::EEPROM => bit(self.eeprom.peek(eeprom::EepromRegister::EECR, t), 3),
+            unit_index::SPM => bit(self.spm.peek(spm::SpmRegister::SPMCSR, t), 7),
+            unit_index::WATCHDOG => bit(self.watchdog.peek(watchdog::WatchdogRegister::WDTCSR, t), 6),
             _ => {
-                let ints = self.part.external.inputs();
-                let pins = self.external.peek(external::Reg::PCICR, t);
-                self.external.peek(external::Reg::EIMSK, t) & ints | pins.checked_shl(ints.count_ones()).unwrap_or(0)
+                let ints = self.part.external_kind.int_mask();
+                let pins = self.external.peek(external::ExternalRegister::PCICR, t);
+                self.external.peek(external::ExternalRegister::EIMSK, t) & ints | pins.checked_shl(ints.count_ones()).unwrap_or(0)
             }
         }
     }

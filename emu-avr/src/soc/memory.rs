@@ -1,15 +1,15 @@
 //! Memory as the chip has it: program memory beside SPMCSR and RAMPZ, RAM below 100h, and registers that SBI and CBI write whole.
 
-use super::{Soc, regs};
-use crate::chips::unit;
+use super::{AvrSoc, regs};
+use crate::chips::unit_index;
 
 /// Where RAM can begin at the earliest.
-pub const LOW: usize = 0x60;
+pub const LOW_BYTES: usize = 0x60;
 
-impl Soc {
+impl AvrSoc {
     /// The byte address of program memory that RAMPZ and Z make.
     #[must_use]
-    pub fn far(&self, z: u16) -> u32 {
+    pub fn rampz_address(&self, z: u16) -> u32 {
         u32::from(self.rampz) << 16 | u32::from(z)
     }
 
@@ -21,11 +21,11 @@ impl Soc {
     /// The SPM at the byte address `pc`, with Z and R1:R0, that ends at the edge `t`.
     pub fn store_program(&mut self, z: u16, data: u16, pc: u32, t: u64) {
         self.run(t);
-        self.spm.spm(self.far(z), data, pc, t, &mut self.out);
+        self.spm.spm(self.rampz_address(z), data, pc, t, &mut self.out);
         self.eeprom.block_until(self.spm.busy_until(), t);
-        self.touched |= 1 << unit::SPM | 1 << unit::EEPROM;
-        self.carry_out(unit::SPM);
-        self.plan();
+        self.touched_units |= 1 << unit_index::SPM | 1 << unit_index::EEPROM;
+        self.apply_signals(unit_index::SPM);
+        self.update_deadlines();
     }
 
     /// What the LPM or ELPM at the byte address `pc`, which begins in cycle `t`, reads in place of program memory, if it does.
@@ -33,37 +33,37 @@ impl Soc {
         let byte = self.spm.lpm(addr, pc, t);
         if byte.is_some() {
             self.eeprom.block_until(self.spm.busy_until(), t);
-            self.touched |= 1 << unit::SPM | 1 << unit::EEPROM;
-            self.plan();
+            self.touched_units |= 1 << unit_index::SPM | 1 << unit_index::EEPROM;
+            self.update_deadlines();
         }
         byte
     }
 
     /// What SBI or CBI in the cycle `now` writes, which on some chips is all of the register as it was read a cycle before, flags
     /// that read as one included.
-    pub(super) fn whole(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> (u8, u8) {
-        if mask == 0xFF || !self.part.whole_registers {
+    pub(super) fn merge_whole_register(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> (u8, u8) {
+        if mask == 0xFF || !self.part.bit_writes_whole_register {
             return (mask, value);
         }
         let before = now.saturating_sub(1);
         self.run(before);
-        let old = self.load(self.site(reg), before).0;
+        let old = self.read_register(self.register_slot(reg), before).0;
         (0xFF, old & !mask | value & mask)
     }
 
     /// A byte of RAM below 100h.
     pub(super) fn low_byte(&self, addr: u8) -> u8 {
-        self.low.get(usize::from(addr).wrapping_sub(LOW)).copied().unwrap_or(0)
+        self.low_ram.get(usize::from(addr).wrapping_sub(LOW_BYTES)).copied().unwrap_or(0)
     }
 
     pub(super) fn set_low_byte(&mut self, addr: u8, value: u8) {
-        if let Some(byte) = self.low.get_mut(usize::from(addr).wrapping_sub(LOW)) {
+        if let Some(byte) = self.low_ram.get_mut(usize::from(addr).wrapping_sub(LOW_BYTES)) {
             *byte = value;
         }
     }
 
     /// Fills RAM below 100h from 60h on.
     pub(crate) fn fill_low(&mut self, bytes: &[u8]) {
-        self.low.iter_mut().zip(bytes).for_each(|(old, &byte)| *old = byte);
+        self.low_ram.iter_mut().zip(bytes).for_each(|(old, &byte)| *old = byte);
     }
 }

@@ -1,221 +1,221 @@
 //! Pins: what comes from outside, what units do to them, and who is told of them.
 
-use emu_core::chip::Package;
-use emu_core::cpu::Reset;
-use emu_core::pins::{Level, PinId, Time};
+use emu_core::chip::ChipPackage;
+use emu_core::cpu::ResetCause;
+use emu_core::pins::{PinLevel, PinId, CycleTime};
 use emu_core::state;
 
-use super::Soc;
+use super::AvrSoc;
 use super::with_unit;
-use crate::chips::{Part, unit};
-use crate::periph::comparator::Input;
-use crate::periph::ports::{Change, PINS};
-use crate::periph::{Device, Drive, Line, timers};
+use crate::chips::{AvrPart, unit_index};
+use crate::periph::comparator::ComparatorInput;
+use crate::periph::ports::{PinChange, PIN_COUNT};
+use crate::periph::{AvrDevice, AvrDrive, AvrLine, timers};
 
 /// What comes from outside.
 #[derive(Debug, Clone, Copy)]
-pub enum Put {
+pub enum OutsideInput {
     /// A level, or nothing.
-    Level(PinId, Level),
+    Level(PinId, PinLevel),
     /// A voltage, in millivolts.
     Volts(PinId, u32),
     /// The supply, in millivolts.
     Supply(u32),
 }
 
-impl Default for Put {
-    fn default() -> Put {
-        Put::Supply(0)
+impl Default for OutsideInput {
+    fn default() -> OutsideInput {
+        OutsideInput::Supply(0)
     }
 }
 
-state! { enum Put { 0 = Level(pin, level), 1 = Volts(pin, millivolts), 2 = Supply(millivolts) } }
+state! { enum OutsideInput { 0 = Level(pin, level), 1 = Volts(pin, millivolts), 2 = Supply(millivolts) } }
 
 /// Who listens on each pin, and the package that has the pins, where one is chosen.
 #[derive(Debug)]
-pub(super) struct Wiring(Vec<Vec<(usize, Line)>>, Option<&'static Package>);
+pub(super) struct PinLines(Vec<Vec<(usize, AvrLine)>>, Option<&'static ChipPackage>);
 
-impl Wiring {
+impl PinLines {
     /// The wiring of a part in the package of that name.
-    pub(super) fn new(part: &Part, package: Option<&str>) -> Wiring {
-        let mut pins = vec![Vec::new(); PINS];
-        for &(number, line, pin) in part.lines {
+    pub(super) fn new(part: &AvrPart, package: Option<&str>) -> PinLines {
+        let mut pins = vec![Vec::new(); PIN_COUNT];
+        for &(number, line, pin) in part.peripheral_pins {
             if let Some(lines) = pins.get_mut(usize::from(pin)) {
                 lines.push((number, line));
             }
         }
         for &(pin, number) in part.pin_changes {
             if let Some(lines) = pins.get_mut(usize::from(pin)) {
-                lines.push((unit::EXTERNAL, Line::Pc(number)));
+                lines.push((unit_index::EXTERNAL, AvrLine::Pc(number)));
             }
         }
-        Wiring(pins, package.and_then(|name| part.chip.package(name)))
+        PinLines(pins, package.and_then(|name| part.chip.package(name)))
     }
 }
 
-impl Soc {
+impl AvrSoc {
     /// The chip has this pin, in the package that is chosen, or else in one of its packages.
     #[must_use]
     pub fn has_pin(&self, pin: PinId) -> bool {
-        self.wiring.1.map_or_else(|| self.part.chip.has_pin(pin), |package| package.number(pin).is_some())
+        self.wiring.1.map_or_else(|| self.part.chip.has_pin(pin), |package| package.pin_number(pin).is_some())
     }
 
     /// Drives a pin from outside at the cycle `at`, at once when that has passed. Drives of one cycle act in call order.
-    pub fn drive(&mut self, at: u64, now: u64, pin: PinId, level: Level) {
-        self.put(at, now, Put::Level(pin, level));
+    pub fn drive(&mut self, at: u64, now: u64, pin: PinId, level: PinLevel) {
+        self.queue_input(at, now, OutsideInput::Level(pin, level));
     }
 
     /// Puts something on the chip from outside at the cycle `at`, at once when that has passed.
-    pub fn put(&mut self, at: u64, now: u64, put: Put) {
+    pub fn queue_input(&mut self, at: u64, now: u64, put: OutsideInput) {
         self.run(now);
         let at = at.max(now);
-        self.drives.add(at, put);
+        self.drives.push(at, put);
         self.due = self.due.min(at);
         self.run(now);
     }
 
     /// Carries out what comes from outside at or before the edge `t`.
-    pub(super) fn run_outside(&mut self, t: u64) {
-        while let Some(put) = self.drives.take(t) {
+    pub(super) fn apply_inputs(&mut self, t: u64) {
+        while let Some(put) = self.drives.pop_due(t) {
             match put {
-                Put::Level(pin, level) => {
+                OutsideInput::Level(pin, level) => {
                     if let Some(volts) = self.power.volts.get_mut(usize::from(pin)) {
                         *volts = None;
                     }
                     self.drive_pin(pin, level, t);
                 }
-                Put::Volts(pin, millivolts) => {
+                OutsideInput::Volts(pin, millivolts) => {
                     if let Some(volts) = self.power.volts.get_mut(usize::from(pin)) {
                         *volts = Some(millivolts);
                     }
                     // Where the input switches between the levels that the data sheet promises is taken for the middle.
-                    self.drive_pin(pin, Level::of(2 * u64::from(millivolts) >= self.power.supply.into()), t);
-                    self.tell_voltage(pin, t);
+                    self.drive_pin(pin, PinLevel::from_bit(2 * u64::from(millivolts) >= self.power.supply.into()), t);
+                    self.notify_voltage(pin, t);
                 }
-                Put::Supply(millivolts) => self.set_supply(millivolts, t),
+                OutsideInput::Supply(millivolts) => self.set_supply(millivolts, t),
             }
         }
     }
 
-    fn drive_pin(&mut self, pin: PinId, level: Level, t: u64) {
+    fn drive_pin(&mut self, pin: PinId, level: PinLevel, t: u64) {
         let changed = self.ports.drive(pin, level, t);
-        self.edge(pin, changed, t);
+        self.on_pin_edge(pin, changed, t);
     }
 
     /// A unit takes a pin or gives it back.
-    pub(super) fn take_line(&mut self, number: usize, line: Line, drive: Drive, t: u64) {
-        if number == unit::COMPARATOR {
+    pub(super) fn set_line_driver(&mut self, number: usize, line: AvrLine, drive: AvrDrive, t: u64) {
+        if number == unit_index::COMPARATOR {
             return self.capture_input(drive, t);
         }
-        let found = self.part.lines.iter().find(|row| row.0 == number && row.1 == line);
+        let found = self.part.peripheral_pins.iter().find(|row| row.0 == number && row.1 == line);
         if let Some(&(.., pin)) = found {
             self.power.drives_pin(pin, number, drive);
-            self.ports.take(pin, self.power.driver(pin));
-            self.settle(pin, t);
+            self.ports.set_driver(pin, self.power.driver(pin));
+            self.update_pin(pin, t);
         }
     }
 
     /// The comparator is the source of timer 1's captures, or gives the input back to its pin (23.2).
-    fn capture_input(&mut self, drive: Drive, t: u64) {
-        self.power.captures = drive;
-        let number = unit::TIMER + 1;
-        let pin = self.part.lines.iter().find(|row| row.0 == number && row.1 == Line::Icp);
+    fn capture_input(&mut self, drive: AvrDrive, t: u64) {
+        self.power.capture_driver = drive;
+        let number = unit_index::TIMER + 1;
+        let pin = self.part.peripheral_pins.iter().find(|row| row.0 == number && row.1 == AvrLine::Icp);
         let high = match (drive, pin) {
-            (Drive::Value(high), _) => high,
-            (_, Some(&(.., pin))) => self.ports.pin(pin).high,
+            (AvrDrive::Value(high), _) => high,
+            (_, Some(&(.., pin))) => self.ports.pin(pin).reads_high,
             _ => false,
         };
-        self.tell(number, Line::Icp, high, t);
+        self.notify_line(number, AvrLine::Icp, high, t);
     }
 
     /// Settles a pin at the edge `t` after the chip changed what it does to it.
-    pub(super) fn settle(&mut self, pin: PinId, t: u64) {
-        let changed = self.ports.settle(pin, t);
-        self.edge(pin, changed, t);
+    pub(super) fn update_pin(&mut self, pin: PinId, t: u64) {
+        let changed = self.ports.update_level(pin, t);
+        self.on_pin_edge(pin, changed, t);
     }
 
     /// Settles all pins.
-    pub(super) fn settle_all(&mut self, t: u64) {
+    pub(super) fn update_all_pins(&mut self, t: u64) {
         for pin in 0..self.ports.pins().len() as PinId {
-            self.settle(pin, t);
+            self.update_pin(pin, t);
         }
     }
 
     /// Logs the edge of a pin, if there was one, and a fight over it, and tells who listens.
-    fn edge(&mut self, pin: PinId, changed: Option<Change>, t: u64) {
-        if self.log.is_on() {
+    fn on_pin_edge(&mut self, pin: PinId, changed: Option<PinChange>, t: u64) {
+        if self.log.is_enabled() {
             let level = changed.map(|change| change.level);
-            self.log.pin(Time::at(t), pin, self.ports.pin(pin).contention(), level);
+            self.log.record_pin(CycleTime::at(t), pin, self.ports.pin(pin).has_contention(), level);
         }
         if changed.is_some_and(|change| change.toggled) {
-            let high = self.ports.pin(pin).high;
+            let high = self.ports.pin(pin).reads_high;
             let wiring = self.wiring.clone();
             for &(number, line) in wiring.0.get(usize::from(pin)).into_iter().flatten() {
-                let captured = line == Line::Icp && self.power.captures != Drive::Port;
+                let captured = line == AvrLine::Icp && self.power.capture_driver != AvrDrive::Port;
                 if !captured {
-                    self.tell(number, line, high, t);
+                    self.notify_line(number, line, high, t);
                 }
             }
-            if pin == self.part.reset {
+            if pin == self.part.reset_pin {
                 self.reset_pin(high, t);
             }
         }
-        if changed.is_some() && (self.part.analog.contains(&pin) || self.part.ain.contains(&pin)) {
-            self.tell_voltage(pin, t);
+        if changed.is_some() && (self.part.analog_pins.contains(&pin) || self.part.comparator_pins.contains(&pin)) {
+            self.notify_voltage(pin, t);
         }
     }
 
     /// A line of a unit has changed.
-    fn tell(&mut self, number: usize, line: Line, high: bool, t: u64) {
+    fn notify_line(&mut self, number: usize, line: AvrLine, high: bool, t: u64) {
         with_unit!(self, number, unit => {
-            unit.run(t, &mut self.out);
-            unit.line(line, high, t, &mut self.out);
+            unit.run_due(t, &mut self.out);
+            unit.on_line_changed(line, high, t, &mut self.out);
         });
-        self.touch(number);
-        self.carry_out(number);
-        self.tell_trigger(number, t);
+        self.mark_touched(number);
+        self.apply_signals(number);
+        self.notify_trigger(number, t);
     }
 
     /// The levels of all lines, as units find them when they begin.
-    pub(super) fn tell_all(&mut self, t: u64) {
+    pub(super) fn notify_all_lines(&mut self, t: u64) {
         let wiring = self.wiring.clone();
         for (pin, lines) in wiring.0.iter().enumerate() {
             for &(number, line) in lines {
-                self.tell(number, line, self.ports.pin(pin as PinId).high, t);
+                self.notify_line(number, line, self.ports.pin(pin as PinId).reads_high, t);
             }
         }
-        for &pin in self.part.analog.iter().chain(&self.part.ain) {
-            self.tell_voltage(pin, t);
+        for &pin in self.part.analog_pins.iter().chain(&self.part.comparator_pins) {
+            self.notify_voltage(pin, t);
         }
     }
 
     /// The voltage on a pin, as the analog units see it.
-    pub(super) fn tell_voltage(&mut self, pin: PinId, t: u64) {
+    pub(super) fn notify_voltage(&mut self, pin: PinId, t: u64) {
         let wire = self.ports.pin(pin);
         let outside = self.power.volts.get(usize::from(pin)).copied().flatten();
-        let millivolts = match (wire.own, outside) {
-            (Level::Float, Some(millivolts)) => millivolts,
-            _ => u32::from(wire.high) * self.power.supply,
+        let millivolts = match (wire.driven, outside) {
+            (PinLevel::Float, Some(millivolts)) => millivolts,
+            _ => u32::from(wire.reads_high) * self.power.supply,
         };
-        self.run_unit(unit::ADC, t);
-        self.run_unit(unit::COMPARATOR, t);
-        if let Some(channel) = self.part.analog.iter().position(|&analog| analog == pin) {
+        self.run_unit(unit_index::ADC, t);
+        self.run_unit(unit_index::COMPARATOR, t);
+        if let Some(channel) = self.part.analog_pins.iter().position(|&analog| analog == pin) {
             self.adc.set_millivolts(channel as u8, millivolts, t);
-            self.comparator.set_millivolts(Input::Adc(channel as u8), millivolts, t, &mut self.out);
+            self.comparator.set_millivolts(ComparatorInput::Adc(channel as u8), millivolts, t, &mut self.out);
         }
-        for (input, of) in [Input::Ain0, Input::Ain1].into_iter().zip(self.part.ain) {
+        for (input, of) in [ComparatorInput::Ain0, ComparatorInput::Ain1].into_iter().zip(self.part.comparator_pins) {
             if of == pin {
                 self.comparator.set_millivolts(input, millivolts, t, &mut self.out);
             }
         }
-        self.carry_out(unit::COMPARATOR);
+        self.apply_signals(unit_index::COMPARATOR);
     }
 
-    pub(super) fn store_port(&mut self, port: usize, kind: u8, mask: u8, value: u8, t: u64) {
+    pub(super) fn write_port(&mut self, port: usize, kind: u8, mask: u8, value: u8, t: u64) {
         let (ddr, out) = (self.ports.ddr(port), self.ports.port(port));
         let changed = match kind {
             // Writing one to PINx toggles PORTx (14.2.2), on chips that do.
-            0 if self.part.toggles => self.ports.set_port(port, out ^ value & mask),
+            0 if self.part.pin_writes_toggle => self.ports.set_port(port, out ^ value & mask),
             0 => 0,
             1 => self.ports.set_ddr(port, ddr & !mask | value & mask),
             _ => self.ports.set_port(port, out & !mask | value & mask),
@@ -223,24 +223,24 @@ impl Soc {
         for bit in (0..8).filter(|bit| changed >> bit & 1 == 1) {
             let pin = (port * 8) as PinId + bit;
             if kind == 1 {
-                self.tell_direction(pin, t);
+                self.notify_direction(pin, t);
             }
-            self.settle(pin, t);
+            self.update_pin(pin, t);
         }
     }
 
     /// Units for which DDR chooses what they are.
-    fn tell_direction(&mut self, pin: PinId, t: u64) {
+    fn notify_direction(&mut self, pin: PinId, t: u64) {
         let wiring = self.wiring.clone();
         let output = self.ports.is_output(pin);
         for &(number, line) in wiring.0.get(usize::from(pin)).into_iter().flatten() {
-            if matches!(line, Line::Xck | Line::Ss) {
+            if matches!(line, AvrLine::Xck | AvrLine::Ss) {
                 with_unit!(self, number, unit => {
-                    unit.run(t, &mut self.out);
-                    unit.direction(line, output, t, &mut self.out);
+                    unit.run_due(t, &mut self.out);
+                    unit.on_direction_changed(line, output, t, &mut self.out);
                 });
-                self.touch(number);
-                self.carry_out(number);
+                self.mark_touched(number);
+                self.apply_signals(number);
             }
         }
     }
@@ -256,7 +256,7 @@ impl Soc {
                 |(i, pin): (usize, &PinId)| (usize::from(pin / 8) == port && channels >> i & 1 == 1).then(|| pin % 8);
             pins.iter().enumerate().filter_map(of).fold(0, |bits, bit| bits | 1 << bit)
         };
-        let off = off(self.adc.digital_off(), self.part.analog) | off(self.comparator.digital_off(), &self.part.ain);
+        let off = off(self.adc.digital_off(), self.part.analog_pins) | off(self.comparator.digital_off(), &self.part.comparator_pins);
         // An enabled pin change keeps the input on (14.3, DIEOE).
         let changes = self.part.pin_changes.iter().filter(|row| usize::from(row.0 / 8) == port);
         let on = changes.filter(|row| self.external.pin_change_on(row.1));
@@ -267,58 +267,58 @@ impl Soc {
     fn reset_pin(&mut self, high: bool, t: u64) {
         if self.power.has_reset_pin {
             if !high {
-                self.power.request(Reset::External);
+                self.power.request(ResetCause::External);
             }
-            self.power.low = !high;
-            self.hold(t);
+            self.power.reset_pin_low = !high;
+            self.hold_in_reset(t);
         }
     }
 
     /// The flag of the source that the converter listens to, when it is one of the unit `number`.
-    pub(super) fn tell_trigger(&mut self, number: usize, t: u64) {
-        if let Some(source) = self.adc.listens()
-            && self.part.trigger(source).is_some_and(|(of, _)| of == number)
+    pub(super) fn notify_trigger(&mut self, number: usize, t: u64) {
+        if let Some(source) = self.adc.listened_trigger()
+            && self.part.adc_trigger(source).is_some_and(|(of, _)| of == number)
         {
-            self.adc.trigger(source, self.flag(source, t), t);
-            self.touch(unit::ADC);
+            self.adc.trigger(source, self.trigger_flag(source, t), t);
+            self.mark_touched(unit_index::ADC);
         }
     }
 
     /// The flags of all sources, some of whose units have had no reason yet to do what was due by `t`.
-    pub(super) fn tell_triggers(&mut self, t: u64) {
-        self.run_unit(unit::EXTERNAL, t);
-        self.run_unit(unit::COMPARATOR, t);
-        for source in 1..=self.part.triggers.len() as u8 {
-            self.adc.trigger(source, self.flag(source, t), t);
+    pub(super) fn notify_triggers(&mut self, t: u64) {
+        self.run_unit(unit_index::EXTERNAL, t);
+        self.run_unit(unit_index::COMPARATOR, t);
+        for source in 1..=self.part.adc_triggers.len() as u8 {
+            self.adc.trigger(source, self.trigger_flag(source, t), t);
         }
     }
 
     /// Units tell of the flags that the converter listens to, and the comparator takes what the converter leaves it.
-    pub(super) fn listen(&mut self, t: u64) {
-        let wanted = self.adc.listens().and_then(|source| self.part.trigger(source));
+    pub(super) fn update_trigger_listeners(&mut self, t: u64) {
+        let wanted = self.adc.listened_trigger().and_then(|source| self.part.adc_trigger(source));
         for n in 0..self.timers.len() {
-            let irqs = wanted.filter(|&(number, _)| number == unit::TIMER + n).map_or(0, |(_, irq)| 1 << irq);
-            self.timers[n].listen(irqs, t, &mut self.out);
-            self.touch(unit::TIMER + n);
-            self.carry_out(unit::TIMER + n);
+            let irqs = wanted.filter(|&(number, _)| number == unit_index::TIMER + n).map_or(0, |(_, irq)| 1 << irq);
+            self.timers[n].set_listened_interrupts(irqs, t, &mut self.out);
+            self.mark_touched(unit_index::TIMER + n);
+            self.apply_signals(unit_index::TIMER + n);
         }
-        self.external.listen(wanted.is_some_and(|(number, _)| number == unit::EXTERNAL), t, &mut self.out);
-        self.touch(unit::EXTERNAL);
-        self.carry_out(unit::EXTERNAL);
+        self.external.set_flag_listener(wanted.is_some_and(|(number, _)| number == unit_index::EXTERNAL), t, &mut self.out);
+        self.mark_touched(unit_index::EXTERNAL);
+        self.apply_signals(unit_index::EXTERNAL);
         self.comparator.select(self.adc.comparator_channel(), t, &mut self.out);
-        self.comparator.keep_reference(self.adc.enabled() || self.power.bod_mv != 0, t, &mut self.out);
-        self.touch(unit::COMPARATOR);
-        self.carry_out(unit::COMPARATOR);
+        self.comparator.hold_reference_on(self.adc.enabled() || self.power.bod_mv != 0, t, &mut self.out);
+        self.mark_touched(unit_index::COMPARATOR);
+        self.apply_signals(unit_index::COMPARATOR);
     }
 
     /// The flag of a trigger source as it stands at `t`.
-    fn flag(&self, source: u8, t: u64) -> bool {
-        let Some((number, irq)) = self.part.trigger(source) else { return false };
+    fn trigger_flag(&self, source: u8, t: u64) -> bool {
+        let Some((number, irq)) = self.part.adc_trigger(source) else { return false };
         match number {
-            unit::COMPARATOR => self.comparator.flag(),
-            unit::EXTERNAL => self.external.flag(),
-            n if n < unit::USART => {
-                let flags = self.timers[n].peek(timers::Reg::TIFR, t);
+            unit_index::COMPARATOR => self.comparator.flag(),
+            unit_index::EXTERNAL => self.external.flag(),
+            n if n < unit_index::USART => {
+                let flags = self.timers[n].peek(timers::TimerRegister::TIFR, t);
                 self.timers[n].shape().irqs_of(flags) >> irq & 1 == 1
             }
             _ => false,

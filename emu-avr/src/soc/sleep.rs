@@ -2,13 +2,13 @@
 
 use emu_core::state;
 
-use super::{Soc, with_unit};
-use crate::chips::unit;
-use crate::periph::Device;
-use crate::periph::timers::Timer;
+use super::{AvrSoc, with_unit};
+use crate::chips::unit_index;
+use crate::periph::AvrDevice;
+use crate::periph::timers::AvrTimer;
 
 /// Cycles from the start of the clock to the interrupt that woke the core (7.7.1).
-const WAKE: u64 = 4;
+const WAKE_CYCLES: u64 = 4;
 
 /// Sleep modes (table 10-2).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -34,7 +34,7 @@ state! {
 
 impl SleepMode {
     /// The mode of the bits SM in SMCR; a reserved setting acts as idle.
-    pub(super) fn of(smcr: u8) -> SleepMode {
+    pub(super) fn from_smcr(smcr: u8) -> SleepMode {
         match smcr >> 1 & 7 {
             1 => SleepMode::AdcNoiseReduction,
             2 => SleepMode::PowerDown,
@@ -46,12 +46,12 @@ impl SleepMode {
     }
 
     /// The units whose clock stands, bit `n` for the unit `n`.
-    pub(super) const fn stops(self) -> u16 {
-        const ALL: u16 = (1 << unit::COUNT) - 1;
-        const RUN: u16 = 1 << unit::EEPROM | 1 << unit::SPM | 1 << unit::WATCHDOG;
+    pub(super) const fn stopped_units(self) -> u16 {
+        const ALL: u16 = (1 << unit_index::COUNT) - 1;
+        const RUN: u16 = 1 << unit_index::EEPROM | 1 << unit_index::SPM | 1 << unit_index::WATCHDOG;
         match self {
             SleepMode::Idle => 0,
-            SleepMode::AdcNoiseReduction => ALL & !RUN & !(1 << unit::ADC),
+            SleepMode::AdcNoiseReduction => ALL & !RUN & !(1 << unit_index::ADC),
             _ => ALL & !RUN,
         }
     }
@@ -62,24 +62,24 @@ impl SleepMode {
     }
 
     /// Units that cannot wake the core out of it, though they go on (table 10-1).
-    pub(super) const fn deaf(self) -> u16 {
+    pub(super) const fn units_unable_to_wake(self) -> u16 {
         match self {
             SleepMode::Idle | SleepMode::AdcNoiseReduction => 0,
-            _ => 1 << unit::EEPROM | 1 << unit::SPM,
+            _ => 1 << unit_index::EEPROM | 1 << unit_index::SPM,
         }
     }
 }
 
-impl Soc {
+impl AvrSoc {
     /// Unit numbers that PRR has switched off.
-    pub(super) fn shut_off(&self, number: usize) -> bool {
-        self.part.prr.iter().any(|&(bit, of)| of == number && self.shuts(bit, of))
+    pub(super) fn is_shut_off(&self, number: usize) -> bool {
+        self.part.power_reduction_bits.iter().any(|&(bit, of)| of == number && self.is_shut_off_by(bit, of))
     }
 
     /// PRR's bit shuts the unit off: timer 2 only while it is synchronous (10.11.3).
-    fn shuts(&self, bit: u8, number: usize) -> bool {
+    fn is_shut_off_by(&self, bit: u8, number: usize) -> bool {
         let asynchronous =
-            || self.timers.get(number.wrapping_sub(unit::TIMER)).is_some_and(|timer| timer.asynchronous());
+            || self.timers.get(number.wrapping_sub(unit_index::TIMER)).is_some_and(|timer| timer.is_asynchronous());
         self.prr >> bit & 1 == 1 && !asynchronous()
     }
 
@@ -89,18 +89,18 @@ impl Soc {
         if self.smcr & 1 == 0 {
             return false;
         }
-        let mode = SleepMode::of(self.smcr);
+        let mode = SleepMode::from_smcr(self.smcr);
         self.power.asleep = Some((mode, now + 1));
         // A synchronous timer 2 keeps the main clock running for itself alone (10.6); the sheets of older chips do not say so.
-        let keeps = matches!(mode, SleepMode::PowerSave | SleepMode::ExtendedStandby) && !self.part.whole_registers;
-        self.power.keeps_timer = keeps && self.timers.iter().any(Timer::counts_for_itself);
+        let keeps = matches!(mode, SleepMode::PowerSave | SleepMode::ExtendedStandby) && !self.part.bit_writes_whole_register;
+        self.power.keeps_timer2 = keeps && self.timers.iter().any(AvrTimer::runs_from_crystal);
         if matches!(mode, SleepMode::Idle | SleepMode::AdcNoiseReduction) {
-            self.run_unit(unit::ADC, now + 1);
-            self.adc.halted(now + 1);
-            self.touch(unit::ADC);
+            self.run_unit(unit_index::ADC, now + 1);
+            self.adc.on_core_halted(now + 1);
+            self.mark_touched(unit_index::ADC);
         }
-        self.clocks(now + 1);
-        self.plan();
+        self.update_clocks(now + 1);
+        self.update_deadlines();
         true
     }
 
@@ -110,14 +110,14 @@ impl Soc {
         self.edge_that_wakes().into_iter().for_each(|int| self.lints.edge_woke(int));
         let wait = match self.power.asleep {
             Some((SleepMode::Standby | SleepMode::ExtendedStandby, _)) => 6,
-            Some((SleepMode::PowerSave, _)) if self.power.keeps_timer => 6,
+            Some((SleepMode::PowerSave, _)) if self.power.keeps_timer2 => 6,
             Some((SleepMode::PowerDown | SleepMode::PowerSave, _)) => {
                 self.power.wake_up.div_ceil(1 << self.power.clkps)
             }
             _ => 0,
         };
-        self.power.wakes = (now + wait).max(1);
-        self.due = self.due.min(self.power.wakes);
+        self.power.wake_cycle = (now + wait).max(1);
+        self.due = self.due.min(self.power.wake_cycle);
         // The brown-out detector is on again, and sees what has come meanwhile (10.11.2).
         if self.power.supply < self.power.bod_mv {
             self.set_supply(self.power.supply, now);
@@ -126,52 +126,52 @@ impl Soc {
     }
 
     /// The core's clock runs again from the edge `t` on.
-    pub(super) fn woken(&mut self, t: u64) {
-        (self.power.wakes, self.power.asleep, self.power.keeps_timer) = (0, None, false);
-        self.clocks(t);
-        self.stall = self.stall.max(t + WAKE);
+    pub(super) fn finish_wake(&mut self, t: u64) {
+        (self.power.wake_cycle, self.power.asleep, self.power.keeps_timer2) = (0, None, false);
+        self.update_clocks(t);
+        self.stall = self.stall.max(t + WAKE_CYCLES);
     }
 
     /// Stops and starts the clocks of units at the edge `t`, as sleep and PRR say.
-    pub(super) fn clocks(&mut self, t: u64) {
+    pub(super) fn update_clocks(&mut self, t: u64) {
         let mode = self.power.asleep.map(|asleep| asleep.0);
-        let io_stood = self.power.stopped >> unit::EXTERNAL & 1 == 1;
-        let keeps = |n: &usize| self.power.keeps_timer && self.timers[*n].counts_for_itself();
-        let kept = (0..self.timers.len()).filter(keeps).fold(0, |units, n| units | 1 << (unit::TIMER + n));
-        let shut = self.part.prr.iter().filter(|row| self.shuts(row.0, row.1));
-        let stop = shut.fold(mode.map_or(0, SleepMode::stops) & !kept, |units, row| units | 1 << row.1);
-        let stopped = std::mem::replace(&mut self.power.stopped, stop);
+        let io_stood = self.power.stopped_units >> unit_index::EXTERNAL & 1 == 1;
+        let keeps = |n: &usize| self.power.keeps_timer2 && self.timers[*n].runs_from_crystal();
+        let kept = (0..self.timers.len()).filter(keeps).fold(0, |units, n| units | 1 << (unit_index::TIMER + n));
+        let shut = self.part.power_reduction_bits.iter().filter(|row| self.is_shut_off_by(row.0, row.1));
+        let stop = shut.fold(mode.map_or(0, SleepMode::stopped_units) & !kept, |units, row| units | 1 << row.1);
+        let stopped = std::mem::replace(&mut self.power.stopped_units, stop);
         let mut changed = stop ^ stopped;
         while changed != 0 {
             let number = changed.trailing_zeros() as usize;
             changed &= changed - 1;
             with_unit!(self, number, unit => {
-                unit.run(t, &mut self.out);
-                if stop >> number & 1 == 0 { unit.wake(t, &mut self.out) } else { unit.sleep(t, &mut self.out) }
+                unit.run_due(t, &mut self.out);
+                if stop >> number & 1 == 0 { unit.restart_clock(t, &mut self.out) } else { unit.stop_clock(t, &mut self.out) }
             });
-            self.touch(number);
-            self.carry_out(number);
+            self.mark_touched(number);
+            self.apply_signals(number);
         }
         let crystal = mode.is_none_or(SleepMode::keeps_crystal);
         if std::mem::replace(&mut self.power.crystal, crystal) != crystal {
             for n in 0..self.part.timers.len().min(4) {
                 if self.part.timers[n].asynchronous {
-                    self.timers[n].oscillator(crystal, t, &mut self.out);
-                    self.touch(unit::TIMER + n);
-                    self.carry_out(unit::TIMER + n);
+                    self.timers[n].set_oscillator_running(crystal, t, &mut self.out);
+                    self.mark_touched(unit_index::TIMER + n);
+                    self.apply_signals(unit_index::TIMER + n);
                 }
             }
         }
-        let io_stands = self.power.stopped >> unit::EXTERNAL & 1 == 1;
+        let io_stands = self.power.stopped_units >> unit_index::EXTERNAL & 1 == 1;
         match (io_stood, io_stands) {
             (false, true) => self.power.io_stopped = t,
             (true, false) => {
                 // The dividers have stood with the I/O clock, but for one that was kept for its timer.
                 for group in 0..self.prescalers.len() {
                     let of = |n: &usize| usize::from(self.part.timers[*n].asynchronous) == group;
-                    if (0..self.part.timers.len()).filter(of).any(|n| stopped >> (unit::TIMER + n) & 1 == 1) {
-                        self.prescalers[group].shift(t.saturating_sub(self.power.io_stopped));
-                        self.tell_prescaler(group, t);
+                    if (0..self.part.timers.len()).filter(of).any(|n| stopped >> (unit_index::TIMER + n) & 1 == 1) {
+                        self.prescalers[group].postpone(t.saturating_sub(self.power.io_stopped));
+                        self.notify_prescaler(group, t);
                     }
                 }
             }

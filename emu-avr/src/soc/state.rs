@@ -1,26 +1,26 @@
 //! The chip around the core as a state ([`emu_core::state`]).
 
 use emu_core::cpu::NEVER;
-use emu_core::outside::Log;
+use emu_core::external_io::EventLog;
 use emu_core::state;
 
-use super::{Order, Soc};
-use crate::chips::unit;
+use super::{CoreRequest, AvrSoc};
+use crate::chips::unit_index;
 
-state! { enum Order { 0 = Erase { addr, len }, 1 = Program { addr, words } } }
+state! { enum CoreRequest { 0 = Erase { addr, len }, 1 = Program { addr, words } } }
 
-impl Default for Order {
-    fn default() -> Order {
-        Order::Erase { addr: 0, len: 0 }
+impl Default for CoreRequest {
+    fn default() -> CoreRequest {
+        CoreRequest::Erase { addr: 0, len: 0 }
     }
 }
 
-impl Order {
+impl CoreRequest {
     /// It stays within program memory of so many bytes.
-    fn within(&self, flash: u32) -> bool {
+    fn is_within_flash(&self, flash: u32) -> bool {
         let (addr, len) = match self {
-            Order::Erase { addr, len } => (*addr, u64::from(*len)),
-            Order::Program { addr, words } => (*addr, 2 * words.len() as u64),
+            CoreRequest::Erase { addr, len } => (*addr, u64::from(*len)),
+            CoreRequest::Program { addr, words } => (*addr, 2 * words.len() as u64),
         };
         u64::from(addr) + len <= flash.into()
     }
@@ -28,32 +28,32 @@ impl Order {
 
 // When what is due, and what asks, follows from the rest.
 state! {
-    Soc {
+    AvrSoc {
         ports, timers, usarts, spi, twi, adc, comparator, eeprom, spm, watchdog, external, prescalers, gtccr, mcusr, mcucr, smcr, prr,
-        osccal, rampz, kept, low, ursel_read, power, drives, orders, stall,
-    } stays { part, wiring, log, nexts, asks, touched, first, due, told, out, lints }
-    if |soc, _now| soc.stall != NEVER && soc.orders.iter().all(|order| order.within(soc.part.chip.flash)), then Soc::resume
+        osccal, rampz, kept_bytes, low_ram, ursel_read, power, drives, requests, stall,
+    } stays { part, wiring, log, unit_deadlines, unit_requests, touched_units, first_vector, due, core_deadline, out, lints }
+    if |soc, _now| soc.stall != NEVER && soc.requests.iter().all(|order| order.is_within_flash(soc.part.chip.flash_bytes)), then AvrSoc::restore_derived
 }
 
-impl Soc {
+impl AvrSoc {
     /// Does everything up to `now`, also what nobody waits for, so that machines that are equal look so.
-    pub(crate) fn settle_down(&mut self, now: u64) {
-        self.log = Log::OFF;
+    pub(crate) fn normalize(&mut self, now: u64) {
+        self.log = EventLog::OFF;
         self.run(now);
-        for number in 0..unit::COUNT {
+        for number in 0..unit_index::COUNT {
             self.run_unit(number, now);
         }
-        self.plan();
+        self.update_deadlines();
     }
 
     /// Works out what follows from what was read.
-    fn resume(&mut self) {
-        self.log = Log::OFF;
+    fn restore_derived(&mut self) {
+        self.log = EventLog::OFF;
         self.out.clear();
         self.lints.forget();
-        self.told = NEVER;
-        self.touched = u16::MAX;
-        self.plan();
+        self.core_deadline = NEVER;
+        self.touched_units = u16::MAX;
+        self.update_deadlines();
     }
 
     /// Everything up to `now` has been done.

@@ -1,28 +1,28 @@
 //! Cases from DS40002061, one a line: section, what it is about, steps. A step is `edge:NAME=value` (a write or a level),
 //! `cycle:NAME?value` (a read as an instruction does it), `edge:what`; registers are hexadecimal, levels in millivolts.
 
-use emu_avr::periph::adc::{Adc, Kind, Reg};
-use emu_avr::periph::{Device, Outbox};
+use emu_avr::periph::adc::{AvrAdc, AvrAdcKind, AdcRegister};
+use emu_avr::periph::{AvrDevice, AvrOutbox};
 use emu_core::NEVER;
 
-const REGS: [Reg; 6] = [Reg::ADMUX, Reg::ADCSRA, Reg::ADCSRB, Reg::ADCL, Reg::ADCH, Reg::DIDR0];
+const REGS: [AdcRegister; 6] = [AdcRegister::ADMUX, AdcRegister::ADCSRA, AdcRegister::ADCSRB, AdcRegister::ADCL, AdcRegister::ADCH, AdcRegister::DIDR0];
 
-fn register(name: &str) -> Option<Reg> {
+fn register(name: &str) -> Option<AdcRegister> {
     REGS.into_iter().find(|reg| format!("{reg:?}") == name)
 }
 
-fn step(adc: &mut Adc, step: &str) -> Result<(), String> {
-    let mut out = Outbox::new();
+fn step(adc: &mut AvrAdc, step: &str) -> Result<(), String> {
+    let mut out = AvrOutbox::new();
     let (t, what) = step.split_once(':').ok_or("no time")?;
     let t: u64 = t.parse().map_err(|_| "time")?;
     let hex = |text: &str| u8::from_str_radix(text, 16).map_err(|e| e.to_string());
     if let Some((name, want)) = what.split_once('?') {
         let got = match name {
-            "next" if adc.next() == NEVER => "-".to_string(),
-            "next" => adc.next().to_string(),
+            "next" if adc.next_cycle() == NEVER => "-".to_string(),
+            "next" => adc.next_cycle().to_string(),
             "irq" => {
-                adc.run(t, &mut out);
-                adc.requests().to_string()
+                adc.run_due(t, &mut out);
+                adc.interrupt_requests().to_string()
             }
             "channel" => adc.comparator_channel().map_or("-".into(), |n| n.to_string()),
             _ => format!("{:02X}", adc.read(register(name).ok_or("register")?, t, &mut out)),
@@ -41,10 +41,10 @@ fn step(adc: &mut Adc, step: &str) -> Result<(), String> {
         return Ok(());
     }
     match what {
-        "taken" => adc.taken(0, t, &mut out),
-        "halted" => adc.halted(t),
-        "sleep" => adc.sleep(t, &mut out),
-        "wake" => adc.wake(t, &mut out),
+        "taken" => adc.on_interrupt_taken(0, t, &mut out),
+        "halted" => adc.on_core_halted(t),
+        "sleep" => adc.stop_clock(t, &mut out),
+        "wake" => adc.restart_clock(t, &mut out),
         "reset" => adc.reset(t, &mut out),
         _ => {
             let (set, source) = (what.starts_with("flag"), &what[4..]);
@@ -57,11 +57,11 @@ fn step(adc: &mut Adc, step: &str) -> Result<(), String> {
 fn run(line: &str) -> Result<(), String> {
     let steps = line.split('|').nth(1).ok_or("two columns")?;
     let kind = match line.split_whitespace().next() {
-        Some("mega8") => Kind::MEGA8,
-        Some("mega16") => Kind::MEGA16,
-        _ => Kind::MEGA48,
+        Some("mega8") => AvrAdcKind::MEGA8,
+        Some("mega16") => AvrAdcKind::MEGA16,
+        _ => AvrAdcKind::MEGA48,
     };
-    let mut adc = Adc::new(kind);
+    let mut adc = AvrAdc::new(kind);
     for text in steps.split_whitespace() {
         step(&mut adc, text).map_err(|said| format!("{line}\n  at {text}: {said}"))?;
     }

@@ -1,10 +1,10 @@
 //! The converter stepped clock by clock: a counter of seven bits, the converter's clock as a bit of it, and a conversion as
 //! the number of edges that the clock has made.
 
-use emu_avr::periph::adc::{Kind, Reg};
+use emu_avr::periph::adc::{AvrAdcKind, AdcRegister};
 
 pub struct Model {
-    pub kind: Kind,
+    pub kind: AvrAdcKind,
     pub pins: [u32; 9],
     pub aref: u32,
     pub avcc: u32,
@@ -35,7 +35,7 @@ pub struct Model {
 }
 
 impl Model {
-    pub fn new(kind: Kind) -> Model {
+    pub fn new(kind: AvrAdcKind) -> Model {
         Model {
             kind,
             pins: [0, 0, 0, 0, 0, 0, 0, 0, 314],
@@ -187,20 +187,20 @@ impl Model {
         if self.chosen() == 0 { self.flag } else { self.flags[usize::from(self.chosen())] }
     }
 
-    pub fn write(&mut self, reg: Reg, value: u8, mask: u8) {
+    pub fn write(&mut self, reg: AdcRegister, value: u8, mask: u8) {
         let mix = |old: u8, bits: u8| (old & !(mask & bits)) | (value & mask & bits);
         match reg {
-            Reg::ADMUX => self.admux = mix(self.admux, 0xE0 | self.kind.mux),
-            Reg::ADCSRB => {
+            AdcRegister::ADMUX => self.admux = mix(self.admux, 0xE0 | self.kind.mux),
+            AdcRegister::ADCSRB => {
                 let before = self.signal();
                 self.adcsrb = mix(self.adcsrb, if self.kind.triggers { 0x47 } else { 0x40 });
                 if self.chosen() != 0 && !before && self.signal() {
                     self.by_trigger();
                 }
             }
-            Reg::DIDR0 => self.didr0 = mix(self.didr0, self.kind.didr0),
-            Reg::ADCSRA => self.write_adcsra(mix(self.adcsra(), 0xEF), value & mask),
-            Reg::ADCL | Reg::ADCH => {}
+            AdcRegister::DIDR0 => self.didr0 = mix(self.didr0, self.kind.didr0),
+            AdcRegister::ADCSRA => self.write_adcsra(mix(self.adcsra(), 0xEF), value & mask),
+            AdcRegister::ADCL | AdcRegister::ADCH => {}
         }
     }
 
@@ -231,23 +231,23 @@ impl Model {
         bits.iter().fold(0, |value, &bit| value << 1 | u8::from(bit)) << 3 | self.adps
     }
 
-    pub fn get(&self, reg: Reg) -> u8 {
+    pub fn get(&self, reg: AdcRegister) -> u8 {
         let shown = if self.admux & 0x20 != 0 { self.result * 64 } else { self.result };
         match reg {
-            Reg::ADMUX => self.admux,
-            Reg::ADCSRA => self.adcsra(),
-            Reg::ADCSRB => self.adcsrb,
-            Reg::ADCL => (shown % 256) as u8,
-            Reg::ADCH => (shown / 256) as u8,
-            Reg::DIDR0 => self.didr0,
+            AdcRegister::ADMUX => self.admux,
+            AdcRegister::ADCSRA => self.adcsra(),
+            AdcRegister::ADCSRB => self.adcsrb,
+            AdcRegister::ADCL => (shown % 256) as u8,
+            AdcRegister::ADCH => (shown / 256) as u8,
+            AdcRegister::DIDR0 => self.didr0,
         }
     }
 
-    pub fn read(&mut self, reg: Reg) -> u8 {
+    pub fn read(&mut self, reg: AdcRegister) -> u8 {
         let value = self.get(reg);
         match reg {
-            Reg::ADCL => self.blocked = true,
-            Reg::ADCH => self.blocked = false,
+            AdcRegister::ADCL => self.blocked = true,
+            AdcRegister::ADCH => self.blocked = false,
             _ => {}
         }
         value

@@ -1,14 +1,14 @@
 //! Random programs, levels, triggers, sleeps and resets: the converter agrees with the ticked model in every cycle.
 
-use emu_avr::periph::adc::{Adc, Kind, Reg};
-use emu_avr::periph::{Device, Outbox};
+use emu_avr::periph::adc::{AvrAdc, AvrAdcKind, AdcRegister};
+use emu_avr::periph::{AvrDevice, AvrOutbox};
 use emu_core::NEVER;
 use emu_core::rng::Rng;
 
 use crate::model::Model;
 
-const REGS: [Reg; 6] = [Reg::ADMUX, Reg::ADCSRA, Reg::ADCSRB, Reg::ADCL, Reg::ADCH, Reg::DIDR0];
-const KINDS: [Kind; 5] = [Kind::MEGA48, Kind::MEGA48, Kind::MEGA8, Kind::MEGA16, Kind::MEGA128];
+const REGS: [AdcRegister; 6] = [AdcRegister::ADMUX, AdcRegister::ADCSRA, AdcRegister::ADCSRB, AdcRegister::ADCL, AdcRegister::ADCH, AdcRegister::DIDR0];
+const KINDS: [AvrAdcKind; 5] = [AvrAdcKind::MEGA48, AvrAdcKind::MEGA48, AvrAdcKind::MEGA8, AvrAdcKind::MEGA16, AvrAdcKind::MEGA128];
 const LEVELS: [u32; 10] = [0, 1, 5, 999, 1_100, 1_101, 2_500, 3_333, 5_000, 6_000];
 
 /// What happened in a life: results, those of them between the ends, results lost by the lock, triggered starts.
@@ -20,22 +20,22 @@ struct Seen {
     triggered: u64,
 }
 
-fn write(rng: &mut Rng, dut: &mut Adc, model: &mut Model, t: u64, out: &mut Outbox) {
+fn write(rng: &mut Rng, dut: &mut AvrAdc, model: &mut Model, t: u64, out: &mut AvrOutbox) {
     let byte = rng.next_u64() as u8;
     // ADPS of most writes is that which stands, and is small.
     let adps = if rng.one_in(8) { [byte & 7, byte & 3][usize::from(!rng.one_in(8))] } else { model.adps };
     let (reg, value) = match rng.below(12) {
-        0 => (Reg::ADMUX, byte),
-        1 => (Reg::ADMUX, byte & 0xE7),
-        2 => (Reg::ADCSRB, byte),
-        3 => (Reg::ADCSRB, byte & 0x43),
-        4 => (Reg::DIDR0, byte),
-        5 => ([Reg::ADCL, Reg::ADCH][usize::from(byte & 1)], byte),
-        6 if rng.one_in(4) => (Reg::ADCSRA, byte),
-        7 if rng.one_in(8) => (Reg::ADCSRA, byte & 0x7F),
+        0 => (AdcRegister::ADMUX, byte),
+        1 => (AdcRegister::ADMUX, byte & 0xE7),
+        2 => (AdcRegister::ADCSRB, byte),
+        3 => (AdcRegister::ADCSRB, byte & 0x43),
+        4 => (AdcRegister::DIDR0, byte),
+        5 => ([AdcRegister::ADCL, AdcRegister::ADCH][usize::from(byte & 1)], byte),
+        6 if rng.one_in(4) => (AdcRegister::ADCSRA, byte),
+        7 if rng.one_in(8) => (AdcRegister::ADCSRA, byte & 0x7F),
         // Where a source is selected, most conversions are left to it.
-        _ if model.listens().is_some() && !rng.one_in(4) => (Reg::ADCSRA, 0xA0 | byte & 0x18 | adps),
-        _ => (Reg::ADCSRA, 0x80 | byte & 0x78 | adps),
+        _ if model.listens().is_some() && !rng.one_in(4) => (AdcRegister::ADCSRA, 0xA0 | byte & 0x18 | adps),
+        _ => (AdcRegister::ADCSRA, 0x80 | byte & 0x78 | adps),
     };
     let mask = if rng.one_in(6) { 1 << rng.below(8) } else { 0xFF };
     dut.write(reg, value, mask, t, out);
@@ -46,8 +46,8 @@ fn write(rng: &mut Rng, dut: &mut Adc, model: &mut Model, t: u64, out: &mut Outb
 fn live(seed: u64, seen: &mut Seen) {
     let mut rng = Rng::new(seed);
     let kind = KINDS[rng.below(5) as usize];
-    let (mut dut, mut model) = (Adc::new(kind), Model::new(kind));
-    let mut out = Outbox::new();
+    let (mut dut, mut model) = (AvrAdc::new(kind), Model::new(kind));
+    let mut out = AvrOutbox::new();
     let cycles = if rng.one_in(50) { 4_000 } else { 150 + rng.below(250) };
     let busy = [3, 10, 40][rng.below(3) as usize];
     // Up to when the reads of each register are promised, and to be what.
@@ -58,18 +58,18 @@ fn live(seed: u64, seen: &mut Seen) {
     }
     if !rng.one_in(5) {
         let source = if rng.one_in(2) { 3 } else { 0 };
-        dut.write(Reg::ADCSRB, source, 0xFF, 0, &mut out);
-        model.write(Reg::ADCSRB, source, 0xFF);
+        dut.write(AdcRegister::ADCSRB, source, 0xFF, 0, &mut out);
+        model.write(AdcRegister::ADCSRB, source, 0xFF);
         let value = 0xC0 | rng.next_u64() as u8 & 0x29 | rng.below(4) as u8;
-        dut.write(Reg::ADCSRA, value, 0xFF, 0, &mut out);
-        model.write(Reg::ADCSRA, value, 0xFF);
+        dut.write(AdcRegister::ADCSRA, value, 0xFF, 0, &mut out);
+        model.write(AdcRegister::ADCSRA, value, 0xFF);
     }
     for t in 1..cycles {
         let was = (model.flag, model.result, model.blocked);
         model.tick();
         let at = || format!("seed {seed}, cycle {t}");
-        if dut.next() <= t || rng.one_in(30) {
-            dut.run(t, &mut out);
+        if dut.next_cycle() <= t || rng.one_in(30) {
+            dut.run_due(t, &mut out);
         }
         for (n, &(until, value)) in promised.iter().enumerate().filter(|(_, p)| p.0 > t) {
             assert_eq!(model.get(REGS[n]), value, "{:?} promised until {until}, {}", REGS[n], at());
@@ -107,19 +107,19 @@ fn live(seed: u64, seen: &mut Seen) {
                     seen.triggered += u64::from(idle && model.adcsra() & 0x40 != 0);
                 }
                 6 => {
-                    dut.halted(t);
+                    dut.on_core_halted(t);
                     model.halt();
                 }
                 7 if model.clock_on => {
-                    dut.sleep(t, &mut out);
+                    dut.stop_clock(t, &mut out);
                     model.clock_on = false;
                 }
                 7 | 8 if !model.clock_on => {
-                    dut.wake(t, &mut out);
+                    dut.restart_clock(t, &mut out);
                     model.clock_on = true;
                 }
                 8 => {
-                    dut.taken(0, t, &mut out);
+                    dut.on_interrupt_taken(0, t, &mut out);
                     model.flag = false;
                 }
                 9 if rng.one_in(6) => {
@@ -130,7 +130,7 @@ fn live(seed: u64, seen: &mut Seen) {
             }
         }
         // A lock is mostly a short one.
-        let reg = if model.blocked && !rng.one_in(8) { Reg::ADCH } else { REGS[rng.below(6) as usize] };
+        let reg = if model.blocked && !rng.one_in(8) { AdcRegister::ADCH } else { REGS[rng.below(6) as usize] };
         if rng.one_in(12) {
             promised = [(0, 0); 6];
             assert_eq!(dut.read(reg, t, &mut out), model.read(reg), "read of {reg:?}, {}", at());
@@ -138,15 +138,15 @@ fn live(seed: u64, seen: &mut Seen) {
         for reg in REGS {
             assert_eq!(dut.peek(reg, t), model.get(reg), "{reg:?}, {}", at());
         }
-        assert_eq!(dut.requests(), u8::from(model.flag && model.enable_irq), "interrupt, {}", at());
-        assert_eq!(dut.listens(), model.listens(), "trigger source, {}", at());
+        assert_eq!(dut.interrupt_requests(), u8::from(model.flag && model.enable_irq), "interrupt, {}", at());
+        assert_eq!(dut.listened_trigger(), model.listens(), "trigger source, {}", at());
         let channel = (model.adcsrb & 0x40 != 0 && !model.enabled).then_some(model.admux & 7);
         assert_eq!(dut.comparator_channel(), channel, "{}", at());
         assert_eq!((dut.enabled(), dut.digital_off()), (model.enabled, model.didr0), "{}", at());
         if rng.one_in(20) {
             for (promise, reg) in promised.iter_mut().zip(REGS) {
-                *promise = (dut.steady(reg, t), model.get(reg));
-                let changes_lock = reg == Reg::ADCL && !model.blocked || reg == Reg::ADCH && model.blocked;
+                *promise = (dut.steady_until(reg, t), model.get(reg));
+                let changes_lock = reg == AdcRegister::ADCL && !model.blocked || reg == AdcRegister::ADCH && model.blocked;
                 assert!(
                     promise.0 >= t && (!changes_lock || promise.0 == t),
                     "{reg:?} steady until {}, {}",
@@ -173,13 +173,13 @@ fn random_programs_agree_with_the_ticked_model() {
 /// Nobody looks for a long time, and the result is that of the last conversion.
 #[test]
 fn a_long_time_of_free_running_is_one_step() {
-    let (mut dut, mut model) = (Adc::new(Kind::MEGA48), Model::new(Kind::MEGA48));
-    let mut out = Outbox::new();
-    for (reg, value) in [(Reg::ADMUX, 0x42), (Reg::ADCSRA, 0xE3)] {
+    let (mut dut, mut model) = (AvrAdc::new(AvrAdcKind::MEGA48), Model::new(AvrAdcKind::MEGA48));
+    let mut out = AvrOutbox::new();
+    for (reg, value) in [(AdcRegister::ADMUX, 0x42), (AdcRegister::ADCSRA, 0xE3)] {
         dut.write(reg, value, 0xFF, 1, &mut out);
         model.write(reg, value, 0xFF);
     }
-    assert_eq!(dut.next(), NEVER);
+    assert_eq!(dut.next_cycle(), NEVER);
     dut.set_millivolts(2, 1_000, 1);
     model.pins[2] = 1_000;
     for _ in 1..1_000_003 {
@@ -188,10 +188,10 @@ fn a_long_time_of_free_running_is_one_step() {
     dut.set_millivolts(2, 3_000, 1_000_003);
     model.pins[2] = 3_000;
     for t in 1_000_003..1_000_500 {
-        assert_eq!(dut.peek(Reg::ADCL, t), model.get(Reg::ADCL), "cycle {t}");
-        assert_eq!(dut.peek(Reg::ADCH, t), model.get(Reg::ADCH), "cycle {t}");
+        assert_eq!(dut.peek(AdcRegister::ADCL, t), model.get(AdcRegister::ADCL), "cycle {t}");
+        assert_eq!(dut.peek(AdcRegister::ADCH, t), model.get(AdcRegister::ADCH), "cycle {t}");
         model.tick();
     }
     assert_eq!(model.result, 614);
-    assert_eq!(dut.peek(Reg::ADCL, u64::MAX / 2), 614u16 as u8);
+    assert_eq!(dut.peek(AdcRegister::ADCL, u64::MAX / 2), 614u16 as u8);
 }

@@ -1,12 +1,12 @@
 //! Cases from DS40002061, one a line: section, what it is about, steps. A step is `edge:NAME=value` (a write or a level),
 //! `cycle:NAME?value` or `edge:what`; registers are hexadecimal, levels in millivolts. A second has 1,000,000 cycles.
 
-use emu_avr::periph::comparator::{Comparator, Input, Reg};
-use emu_avr::periph::{Device, Drive, Outbox, Signal};
+use emu_avr::periph::comparator::{AvrComparator, ComparatorInput, ComparatorRegister};
+use emu_avr::periph::{AvrDevice, AvrDrive, AvrOutbox, AvrSignal};
 
 struct Rig {
-    dut: Comparator,
-    out: Outbox,
+    dut: AvrComparator,
+    out: AvrOutbox,
     flags: Vec<u64>,
     /// Each change of what timer 1 gets.
     icp: Vec<String>,
@@ -18,14 +18,14 @@ impl Rig {
         let t: u64 = t.parse().map_err(|_| "time")?;
         let hex = |text: &str| u8::from_str_radix(text, 16).map_err(|e| e.to_string());
         if let Some((name, want)) = what.split_once('?') {
-            self.dut.run(t, &mut self.out);
+            self.dut.run_due(t, &mut self.out);
             self.drain();
             let got = match name {
-                "irq" => self.dut.requests().to_string(),
+                "irq" => self.dut.interrupt_requests().to_string(),
                 "flags" => self.flags.iter().map(u64::to_string).collect::<Vec<_>>().join(","),
                 "icp" => self.icp.join(","),
-                "ACSR" => format!("{:02X}", self.dut.read(Reg::ACSR, t, &mut self.out)),
-                _ => format!("{:02X}", self.dut.read(Reg::DIDR1, t, &mut self.out)),
+                "ACSR" => format!("{:02X}", self.dut.read(ComparatorRegister::ACSR, t, &mut self.out)),
+                _ => format!("{:02X}", self.dut.read(ComparatorRegister::DIDR1, t, &mut self.out)),
             };
             return if got == want { Ok(()) } else { Err(format!("it is {got}")) };
         }
@@ -33,20 +33,20 @@ impl Rig {
         if let Some((name, value)) = what.split_once('=') {
             let number = || value.parse().map_err(|_| "number");
             match name {
-                "ACSR" => self.dut.write(Reg::ACSR, hex(value)?, 0xFF, t, out),
-                "DIDR1" => self.dut.write(Reg::DIDR1, hex(value)?, 0xFF, t, out),
-                "AIN0" => self.dut.set_millivolts(Input::Ain0, number()?, t, out),
-                "AIN1" => self.dut.set_millivolts(Input::Ain1, number()?, t, out),
+                "ACSR" => self.dut.write(ComparatorRegister::ACSR, hex(value)?, 0xFF, t, out),
+                "DIDR1" => self.dut.write(ComparatorRegister::DIDR1, hex(value)?, 0xFF, t, out),
+                "AIN0" => self.dut.set_millivolts(ComparatorInput::Ain0, number()?, t, out),
+                "AIN1" => self.dut.set_millivolts(ComparatorInput::Ain1, number()?, t, out),
                 "channel" => self.dut.select(value.parse().ok(), t, out),
-                "kept" => self.dut.keep_reference(value == "1", t, out),
-                "hz" => self.dut.rate(value.parse().map_err(|_| "hz")?, t),
-                _ => self.dut.set_millivolts(Input::Adc(hex(&name[3..])?), number()?, t, out),
+                "kept" => self.dut.hold_reference_on(value == "1", t, out),
+                "hz" => self.dut.set_clock_hz(value.parse().map_err(|_| "hz")?, t),
+                _ => self.dut.set_millivolts(ComparatorInput::Adc(hex(&name[3..])?), number()?, t, out),
             }
         } else {
             match what {
-                "taken" => self.dut.taken(0, t, out),
-                "sleep" => self.dut.sleep(t, out),
-                "wake" => self.dut.wake(t, out),
+                "taken" => self.dut.on_interrupt_taken(0, t, out),
+                "sleep" => self.dut.stop_clock(t, out),
+                "wake" => self.dut.restart_clock(t, out),
                 "reset" => self.dut.reset(t, out),
                 _ => return Err("no such step".into()),
             }
@@ -58,10 +58,10 @@ impl Rig {
     fn drain(&mut self) {
         for signal in self.out.drain(..) {
             match signal {
-                Signal::Flag { t, irq: 0 } => self.flags.push(t),
-                Signal::Drive { t, drive, .. } => self.icp.push(match drive {
-                    Drive::Value(high) => format!("{t}{}", if high { "H" } else { "L" }),
-                    Drive::Port => format!("{t}-"),
+                AvrSignal::Flag { t, irq: 0 } => self.flags.push(t),
+                AvrSignal::Drive { t, drive, .. } => self.icp.push(match drive {
+                    AvrDrive::Value(high) => format!("{t}{}", if high { "H" } else { "L" }),
+                    AvrDrive::Port => format!("{t}-"),
                     other => panic!("{other:?}"),
                 }),
                 other => panic!("{other:?}"),
@@ -72,8 +72,8 @@ impl Rig {
 
 fn run(line: &str) -> Result<(), String> {
     let steps = line.split('|').nth(1).ok_or("two columns")?;
-    let dut = Comparator::new(1_100, 1_000_000);
-    let mut rig = Rig { dut, out: Outbox::new(), flags: Vec::new(), icp: Vec::new() };
+    let dut = AvrComparator::new(1_100, 1_000_000);
+    let mut rig = Rig { dut, out: AvrOutbox::new(), flags: Vec::new(), icp: Vec::new() };
     for text in steps.split_whitespace() {
         rig.step(text).map_err(|said| format!("{line}\n  at {text}: {said}"))?;
     }

@@ -1,8 +1,8 @@
 //! The comparator stepped clock by clock: two flip-flops behind the inputs, and random programs on which both must agree in
 //! every cycle, in what is read, in the interrupt and in the edges that timer 1 gets.
 
-use emu_avr::periph::comparator::{Comparator, Input, Reg};
-use emu_avr::periph::{Device, Drive, Line, Outbox, Signal};
+use emu_avr::periph::comparator::{AvrComparator, ComparatorInput, ComparatorRegister};
+use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
 use emu_core::rng::Rng;
 
 const SECOND_PS: u64 = 1_000_000_000_000;
@@ -22,7 +22,7 @@ struct Model {
     clock_on: bool,
     flops: [bool; 2],
     flag_now: bool,
-    icp: Drive,
+    icp: AvrDrive,
 }
 
 impl Model {
@@ -60,7 +60,7 @@ impl Model {
 
     /// What timer 1 gets.
     fn follow(&mut self) {
-        self.icp = if self.acsr & 4 != 0 { Drive::Value(self.output()) } else { Drive::Port };
+        self.icp = if self.acsr & 4 != 0 { AvrDrive::Value(self.output()) } else { AvrDrive::Port };
     }
 
     fn power(&mut self) {
@@ -79,7 +79,7 @@ impl Model {
 fn live(seed: u64, seen: &mut [u64; 3]) {
     let mut rng = Rng::new(seed);
     let hz = RATES[rng.below(6) as usize];
-    let mut dut = Comparator::new(1_100, hz);
+    let mut dut = AvrComparator::new(1_100, hz);
     let mut model = Model {
         ain: [0; 2],
         adc: [0; 8],
@@ -92,20 +92,20 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
         clock_on: true,
         flops: [false; 2],
         flag_now: false,
-        icp: Drive::Port,
+        icp: AvrDrive::Port,
     };
     let busy = [2, 4, 15][rng.below(3) as usize];
-    let mut icp = Drive::Port;
+    let mut icp = AvrDrive::Port;
     let mut promised = (0, 0);
     for t in 1..100 + rng.below(400) {
         let at = || format!("seed {seed}, cycle {t}");
-        let mut out = Outbox::new();
+        let mut out = AvrOutbox::new();
         let flag_before = model.acsr & 0x10 != 0;
         model.tick();
         let rose = model.flag_now && !flag_before;
         let reference_up = model.reference == Some(0);
-        if dut.next() <= t || rng.one_in(20) {
-            dut.run(t, &mut out);
+        if dut.next_cycle() <= t || rng.one_in(20) {
+            dut.run_due(t, &mut out);
         }
         assert!(promised.0 <= t || model.acsr() == promised.1, "ACSR promised until {}, {}", promised.0, at());
         for _ in 0..if rng.one_in(busy) { 1 + rng.below(3) } else { 0 } {
@@ -116,9 +116,9 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
                 0..=6 => {
                     let mv = [0, 1_000, 1_100, 1_101, 2_000][rng.below(5) as usize];
                     let (input, level) = match rng.below(4) {
-                        0 | 1 => (Input::Ain0, &mut model.ain[0]),
-                        2 => (Input::Ain1, &mut model.ain[1]),
-                        _ => (Input::Adc(byte & 7), &mut model.adc[usize::from(byte & 7)]),
+                        0 | 1 => (ComparatorInput::Ain0, &mut model.ain[0]),
+                        2 => (ComparatorInput::Ain1, &mut model.ain[1]),
+                        _ => (ComparatorInput::Adc(byte & 7), &mut model.adc[usize::from(byte & 7)]),
                     };
                     *level = mv;
                     dut.set_millivolts(input, mv, t, &mut out);
@@ -130,23 +130,23 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
                 8 => {
                     model.kept = byte & 1 != 0;
                     model.power();
-                    dut.keep_reference(model.kept, t, &mut out);
+                    dut.hold_reference_on(model.kept, t, &mut out);
                 }
                 9 if model.clock_on => {
                     model.clock_on = false;
-                    dut.sleep(t, &mut out);
+                    dut.stop_clock(t, &mut out);
                 }
                 9 | 10 if !model.clock_on => {
                     model.clock_on = true;
-                    dut.wake(t, &mut out);
+                    dut.restart_clock(t, &mut out);
                 }
                 10 => {
                     model.hz = RATES[rng.below(6) as usize];
-                    dut.rate(model.hz, t);
+                    dut.set_clock_hz(model.hz, t);
                 }
                 11 => {
                     model.acsr &= !0x10;
-                    dut.taken(0, t, &mut out);
+                    dut.on_interrupt_taken(0, t, &mut out);
                 }
                 12 if rng.one_in(5) => {
                     (model.acsr, model.didr, model.channel, model.clock_on) = (0, 0, None, true);
@@ -155,7 +155,7 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
                 }
                 13 => {
                     model.didr = model.didr & !(mask & 3) | byte & mask & 3;
-                    dut.write(Reg::DIDR1, byte, mask, t, &mut out);
+                    dut.write(ComparatorRegister::DIDR1, byte, mask, t, &mut out);
                 }
                 _ => {
                     // The comparator is off in few of the writes.
@@ -164,7 +164,7 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
                     let flag = model.acsr & if clears { 0 } else { 0x10 };
                     model.acsr = (model.acsr & !mask | byte & mask) & 0xCF | flag;
                     model.power();
-                    dut.write(Reg::ACSR, byte, mask, t, &mut out);
+                    dut.write(ComparatorRegister::ACSR, byte, mask, t, &mut out);
                 }
             }
         }
@@ -172,23 +172,23 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
         let mut flagged = false;
         for signal in out.drain(..) {
             match signal {
-                Signal::Drive { t: when, line: Line::Icp, drive } if when == t => icp = drive,
-                Signal::Flag { t: when, irq: 0 } if when == t => flagged = true,
+                AvrSignal::Drive { t: when, line: AvrLine::Icp, drive } if when == t => icp = drive,
+                AvrSignal::Flag { t: when, irq: 0 } if when == t => flagged = true,
                 other => panic!("{other:?}, {}", at()),
             }
         }
         assert_eq!(flagged, rose, "the flag as told, {}", at());
         assert_eq!(icp, model.icp, "what timer 1 gets, {}", at());
-        assert_eq!(dut.peek(Reg::ACSR, t), model.acsr(), "ACSR, {}", at());
-        assert_eq!(dut.peek(Reg::DIDR1, t), model.didr, "DIDR1, {}", at());
+        assert_eq!(dut.peek(ComparatorRegister::ACSR, t), model.acsr(), "ACSR, {}", at());
+        assert_eq!(dut.peek(ComparatorRegister::DIDR1, t), model.didr, "DIDR1, {}", at());
         assert_eq!(dut.digital_off(), model.didr, "{}", at());
-        assert_eq!(dut.requests(), u8::from(model.acsr & 0x18 == 0x18), "interrupt, {}", at());
+        assert_eq!(dut.interrupt_requests(), u8::from(model.acsr & 0x18 == 0x18), "interrupt, {}", at());
         assert_eq!(dut.flag(), model.acsr & 0x10 != 0, "{}", at());
         seen[0] += u64::from(flagged);
         seen[1] += u64::from(reference_up && model.acsr & 0x40 != 0 && model.output());
-        seen[2] += u64::from(model.icp == Drive::Value(true));
+        seen[2] += u64::from(model.icp == AvrDrive::Value(true));
         if rng.one_in(3) {
-            promised = (dut.steady(Reg::ACSR, t), model.acsr());
+            promised = (dut.steady_until(ComparatorRegister::ACSR, t), model.acsr());
             assert!(promised.0 >= t, "{}", at());
         }
     }

@@ -4,17 +4,17 @@
 
 use std::sync::Arc;
 
-use emu_avr::periph::eeprom::{Eeprom, Kind, Reg};
-use emu_avr::periph::{Device, Outbox, Signal};
+use emu_avr::periph::eeprom::{AvrEeprom, AvrEepromKind, EepromRegister};
+use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
 use emu_core::NEVER;
 
-const REGS: [Reg; 4] = [Reg::EEARL, Reg::EEARH, Reg::EEDR, Reg::EECR];
+const REGS: [EepromRegister; 4] = [EepromRegister::EEARL, EepromRegister::EEARH, EepromRegister::EEDR, EepromRegister::EECR];
 
-fn step(dut: &mut Eeprom, stalls: &mut Vec<String>, step: &str) -> Result<(), String> {
+fn step(dut: &mut AvrEeprom, stalls: &mut Vec<String>, step: &str) -> Result<(), String> {
     let (t, what) = step.split_once(':').ok_or("no time")?;
     let t: u64 = t.parse().map_err(|_| "time")?;
     let hex = |text: &str| usize::from_str_radix(text, 16).map_err(|e| e.to_string());
-    let mut out = Outbox::new();
+    let mut out = AvrOutbox::new();
     let place = what.find(['?', '=', '|', '&']);
     let (name, value) = place.map_or((what, ""), |at| (&what[..at], &what[at + 1..]));
     let reg = REGS.into_iter().find(|reg| format!("{reg:?}") == name);
@@ -22,15 +22,15 @@ fn step(dut: &mut Eeprom, stalls: &mut Vec<String>, step: &str) -> Result<(), St
         let got = match (reg, name.strip_prefix('@')) {
             (Some(reg), _) => format!("{:02X}", dut.read(reg, t, &mut out)),
             (_, Some(cell)) => {
-                dut.run(t, &mut out);
+                dut.run_due(t, &mut out);
                 format!("{:02X}", dut.cells()[hex(cell)?])
             }
             _ if name == "irq" => {
-                dut.run(t, &mut out);
-                dut.requests().to_string()
+                dut.run_due(t, &mut out);
+                dut.interrupt_requests().to_string()
             }
-            _ if name == "next" && dut.next() == NEVER => "-".to_string(),
-            _ if name == "next" => dut.next().to_string(),
+            _ if name == "next" && dut.next_cycle() == NEVER => "-".to_string(),
+            _ if name == "next" => dut.next_cycle().to_string(),
             _ if name == "halts" => std::mem::take(stalls).join(","),
             _ => return Err("no such thing".into()),
         };
@@ -46,14 +46,14 @@ fn step(dut: &mut Eeprom, stalls: &mut Vec<String>, step: &str) -> Result<(), St
             dut.write(reg, value as u8, mask as u8, t, &mut out);
         }
         (_, "blocked") => dut.block_until(value.parse().map_err(|_| "until")?, t),
-        (_, "hz") => dut.rate(value.parse().map_err(|_| "hz")?, t),
-        (_, "sleep") => dut.sleep(t, &mut out),
-        (_, "wake") => dut.wake(t, &mut out),
+        (_, "hz") => dut.set_clock_hz(value.parse().map_err(|_| "hz")?, t),
+        (_, "sleep") => dut.stop_clock(t, &mut out),
+        (_, "wake") => dut.restart_clock(t, &mut out),
         (_, "reset") => dut.reset(t, &mut out),
         _ => return Err("no such step".into()),
     }
     for signal in out {
-        let Signal::Stall { until } = signal else { return Err(format!("{signal:?}")) };
+        let AvrSignal::Stall { until } = signal else { return Err(format!("{signal:?}")) };
         stalls.push(format!("{t}-{until}"));
     }
     Ok(())
@@ -63,8 +63,8 @@ fn run(line: &str) -> Result<(), String> {
     let steps = line.split('|').collect::<Vec<_>>()[1..].join("|");
     let old = line.starts_with("mega8");
     let cells = (0..if old { 512 } else { 1024 }).map(|n| (n as u8).wrapping_add(0x40)).collect();
-    let kind = if old { Kind::MEGA8 } else { Kind::MEGA48 };
-    let mut dut = Eeprom::new(kind, Arc::new(cells), 1_000_000);
+    let kind = if old { AvrEepromKind::MEGA8 } else { AvrEepromKind::MEGA48 };
+    let mut dut = AvrEeprom::new(kind, Arc::new(cells), 1_000_000);
     let mut stalls = Vec::new();
     for text in steps.split_whitespace() {
         step(&mut dut, &mut stalls, text).map_err(|said| format!("{line}\n  at {text}: {said}"))?;
@@ -125,16 +125,16 @@ fn a_wrong_case_is_found() {
 
 #[test]
 fn cells_are_set_from_outside() {
-    let mut dut = Eeprom::new(Kind::MEGA48, Arc::new(vec![1, 2, 3]), 1_000_000);
+    let mut dut = AvrEeprom::new(AvrEepromKind::MEGA48, Arc::new(vec![1, 2, 3]), 1_000_000);
     let before = Arc::clone(dut.cells());
     assert!(dut.set_cell(1, 9) && !dut.set_cell(3, 9));
     assert_eq!((dut.cells()[..].to_vec(), before[..].to_vec()), (vec![1, 9, 3], vec![1, 2, 3]));
     // Three cells need two bits of address, and the fourth does not exist.
-    let mut out = Outbox::new();
-    dut.write(Reg::EEARL, 0xFF, 0xFF, 1, &mut out);
-    dut.write(Reg::EECR, 1, 1, 2, &mut out);
-    assert_eq!([dut.peek(Reg::EEARL, 2), dut.peek(Reg::EEDR, 2)], [3, 0xFF]);
-    let mut none = Eeprom::new(Kind::MEGA48, Arc::default(), 1_000_000);
-    none.write(Reg::EECR, 1, 1, 2, &mut out);
-    assert_eq!(none.peek(Reg::EEDR, 2), 0xFF);
+    let mut out = AvrOutbox::new();
+    dut.write(EepromRegister::EEARL, 0xFF, 0xFF, 1, &mut out);
+    dut.write(EepromRegister::EECR, 1, 1, 2, &mut out);
+    assert_eq!([dut.peek(EepromRegister::EEARL, 2), dut.peek(EepromRegister::EEDR, 2)], [3, 0xFF]);
+    let mut none = AvrEeprom::new(AvrEepromKind::MEGA48, Arc::default(), 1_000_000);
+    none.write(EepromRegister::EECR, 1, 1, 2, &mut out);
+    assert_eq!(none.peek(EepromRegister::EEDR, 2), 0xFF);
 }

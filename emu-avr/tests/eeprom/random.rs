@@ -2,17 +2,17 @@
 
 use std::sync::Arc;
 
-use emu_avr::periph::eeprom::{Eeprom, Kind, Reg};
-use emu_avr::periph::{Device, Outbox, Signal};
+use emu_avr::periph::eeprom::{AvrEeprom, AvrEepromKind, EepromRegister};
+use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
 use emu_core::rng::Rng;
 
 const SECOND_PS: u64 = 1_000_000_000_000;
 /// Clocks with a whole number of picoseconds to a cycle.
 const RATES: [u64; 5] = [125_000, 500_000, 1_000_000, 2_000_000, 4_000_000];
-const REGS: [Reg; 4] = [Reg::EEARL, Reg::EEARH, Reg::EEDR, Reg::EECR];
+const REGS: [EepromRegister; 4] = [EepromRegister::EEARL, EepromRegister::EEARH, EepromRegister::EEDR, EepromRegister::EECR];
 
 struct Model {
-    kind: Kind,
+    kind: AvrEepromKind,
     cells: Vec<u8>,
     hz: u64,
     eear: usize,
@@ -47,19 +47,19 @@ impl Model {
         }
     }
 
-    fn write(&mut self, reg: Reg, value: u8, mask: u8) {
+    fn write(&mut self, reg: EepromRegister, value: u8, mask: u8) {
         let mix = |old: u8| old & !mask | value & mask;
         let idle = self.busy.is_none();
         match reg {
-            Reg::EEARL if idle => {
+            EepromRegister::EEARL if idle => {
                 self.eear = (self.eear / 256 * 256 + usize::from(mix(self.eear as u8))) % self.cells.len()
             }
-            Reg::EEARH if idle => {
+            EepromRegister::EEARH if idle => {
                 self.eear = (self.eear % 256 + 256 * usize::from(mix((self.eear / 256) as u8))) % self.cells.len();
             }
-            Reg::EEARL | Reg::EEARH => {}
-            Reg::EEDR => self.eedr = mix(self.eedr),
-            Reg::EECR => {
+            EepromRegister::EEARL | EepromRegister::EEARH => {}
+            EepromRegister::EEDR => self.eedr = mix(self.eedr),
+            EepromRegister::EECR => {
                 let (open, new) = (self.was_set, mix(self.eecr() & 0x38));
                 self.eerie = new & 8 != 0;
                 if idle && self.kind.modes {
@@ -87,12 +87,12 @@ impl Model {
         self.eepm << 4 | bits.iter().fold(0, |value, &bit| value << 1 | u8::from(bit))
     }
 
-    fn get(&self, reg: Reg) -> u8 {
+    fn get(&self, reg: EepromRegister) -> u8 {
         match reg {
-            Reg::EEARL => self.eear as u8,
-            Reg::EEARH => (self.eear / 256) as u8,
-            Reg::EEDR => self.eedr,
-            Reg::EECR => self.eecr(),
+            EepromRegister::EEARL => self.eear as u8,
+            EepromRegister::EEARH => (self.eear / 256) as u8,
+            EepromRegister::EEDR => self.eedr,
+            EepromRegister::EECR => self.eecr(),
         }
     }
 }
@@ -104,8 +104,8 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
     rng.fill(&mut cells);
     let hz = RATES[rng.below(5) as usize];
     // Times are cut short, so that a life has many writes.
-    let kind = Kind { modes: rng.one_in(2), both_us: 1 + rng.below(60) as u32, half_us: 1 + rng.below(30) as u32 };
-    let mut dut = Eeprom::new(kind, Arc::new(cells.clone()), hz);
+    let kind = AvrEepromKind { modes: rng.one_in(2), both_us: 1 + rng.below(60) as u32, half_us: 1 + rng.below(30) as u32 };
+    let mut dut = AvrEeprom::new(kind, Arc::new(cells.clone()), hz);
     let mut model = Model {
         kind,
         cells,
@@ -126,10 +126,10 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
     let mut plan: Vec<(u64, u8, u8)> = Vec::new();
     for t in 1..100 + rng.below(300) {
         let at = || format!("seed {seed}, cycle {t}");
-        let mut out = Outbox::new();
+        let mut out = AvrOutbox::new();
         model.tick();
-        if dut.next() <= t || rng.one_in(20) {
-            dut.run(t, &mut out);
+        if dut.next_cycle() <= t || rng.one_in(20) {
+            dut.run_due(t, &mut out);
         }
         for (n, &(_, value)) in promised.iter().enumerate().filter(|(_, p)| p.0 > t) {
             assert_eq!(model.get(REGS[n]), value, "{:?} promised, {}", REGS[n], at());
@@ -137,30 +137,30 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
         let byte = rng.next_u64() as u8;
         let mask = if rng.one_in(4) { 1 << rng.below(8) } else { 0xFF };
         let planned = plan.iter().position(|p| p.0 == t).map(|n| plan.remove(n));
-        let mut write = |dut: &mut Eeprom, model: &mut Model, reg, value, mask| {
+        let mut write = |dut: &mut AvrEeprom, model: &mut Model, reg, value, mask| {
             promised = [(0, 0); 4];
             dut.write(reg, value, mask, t, &mut out);
             model.write(reg, value, mask);
         };
         match (planned, rng.below(40)) {
-            (Some((_, value, mask)), _) => write(&mut dut, &mut model, Reg::EECR, value, mask),
+            (Some((_, value, mask)), _) => write(&mut dut, &mut model, EepromRegister::EECR, value, mask),
             (_, 0..=2) => {
                 let mode = if rng.one_in(2) { byte & 0x38 } else { 0 };
                 plan = vec![(t + 1, 4 | mode, if mode == 0 { 4 } else { 0xFF }), (t + 2 + rng.below(6), 2, 2)];
             }
-            (_, 3) => write(&mut dut, &mut model, Reg::EECR, byte, mask),
-            (_, 4 | 5) => write(&mut dut, &mut model, Reg::EECR, 1, 1),
+            (_, 3) => write(&mut dut, &mut model, EepromRegister::EECR, byte, mask),
+            (_, 4 | 5) => write(&mut dut, &mut model, EepromRegister::EECR, 1, 1),
             // Few cells, so that they are met again.
-            (_, 6) => write(&mut dut, &mut model, Reg::EEARL, byte & 3, mask),
+            (_, 6) => write(&mut dut, &mut model, EepromRegister::EEARL, byte & 3, mask),
             (_, 7) => write(&mut dut, &mut model, REGS[usize::from(byte & 1)], byte.rotate_left(3), mask),
-            (_, 8 | 9) => write(&mut dut, &mut model, Reg::EEDR, byte, mask),
+            (_, 8 | 9) => write(&mut dut, &mut model, EepromRegister::EEDR, byte, mask),
             (_, 10) => {
                 model.blocked = [0, 0, rng.below(30)][rng.below(3) as usize];
                 dut.block_until(if model.blocked == 0 { 0 } else { t + model.blocked }, t);
             }
             (_, 11) if rng.one_in(4) => {
                 model.hz = RATES[rng.below(5) as usize];
-                dut.rate(model.hz, t);
+                dut.set_clock_hz(model.hz, t);
                 promised = [(0, 0); 4];
             }
             (_, 12) if rng.one_in(4) => {
@@ -171,12 +171,12 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
                 }
                 promised = [(0, 0); 4];
             }
-            (_, 13) => dut.sleep(t, &mut out),
-            (_, 14) => dut.wake(t, &mut out),
+            (_, 13) => dut.stop_clock(t, &mut out),
+            (_, 14) => dut.restart_clock(t, &mut out),
             _ => {}
         }
         for signal in out {
-            let Signal::Stall { until } = signal else { panic!("{signal:?}, {}", at()) };
+            let AvrSignal::Stall { until } = signal else { panic!("{signal:?}, {}", at()) };
             halted_until = until;
         }
         assert_eq!(t < halted_until, model.halt > 0, "the core stands still, {}", at());
@@ -184,16 +184,16 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
             assert_eq!(dut.peek(reg, t), model.get(reg), "{reg:?}, {}", at());
         }
         let ready = model.eerie && model.busy.is_none() && model.blocked == 0;
-        assert_eq!(dut.requests(), u8::from(ready), "interrupt, {}", at());
+        assert_eq!(dut.interrupt_requests(), u8::from(ready), "interrupt, {}", at());
         if rng.one_in(8) {
-            dut.run(t, &mut Outbox::new());
+            dut.run_due(t, &mut AvrOutbox::new());
             assert!(dut.cells()[..] == model.cells[..], "cells, {}", at());
             seen[1] += u64::from(model.cells[model.eear] == 0xFF);
         }
         seen[0] += u64::from(model.halt == 2 && model.busy.is_some());
         seen[2] += u64::from(model.blocked > 0 && model.eerie);
         if rng.one_in(6) {
-            promised = REGS.map(|reg| (dut.steady(reg, t), model.get(reg)));
+            promised = REGS.map(|reg| (dut.steady_until(reg, t), model.get(reg)));
         }
     }
 }

@@ -1,28 +1,28 @@
 //! Cases, one a line: section (of DS40002061, or the chip), what it is about, steps. A step is `edge:NAME=value` (a write, or
 //! the level of a pin: INTn, PCn), `cycle:NAME?value` or `edge:what`; registers are hexadecimal. `NAME.n=v` writes one bit.
 
-use emu_avr::periph::external::{External, Kind, Reg};
-use emu_avr::periph::{Device, Line, Outbox, Signal};
+use emu_avr::periph::external::{ExternalInterrupts, ExternalKind, ExternalRegister};
+use emu_avr::periph::{AvrDevice, AvrLine, AvrOutbox, AvrSignal};
 use emu_core::NEVER;
 
 struct Rig {
-    dut: External,
-    out: Outbox,
+    dut: ExternalInterrupts,
+    out: AvrOutbox,
     flags: Vec<u64>,
 }
 
-fn reg(name: &str) -> Result<Reg, String> {
+fn reg(name: &str) -> Result<ExternalRegister, String> {
     Ok(match name {
-        "EICRA" => Reg::EICRA,
-        "EICRB" => Reg::EICRB,
-        "EIMSK" => Reg::EIMSK,
-        "EIFR" => Reg::EIFR,
-        "PCICR" => Reg::PCICR,
-        "PCIFR" => Reg::PCIFR,
-        "PCMSK0" => Reg::PCMSK0,
-        "PCMSK1" => Reg::PCMSK1,
-        "PCMSK2" => Reg::PCMSK2,
-        "PCMSK3" => Reg::PCMSK3,
+        "EICRA" => ExternalRegister::EICRA,
+        "EICRB" => ExternalRegister::EICRB,
+        "EIMSK" => ExternalRegister::EIMSK,
+        "EIFR" => ExternalRegister::EIFR,
+        "PCICR" => ExternalRegister::PCICR,
+        "PCIFR" => ExternalRegister::PCIFR,
+        "PCMSK0" => ExternalRegister::PCMSK0,
+        "PCMSK1" => ExternalRegister::PCMSK1,
+        "PCMSK2" => ExternalRegister::PCMSK2,
+        "PCMSK3" => ExternalRegister::PCMSK3,
         _ => return Err(format!("no register {name}")),
     })
 }
@@ -33,16 +33,16 @@ fn number(text: &str) -> Result<u8, String> {
 
 impl Rig {
     fn ask(&mut self, name: &str, t: u64) -> Result<String, String> {
-        self.dut.run(t, &mut self.out);
+        self.dut.run_due(t, &mut self.out);
         self.drain();
         Ok(match name {
-            "irq" => format!("{:02X}", self.dut.requests()),
+            "irq" => format!("{:02X}", self.dut.interrupt_requests()),
             "flags" => self.flags.iter().map(u64::to_string).collect::<Vec<_>>().join(","),
             "flag" => u8::from(self.dut.flag()).to_string(),
-            "next" if self.dut.next() == NEVER => "-".into(),
-            "next" => self.dut.next().to_string(),
-            "steady" if self.dut.steady(Reg::EIFR, t) == NEVER => "-".into(),
-            "steady" => self.dut.steady(Reg::EIFR, t).to_string(),
+            "next" if self.dut.next_cycle() == NEVER => "-".into(),
+            "next" => self.dut.next_cycle().to_string(),
+            "steady" if self.dut.steady_until(ExternalRegister::EIFR, t) == NEVER => "-".into(),
+            "steady" => self.dut.steady_until(ExternalRegister::EIFR, t).to_string(),
             _ => format!("{:02X}", self.dut.read(reg(name)?, t, &mut self.out)),
         })
     }
@@ -56,13 +56,13 @@ impl Rig {
         }
         let out = &mut self.out;
         match what.split_once('=') {
-            Some(("taken", irq)) => self.dut.taken(number(irq)?, t, out),
-            Some(("listen", on)) => self.dut.listen(on == "1", t, out),
+            Some(("taken", irq)) => self.dut.on_interrupt_taken(number(irq)?, t, out),
+            Some(("listen", on)) => self.dut.set_flag_listener(on == "1", t, out),
             Some((name, level)) if name.starts_with("INT") => {
-                self.dut.line(Line::Int(number(&name[3..])?), level == "1", t, out);
+                self.dut.on_line_changed(AvrLine::Int(number(&name[3..])?), level == "1", t, out);
             }
             Some((name, level)) if name.starts_with("PC") && !name[2..].starts_with(['I', 'M']) => {
-                self.dut.line(Line::Pc(number(&name[2..])?), level == "1", t, out);
+                self.dut.on_line_changed(AvrLine::Pc(number(&name[2..])?), level == "1", t, out);
             }
             Some((name, value)) => {
                 // NAME.n=v writes one bit as SBI and CBI do.
@@ -75,8 +75,8 @@ impl Rig {
                 self.dut.write(reg(name)?, value, mask, t, out);
             }
             None => match what {
-                "sleep" => self.dut.sleep(t, out),
-                "wake" => self.dut.wake(t, out),
+                "sleep" => self.dut.stop_clock(t, out),
+                "wake" => self.dut.restart_clock(t, out),
                 "reset" => self.dut.reset(t, out),
                 _ => return Err("no such step".into()),
             },
@@ -88,7 +88,7 @@ impl Rig {
     fn drain(&mut self) {
         for signal in self.out.drain(..) {
             match signal {
-                Signal::Flag { t, irq: 0 } => self.flags.push(t),
+                AvrSignal::Flag { t, irq: 0 } => self.flags.push(t),
                 other => panic!("{other:?}"),
             }
         }
@@ -98,14 +98,14 @@ impl Rig {
 fn run(line: &str) -> Result<(), String> {
     let (head, steps) = line.split_once('|').ok_or("two columns")?;
     let kind = match head.split_whitespace().next() {
-        Some("m8") => Kind::MEGA8,
-        Some("m16") => Kind::MEGA16,
-        Some("m162") => Kind::MEGA162,
-        Some("m128") => Kind::MEGA128,
-        Some("2545") => Kind::MEGA48,
-        _ => Kind::MEGA328,
+        Some("m8") => ExternalKind::MEGA8,
+        Some("m16") => ExternalKind::MEGA16,
+        Some("m162") => ExternalKind::MEGA162,
+        Some("m128") => ExternalKind::MEGA128,
+        Some("2545") => ExternalKind::MEGA48,
+        _ => ExternalKind::MEGA328,
     };
-    let mut rig = Rig { dut: External::new(kind), out: Outbox::new(), flags: Vec::new() };
+    let mut rig = Rig { dut: ExternalInterrupts::new(kind), out: AvrOutbox::new(), flags: Vec::new() };
     for text in steps.split_whitespace() {
         rig.step(text).map_err(|said| format!("{line}\n  at {text}: {said}"))?;
     }

@@ -1,32 +1,32 @@
 //! Random writes, pins, sleeps and resets, on which the part and the ticked model must agree in every cycle: in what is read, in
 //! the interrupts, and in the flag as it is told to the converter.
 
-use emu_avr::periph::external::{External, Kind, Reg};
-use emu_avr::periph::{Device, Line, Outbox, Signal};
+use emu_avr::periph::external::{ExternalInterrupts, ExternalKind, ExternalRegister};
+use emu_avr::periph::{AvrDevice, AvrLine, AvrOutbox, AvrSignal};
 use emu_core::rng::Rng;
 
 use super::model::{Chip, Model};
 
-const REGS: [Reg; 10] = [
-    Reg::EICRA,
-    Reg::EICRB,
-    Reg::EIMSK,
-    Reg::EIFR,
-    Reg::PCICR,
-    Reg::PCIFR,
-    Reg::PCMSK0,
-    Reg::PCMSK1,
-    Reg::PCMSK2,
-    Reg::PCMSK3,
+const REGS: [ExternalRegister; 10] = [
+    ExternalRegister::EICRA,
+    ExternalRegister::EICRB,
+    ExternalRegister::EIMSK,
+    ExternalRegister::EIFR,
+    ExternalRegister::PCICR,
+    ExternalRegister::PCIFR,
+    ExternalRegister::PCMSK0,
+    ExternalRegister::PCMSK1,
+    ExternalRegister::PCMSK2,
+    ExternalRegister::PCMSK3,
 ];
 
-static CHIPS: [(Kind, Chip); 6] = [
-    (Kind::MEGA328, Chip { edges_wake: true, ..FIRST_48 }),
-    (Kind::MEGA48, FIRST_48),
-    (Kind::MEGA8, Chip { masks: [0; 4], ..FIRST_48 }),
-    (Kind::MEGA16, Chip { masks: [0; 4], ..MEGA162 }),
-    (Kind::MEGA162, MEGA162),
-    (Kind::MEGA128, Chip { ints: 8, unclocked: &[0, 1, 2, 3], masks: [0; 4], ..FIRST_48 }),
+static CHIPS: [(ExternalKind, Chip); 6] = [
+    (ExternalKind::MEGA328, Chip { edges_wake: true, ..FIRST_48 }),
+    (ExternalKind::MEGA48, FIRST_48),
+    (ExternalKind::MEGA8, Chip { masks: [0; 4], ..FIRST_48 }),
+    (ExternalKind::MEGA16, Chip { masks: [0; 4], ..MEGA162 }),
+    (ExternalKind::MEGA162, MEGA162),
+    (ExternalKind::MEGA128, Chip { ints: 8, unclocked: &[0, 1, 2, 3], masks: [0; 4], ..FIRST_48 }),
 ];
 
 const FIRST_48: Chip =
@@ -36,16 +36,16 @@ const MEGA162: Chip = Chip { ints: 3, unclocked: &[2], edge_only: &[2], edges_wa
 fn live(seed: u64, seen: &mut [u64; 5]) {
     let mut rng = Rng::new(seed);
     let (kind, chip) = &CHIPS[if rng.one_in(2) { 0 } else { rng.below(6) as usize }];
-    let (mut dut, mut model) = (External::new(*kind), Model::new(chip));
+    let (mut dut, mut model) = (ExternalInterrupts::new(*kind), Model::new(chip));
     let busy = [2, 4, 15][rng.below(3) as usize];
     let mut listened = false;
     let mut promised = [(0, 0); 10];
     for t in 1..60 + rng.below(150) {
         let at = || format!("seed {seed}, cycle {t}");
-        let mut out = Outbox::new();
+        let mut out = AvrOutbox::new();
         model.tick();
-        if dut.next() <= t || rng.one_in(20) {
-            dut.run(t, &mut out);
+        if dut.next_cycle() <= t || rng.one_in(20) {
+            dut.run_due(t, &mut out);
         }
         for (n, &(_, value)) in promised.iter().enumerate().filter(|(_, p)| p.0 > t) {
             assert_eq!(model.get(n), value, "{:?} promised, {}", REGS[n], at());
@@ -62,29 +62,29 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
                 0..=4 => {
                     let n = byte & if rng.one_in(2) { 1 } else { 9 };
                     model.int(n.into(), byte & 0x80 != 0);
-                    dut.line(Line::Int(n), byte & 0x80 != 0, t, &mut out);
+                    dut.on_line_changed(AvrLine::Int(n), byte & 0x80 != 0, t, &mut out);
                 }
                 5..=9 => {
                     let n = byte & if rng.one_in(2) { 9 } else { 31 };
                     model.pc(n.into(), byte & 0x80 != 0);
-                    dut.line(Line::Pc(n), byte & 0x80 != 0, t, &mut out);
+                    dut.on_line_changed(AvrLine::Pc(n), byte & 0x80 != 0, t, &mut out);
                 }
                 10 if rng.one_in(2) => {
                     model.clock(!clocked && rng.one_in(2));
                     if model.clock_is_on() {
-                        dut.wake(t, &mut out);
+                        dut.restart_clock(t, &mut out);
                     } else {
-                        dut.sleep(t, &mut out);
+                        dut.stop_clock(t, &mut out);
                     }
                 }
                 10 | 11 if !model.clock_is_on() => {
                     model.clock(true);
-                    dut.wake(t, &mut out);
+                    dut.restart_clock(t, &mut out);
                 }
                 11 | 12 => {
                     let irq = rng.below(model.interrupts() as u64) as u8;
                     model.taken(irq.into());
-                    dut.taken(irq, t, &mut out);
+                    dut.on_interrupt_taken(irq, t, &mut out);
                 }
                 13 if rng.one_in(4) => {
                     model.reset();
@@ -92,7 +92,7 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
                 }
                 14 if rng.one_in(2) => {
                     listened = byte & 1 != 0;
-                    dut.listen(listened, t, &mut out);
+                    dut.set_flag_listener(listened, t, &mut out);
                 }
                 _ => {
                     // Enables and masks are mostly set, and ISC is not changed so often that nothing comes through.
@@ -106,14 +106,14 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
         }
         let mut flagged = false;
         for signal in out.drain(..) {
-            assert_eq!(signal, Signal::Flag { t, irq: 0 }, "{}", at());
+            assert_eq!(signal, AvrSignal::Flag { t, irq: 0 }, "{}", at());
             flagged = true;
         }
         assert_eq!(flagged, told, "the flag as told, {}", at());
         for (n, &reg) in REGS.iter().enumerate() {
             assert_eq!(dut.peek(reg, t), model.get(n), "{reg:?}, {}", at());
         }
-        assert_eq!(dut.requests(), model.requests(), "interrupts, {}", at());
+        assert_eq!(dut.interrupt_requests(), model.requests(), "interrupts, {}", at());
         seen[0] += u64::from(model.set_now.0.contains(&true));
         seen[1] += u64::from(model.set_now.1.contains(&true));
         seen[2] += u64::from(flagged);
@@ -123,7 +123,7 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
             let mut n = 0;
             promised = REGS.map(|reg| {
                 n += 1;
-                (dut.steady(reg, t), model.get(n - 1))
+                (dut.steady_until(reg, t), model.get(n - 1))
             });
         }
     }

@@ -4,16 +4,16 @@ use std::collections::BTreeSet;
 
 use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
-use emu_avr::isa::{ROWS, row_of};
+use emu_avr::isa::{ROWS, find_row};
 use emu_core::image::{Image, Segment};
-use emu_core::{Cpu, RamInit, Stop};
+use emu_core::{Cpu, RamInit, StopReason};
 
 use super::reference::{C, CONSTANT, I, ONE, PRODUCTS, Product, Reference, T, TWO, Z, pair, with};
 
 /// A machine with these lines from address 0.
 fn machine(lines: &[String]) -> Avr {
     let word = |(pc, line): (usize, &String)| {
-        emu_asm::line(&ATMEGA328P, line, pc as u32).unwrap_or_else(|e| panic!("{line}: {e}"))[0]
+        emu_asm::assemble_line(&ATMEGA328P, line, pc as u32).unwrap_or_else(|e| panic!("{line}: {e}"))[0]
     };
     let bytes: Vec<u8> = lines.iter().enumerate().map(word).flat_map(u16::to_le_bytes).collect();
     let image = Image { segments: vec![Segment { space: "flash", addr: 0, bytes }], ..Image::default() };
@@ -41,7 +41,7 @@ fn run<const N: usize>(avr: &mut Avr, pc: u32, regs: [(u32, i32); N], before: u8
     put(avr, 0x5F, i32::from(before));
     avr.set_pc(pc);
     let stop = avr.step(&mut ());
-    assert_eq!((stop, avr.pc()), (Stop::Limit, pc + 1));
+    assert_eq!((stop, avr.pc()), (StopReason::Limit, pc + 1));
     (regs.map(|(r, _)| get(avr, r)), get(avr, 0x5F) as u8)
 }
 
@@ -225,13 +225,13 @@ fn no_row_is_left_out() {
     tested.extend(PRODUCTS.iter().map(|row| row.0));
     for letter in LETTERS.chars() {
         for line in [format!("se{letter}"), format!("cl{letter}")] {
-            let word = emu_asm::line(&ATMEGA328P, &line, 0).unwrap_or_else(|e| panic!("{line}: {e}"))[0];
-            let (row, ..) = row_of(word, 0).unwrap_or_else(|| panic!("{line}"));
+            let word = emu_asm::assemble_line(&ATMEGA328P, &line, 0).unwrap_or_else(|e| panic!("{line}: {e}"))[0];
+            let (row, ..) = find_row(word, 0).unwrap_or_else(|| panic!("{line}"));
             assert_eq!(row.flags, letter.to_ascii_uppercase().to_string());
             tested.insert(row.mnemonic);
         }
     }
-    let computes = |row: &&emu_core::table::Row| !row.flags.is_empty() && row.mnemonic != "reti";
+    let computes = |row: &&emu_core::table::InstructionRow| !row.flags.is_empty() && row.mnemonic != "reti";
     let missing: Vec<_> = ROWS.iter().filter(computes).filter(|row| !tested.contains(row.mnemonic)).collect();
     assert!(missing.is_empty(), "{missing:?}");
     assert!(["swap", "mov", "ldi", "ser", "lsl", "rol", "tst", "clr"].iter().all(|name| tested.contains(name)));

@@ -59,7 +59,7 @@ fn set_up(rng: &mut Rng) -> Vec<(u16, u8)> {
 fn program(rng: &mut Rng) -> Vec<u16> {
     let mut words: Vec<u16> = Vec::new();
     let mut line = |text: &str| {
-        let new = emu_asm::line(&ATMEGA328P, text, words.len() as u32).unwrap_or_else(|e| panic!("{text}: {e}"));
+        let new = emu_asm::assemble_line(&ATMEGA328P, text, words.len() as u32).unwrap_or_else(|e| panic!("{text}: {e}"));
         words.extend(new);
         words.len()
     };
@@ -101,7 +101,7 @@ fn interrupts_fall_on_the_same_cycle_however_the_run_is_cut() {
 fn the_programs_are_interrupted() {
     struct Count(usize);
     impl emu_core::Probe for Count {
-        fn irq(&mut self, _: u64, _: u8) {
+        fn on_interrupt(&mut self, _: u64, _: u8) {
             self.0 += 1;
         }
     }

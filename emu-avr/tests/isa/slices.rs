@@ -5,7 +5,7 @@ use emu_avr::isa::{KINDS, Kind, ROWS};
 use emu_avr::{Avr, Options};
 use emu_core::image::{Image, Segment};
 use emu_core::rng::Rng;
-use emu_core::{Cpu, RamInit, Stop};
+use emu_core::{Cpu, RamInit, StopReason};
 
 use super::states::{draw, split};
 
@@ -42,17 +42,17 @@ fn program(rng: &mut Rng) -> Vec<u16> {
 }
 
 /// Runs to `until` in pieces given by `piece`; the last stop.
-fn pieces(avr: &mut Avr, until: u64, mut piece: impl FnMut() -> u64) -> Stop {
+fn pieces(avr: &mut Avr, until: u64, mut piece: impl FnMut() -> u64) -> StopReason {
     loop {
         let before = (avr.cycle(), avr.instructions());
         let to = (avr.cycle() + piece()).min(until);
         let stop = avr.run(to, &mut ());
         assert!(
-            stop != Stop::Limit || (avr.cycle(), avr.instructions()) != before,
+            stop != StopReason::Limit || (avr.cycle(), avr.instructions()) != before,
             "stands still at {before:?}, {:04x}",
             avr.pc()
         );
-        if stop != Stop::Limit || avr.cycle() >= until {
+        if stop != StopReason::Limit || avr.cycle() >= until {
             return stop;
         }
     }
@@ -71,8 +71,8 @@ pub fn same_however_cut(what: &str, start: &Avr, until: u64, rng: &mut Rng) {
     let stop = loop {
         let before = stepped.cycle();
         let stop = stepped.step(&mut ());
-        assert!(stop != Stop::Limit || stepped.cycle() != before, "{what}: a step from {before} stands still");
-        if stop != Stop::Limit || stepped.cycle() >= until {
+        assert!(stop != StopReason::Limit || stepped.cycle() != before, "{what}: a step from {before} stands still");
+        if stop != StopReason::Limit || stepped.cycle() >= until {
             break stop;
         }
     };
@@ -87,7 +87,7 @@ pub fn same_however_cut(what: &str, start: &Avr, until: u64, rng: &mut Rng) {
 
     let mut half = start.clone();
     // A run that has ended by itself is over.
-    if half.run(until / 2, &mut ()) == Stop::Limit {
+    if half.run(until / 2, &mut ()) == StopReason::Limit {
         let mut copy = half.clone();
         let stop = half.run(until, &mut ());
         assert!((stop, look(&half)) == wanted, "{what}: two halves");
@@ -96,7 +96,7 @@ pub fn same_however_cut(what: &str, start: &Avr, until: u64, rng: &mut Rng) {
     }
 
     let mut plain = start.clone();
-    plain.set_skip(false);
+    plain.set_skip_idle_loops(false);
     let stop = plain.run(until, &mut ());
     assert!((stop, look(&plain)) == wanted, "{what}: without jumping over polls");
 }
@@ -180,9 +180,9 @@ fn polling_loops() {
             let head = [format!("ldi r16, {prescaler}"), "out 0x25, r16".into(), "ldi r17, 1".into()];
             let head = head.iter().map(String::as_str).chain(watchdog.iter().copied());
             let text = head.chain(lines.iter().copied()).collect::<Vec<_>>().join("\n");
-            let image = emu_asm::image(&ATMEGA328P, &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+            let image = emu_asm::assemble_text(&ATMEGA328P, &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
             // At this clock the watchdog's 16 ms are some 2,000 cycles.
-            let options = Options::at(128_000);
+            let options = Options::at_hz(128_000);
             let avr = Avr::with(&ATMEGA328P, &image, RamInit::Random(n as u64), options);
             let until = 500 + rng.below(20_000);
             let what = format!("loop {n}, prescaler {prescaler}, watchdog {watchdog:?}, until {until}");

@@ -6,10 +6,10 @@
 
 use emu_avr::Avr;
 use emu_avr::chips::{ATMEGA328P, chip};
-use emu_avr::isa::{Kind, lacks, row_of};
+use emu_avr::isa::{Kind, is_missing, find_row};
 use emu_core::image::{Image, Segment};
 use emu_core::rng::Rng;
-use emu_core::table::Row;
+use emu_core::table::InstructionRow;
 use emu_core::{Cpu, RamInit};
 
 /// A state before one instruction. RAM and flash that it does not name hold [`background`].
@@ -88,17 +88,17 @@ const fn displacement(word: u32) -> u16 {
 }
 
 /// A state for `row`.
-pub fn draw(row: &Row, kind: Kind, rng: &mut Rng) -> Draw {
+pub fn draw(row: &InstructionRow, kind: Kind, rng: &mut Rng) -> Draw {
     let words = instruction(row, kind, rng);
     state(row, kind, words, rng)
 }
 
 /// An instruction of `row`, and the next one.
-fn instruction(row: &Row, kind: Kind, rng: &mut Rng) -> [u16; 4] {
+fn instruction(row: &InstructionRow, kind: Kind, rng: &mut Rng) -> [u16; 4] {
     let bits = loop {
         let bits = operands(kind, row.pattern.value | rng.next_u64() as u32 & !row.pattern.mask & width(row), rng);
         let (first, second) = split(row, bits);
-        if row_of(first, second).is_some_and(|(found, ..)| found.name == row.name) {
+        if find_row(first, second).is_some_and(|(found, ..)| found.name == row.name) {
             break bits;
         }
     };
@@ -119,7 +119,7 @@ fn instruction(row: &Row, kind: Kind, rng: &mut Rng) -> [u16; 4] {
 }
 
 /// A state before the instruction `words`.
-fn state(row: &Row, kind: Kind, words: [u16; 4], rng: &mut Rng) -> Draw {
+fn state(row: &InstructionRow, kind: Kind, words: [u16; 4], rng: &mut Rng) -> Draw {
     let bits = if row.len() == 2 { u32::from(words[0]) << 16 | u32::from(words[1]) } else { u32::from(words[0]) };
     let mut regs = [0; 32];
     regs.iter_mut().for_each(|r| *r = byte(rng));
@@ -180,17 +180,17 @@ fn pointer(kind: Kind, bits: u32, regs: &mut [u8; 32], rng: &mut Rng) -> Option<
     Some(addr)
 }
 
-const fn width(row: &Row) -> u32 {
+const fn width(row: &InstructionRow) -> u32 {
     if row.len() == 2 { u32::MAX } else { 0xFFFF }
 }
 
 /// The words of an instruction's bits.
-pub fn split(row: &Row, bits: u32) -> (u16, u16) {
+pub fn split(row: &InstructionRow, bits: u32) -> (u16, u16) {
     if row.len() == 2 { ((bits >> 16) as u16, bits as u16) } else { (bits as u16, 0) }
 }
 
 /// `count` states for `row`, and the flash that holds all their instructions side by side.
-pub fn batch(row: &Row, kind: Kind, count: usize, rng: &mut Rng) -> (Vec<u8>, Vec<Draw>) {
+pub fn batch(row: &InstructionRow, kind: Kind, count: usize, rng: &mut Rng) -> (Vec<u8>, Vec<Draw>) {
     let mut flash: Vec<u8> = (0..0x8000).map(background).collect();
     let first = 0x0820 + rng.below(0x3000 - 4 * count as u64) as u16;
     let place = |i: usize| {
@@ -206,7 +206,7 @@ pub fn batch(row: &Row, kind: Kind, count: usize, rng: &mut Rng) -> (Vec<u8>, Ve
 
 /// The same with one instruction, so that it, the next one, or what a skip leads to lies across the end of flash, or that it is
 /// the very first one; `count` states of it.
-pub fn at_the_ends(row: &Row, kind: Kind, count: usize, rng: &mut Rng) -> (Vec<u8>, Vec<Draw>) {
+pub fn at_the_ends(row: &InstructionRow, kind: Kind, count: usize, rng: &mut Rng) -> (Vec<u8>, Vec<Draw>) {
     let mut flash: Vec<u8> = (0..0x8000).map(background).collect();
     let words = instruction(row, kind, rng);
     let pc = pick(rng, &[WORDS - 4, WORDS - 3, WORDS - 2, WORDS - 1, 0]);
@@ -220,7 +220,7 @@ pub fn at_the_ends(row: &Row, kind: Kind, count: usize, rng: &mut Rng) -> (Vec<u
 /// A chip with the instruction, with this flash and the background in RAM.
 pub fn machine(kind: Kind, flash: Vec<u8>) -> Avr {
     let larger = chip("atmega128").expect("a chip");
-    let chip = if lacks(ATMEGA328P.flash, kind) { larger } else { &ATMEGA328P };
+    let chip = if is_missing(ATMEGA328P.flash_bytes, kind) { larger } else { &ATMEGA328P };
     let image = Image { segments: vec![Segment { space: "flash", addr: 0, bytes: flash }], ..Image::default() };
     let mut avr = Avr::new(chip, &image, RamInit::Zero);
     for addr in 0x100..0x900 {

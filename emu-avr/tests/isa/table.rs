@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use emu_avr::Avr;
 use emu_avr::chips::{ATMEGA328P, chip};
-use emu_avr::isa::{ROWS, row_of};
+use emu_avr::isa::{ROWS, find_row};
 use emu_core::image::Image;
 use emu_core::rng::Rng;
-use emu_core::{Cpu, RamInit, Stop};
+use emu_core::{Cpu, RamInit, StopReason};
 
 const CASES: &str = include_str!("avr.txt");
 
@@ -145,7 +145,7 @@ fn run(case: &Case, base: &Avr, seed: u64) -> Result<(), String> {
     // What the chip makes of a write to its registers is not the matter here.
     wanted.data[0x20..0x100].copy_from_slice(&State::of(&avr).data[0x20..0x100]);
     let words = line(case.asm, wanted.pc / 2).map_err(|e| format!("  {e}\n"))?;
-    let end = avr.chip().flash - 1;
+    let end = avr.chip().flash_bytes - 1;
     let mut flash = |addr: u32, byte: u8| assert!(avr.poke("flash", addr & end, byte));
     for (i, word) in words.iter().enumerate() {
         let [low, high] = word.to_le_bytes();
@@ -168,13 +168,13 @@ fn run(case: &Case, base: &Avr, seed: u64) -> Result<(), String> {
     if let Ok(cycles) = case.outcome.parse::<u64>() {
         wanted.pc = (wanted.pc + 2 * words.len() as u32) & 0x7FFF;
         // A jump to itself with nothing to wake the chip is also the end of a program.
-        let ends = stop == Stop::Halted && avr.pc() == at;
-        if stop != Stop::Limit && !ends || spent != cycles {
+        let ends = stop == StopReason::Halted && avr.pc() == at;
+        if stop != StopReason::Limit && !ends || spent != cycles {
             return Err(format!("  {stop:?} after {spent} cycles, {cycles} wanted\n"));
         }
     } else {
         let stops = match case.outcome {
-            "illegal" => Stop::Illegal { pc: at, word: words[0] },
+            "illegal" => StopReason::Illegal { pc: at, word: words[0] },
             other => return Err(format!("  `{other}` is no outcome\n")),
         };
         if stop != stops || spent != 0 {
@@ -191,7 +191,7 @@ fn run(case: &Case, base: &Avr, seed: u64) -> Result<(), String> {
 /// The words of an instruction; of one that only larger chips have, those of such a chip.
 fn line(text: &str, pc: u32) -> Result<Vec<u16>, emu_core::table::AsmError> {
     let large = chip("atmega128").expect("a chip");
-    emu_asm::line(&ATMEGA328P, text, pc).or_else(|why| emu_asm::line(large, text, pc).map_err(|_| why))
+    emu_asm::assemble_line(&ATMEGA328P, text, pc).or_else(|why| emu_asm::assemble_line(large, text, pc).map_err(|_| why))
 }
 
 #[test]
@@ -216,7 +216,7 @@ fn every_row_and_every_outcome_has_a_case() {
     for case in cases() {
         let words = line(case.asm, 0x100).or_else(|_| line(case.asm, 0)).unwrap_or_default();
         let second = words.get(1).copied().unwrap_or(0);
-        if let Some((row, ..)) = words.first().and_then(|&first| row_of(first, second)) {
+        if let Some((row, ..)) = words.first().and_then(|&first| find_row(first, second)) {
             seen.entry(row.name).or_default().extend(case.outcome.parse::<u8>());
         }
     }
@@ -225,7 +225,7 @@ fn every_row_and_every_outcome_has_a_case() {
         match seen.get(row.name) {
             None => missing.push(row.name.to_owned()),
             Some(cycles) => {
-                let absent = row.cycles.outcomes().iter().filter(|c| !cycles.contains(c));
+                let absent = row.cycles.possible_counts().iter().filter(|c| !cycles.contains(c));
                 missing.extend(absent.map(|c| format!("{} of {c} cycles", row.name)));
             }
         }

@@ -219,14 +219,14 @@ fn random_programs_agree_with_stepped_timers_at_every_cycle() {
                 let (until, flags) = flags_steady[n];
                 assert!(now >= until || want.tifr == flags, "TIFR{n} was steady until {until}, {}", place());
             }
-            assert_eq!(soc.pending(now), model.pending(), "pending, {}", place());
+            assert_eq!(soc.pending_interrupt(now), model.pending(), "pending, {}", place());
             if rng.one_in(10) {
                 assert_eq!(soc.read(0x84, now).0, model.timers[1].tcnt as u8);
                 model.temp = (model.timers[1].tcnt >> 8) as u8;
                 assert_eq!(soc.read(0x85, now).0, model.temp, "TCNT1H, seed {seed}, cycle {now}");
             }
-            if let Some(vector) = soc.pending(now).filter(|_| rng.one_in(20)) {
-                soc.take(vector, now);
+            if let Some(vector) = soc.pending_interrupt(now).filter(|_| rng.one_in(20)) {
+                soc.acknowledge_interrupt(vector, now);
                 let (n, first) = if vector >= 14 {
                     (0, 13)
                 } else if vector >= 10 {

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use crate::script::chip;
 use emu_core::parts::uart::frame_edges;
 use emu_core::rng::Rng;
-use emu_core::{Bus, Event, Level};
+use emu_core::{Bus, ChipEvent, PinLevel};
 
 const RXD: u16 = 16;
 const TXD: u16 = 17;
@@ -170,19 +170,19 @@ fn random_traffic_agrees_with_a_stepped_port_at_every_cycle() {
         let double = rng.one_in(2);
         let ubrr = rng.below(4) as u8;
         let mut soc = chip();
-        soc.log(true, 0);
+        soc.set_event_log(true, 0);
         let mut model = Model { per_bit: if double { 8 } else { 16 }, txd: true, ..Model::default() };
         let mut now = 0;
         let mut sent = Vec::new();
         let mut wire = true;
-        let mut drives: VecDeque<(u64, Level)> = VecDeque::new();
+        let mut drives: VecDeque<(u64, PinLevel)> = VecDeque::new();
         let mut line_free = 100;
         let reads = 200 + rng.below(3000);
         soc.write(UCSR0A, u8::from(double) << 1, 0);
-        soc.drive(0, 0, RXD, Level::High);
+        soc.drive(0, 0, RXD, PinLevel::High);
         while now < 9_000 {
             while let Some(&(_, level)) = drives.front().filter(|drive| drive.0 <= now) {
-                wire = level == Level::High;
+                wire = level == PinLevel::High;
                 drives.pop_front();
             }
             if rng.one_in(20) {
@@ -192,12 +192,12 @@ fn random_traffic_agrees_with_a_stepped_port_at_every_cycle() {
             assert_eq!(soc.peek(UCSR0A, now), model.status(), "UCSR0A, {}", place());
             soc.fire(now);
             if model.tx_on || model.shift.is_some() {
-                assert_eq!(soc.level(TXD), Level::of(model.txd), "TXD, {}", place());
+                assert_eq!(soc.level(TXD), PinLevel::from_bit(model.txd), "TXD, {}", place());
             } else {
-                assert_eq!(soc.level(TXD), Level::Float, "TXD, {}", place());
+                assert_eq!(soc.level(TXD), PinLevel::Float, "TXD, {}", place());
             }
-            while let Some(event) = soc.drain() {
-                if let Event::Sent { byte, at, .. } = event {
+            while let Some(event) = soc.next_event() {
+                if let ChipEvent::Sent { byte, at, .. } = event {
                     assert_eq!(at.cycle, now);
                     sent.push(byte);
                 }
@@ -211,13 +211,13 @@ fn random_traffic_agrees_with_a_stepped_port_at_every_cycle() {
                 line_free = now + 3 + bit * 11;
                 match rng.below(8) {
                     0 => edges.truncate(1),
-                    1 => edges = vec![(now + 3, Level::Low), (now + 3 + rng.below(bit), Level::High)],
+                    1 => edges = vec![(now + 3, PinLevel::Low), (now + 3 + rng.below(bit), PinLevel::High)],
                     2 => edges.retain(|edge| edge.0 < now + 3 + 9 * bit),
-                    3 => edges.push((line_free, Level::High)),
+                    3 => edges.push((line_free, PinLevel::High)),
                     _ => {}
                 }
-                if edges.last().is_some_and(|edge| edge.1 == Level::Low) {
-                    edges.push((line_free + rng.below(bit), Level::High));
+                if edges.last().is_some_and(|edge| edge.1 == PinLevel::Low) {
+                    edges.push((line_free + rng.below(bit), PinLevel::High));
                     line_free += bit;
                 }
                 for (at, level) in edges {

@@ -1,15 +1,15 @@
 //! Ports and watchdog stepped cycle by cycle, and the same program under any slicing.
 
 use crate::script::chip;
-use emu_avr::soc::Soc;
+use emu_avr::soc::AvrSoc;
 use emu_core::rng::Rng;
-use emu_core::{Bus, Event, Level, NEVER};
+use emu_core::{Bus, ChipEvent, PinLevel, NEVER};
 
-const LEVELS: [Level; 3] = [Level::Low, Level::High, Level::Float];
+const LEVELS: [PinLevel; 3] = [PinLevel::Low, PinLevel::High, PinLevel::Float];
 
 #[derive(Clone, Copy, Default)]
 struct Wire {
-    outside: Level,
+    outside: PinLevel,
     /// What an input reads, now and one cycle ago.
     charge: [bool; 2],
 }
@@ -25,14 +25,14 @@ fn ports_agree_with_wires_stepped_at_every_cycle() {
     }
 }
 
-fn ports_agree(fresh: &Soc, seed: u64, cycles: u64) {
+fn ports_agree(fresh: &AvrSoc, seed: u64, cycles: u64) {
     let mut rng = Rng::new(seed);
     let mut soc = fresh.clone();
-    soc.log(true, 0);
+    soc.set_event_log(true, 0);
     let (mut ddr, mut port, mut pud) = ([0u8; 3], [0u8; 3], false);
     let mut wires = [Wire::default(); 24];
-    let mut shown = [Level::Float; 24];
-    let mut queue: Vec<(u64, u16, Level)> = Vec::new();
+    let mut shown = [PinLevel::Float; 24];
+    let mut queue: Vec<(u64, u16, PinLevel)> = Vec::new();
     let mut fought = [false; 24];
     for now in 0..cycles {
         if rng.one_in(6) {
@@ -51,13 +51,13 @@ fn ports_agree(fresh: &Soc, seed: u64, cycles: u64) {
             let (n, bit) = (i / 8, i % 8);
             let [output, high] = [ddr[n], port[n]].map(|reg| reg >> bit & 1 == 1);
             let pull = !output && high && !pud;
-            let own = if output { Level::of(high) } else { Level::Float };
-            let driven = if own == Level::Float { wire.outside } else { own };
-            let level = if driven == Level::Float && pull { Level::High } else { driven };
-            let high = level == Level::High || level == Level::Float && wire.charge[0];
+            let own = if output { PinLevel::from_bit(high) } else { PinLevel::Float };
+            let driven = if own == PinLevel::Float { wire.outside } else { own };
+            let level = if driven == PinLevel::Float && pull { PinLevel::High } else { driven };
+            let high = level == PinLevel::High || level == PinLevel::Float && wire.charge[0];
             // What stands at power-on has stood before.
             wire.charge = [high, if now == 0 { high } else { wire.charge[0] }];
-            let fight = own != Level::Float && wire.outside != Level::Float && own != wire.outside;
+            let fight = own != PinLevel::Float && wire.outside != PinLevel::Float && own != wire.outside;
             if fight && !fought[i] {
                 fights.push(i as u16);
             }
@@ -81,12 +81,12 @@ fn ports_agree(fresh: &Soc, seed: u64, cycles: u64) {
         }
         // Two drives of one pin in one cycle log two edges; the last one of each pin counts.
         let mut logged = [None; 24];
-        while let Some(event) = soc.drain() {
-            assert_eq!(event.at().cycle, now, "{event:?}, seed {seed}");
+        while let Some(event) = soc.next_event() {
+            assert_eq!(event.time().cycle, now, "{event:?}, seed {seed}");
             match event {
-                Event::Edge { pin, level, .. } => logged[usize::from(pin)] = Some(level),
-                Event::Contention { pin, .. } => fights.retain(|&fight| fight != pin),
-                Event::Sent { .. } | Event::Reset { .. } => panic!("{event:?}"),
+                ChipEvent::Edge { pin, level, .. } => logged[usize::from(pin)] = Some(level),
+                ChipEvent::Contention { pin, .. } => fights.retain(|&fight| fight != pin),
+                ChipEvent::Sent { .. } | ChipEvent::Reset { .. } => panic!("{event:?}"),
             }
         }
         assert!(fights.is_empty(), "contention at {fights:?} not told, seed {seed}, cycle {now}");
@@ -113,7 +113,7 @@ fn ports_agree(fresh: &Soc, seed: u64, cycles: u64) {
 }
 
 /// Everything that can be seen of a chip.
-fn view(soc: &Soc, now: u64) -> Vec<u8> {
+fn view(soc: &AvrSoc, now: u64) -> Vec<u8> {
     (0x20..=0xFF).map(|reg| soc.peek(reg, now)).chain((0..24).map(|pin| soc.level(pin) as u8)).collect()
 }
 
@@ -122,7 +122,7 @@ fn any_slicing_gives_the_same_chip_and_the_same_log() {
     for seed in 0..30 {
         let mut rng = Rng::new(seed);
         let mut eager = chip();
-        eager.log(true, 0);
+        eager.set_event_log(true, 0);
         eager.write(0xC4, rng.below(4) as u8, 0);
         let mut lazy = eager.clone();
         let (mut eager_log, mut lazy_log) = (Vec::new(), Vec::new());
@@ -132,7 +132,7 @@ fn any_slicing_gives_the_same_chip_and_the_same_log() {
             if deadline <= now {
                 deadline = lazy.fire(now);
             }
-            assert_eq!(eager.pending(now), lazy.pending(now), "seed {seed}, cycle {now}");
+            assert_eq!(eager.pending_interrupt(now), lazy.pending_interrupt(now), "seed {seed}, cycle {now}");
             if rng.one_in(12) {
                 let regs = [
                     0x23, 0x24, 0x25, 0x29, 0x2A, 0x2B, 0x35, 0x36, 0x37, 0x43, 0x44, 0x45, 0x46, 0x47, 0x48, 0x6E,
@@ -158,12 +158,12 @@ fn any_slicing_gives_the_same_chip_and_the_same_log() {
                 deadline = lazy.fire(now);
                 assert_eq!(view(&eager, now), view(&lazy, now), "seed {seed}, cycle {now}");
             }
-            eager_log.extend(std::iter::from_fn(|| eager.drain()));
+            eager_log.extend(std::iter::from_fn(|| eager.next_event()));
         }
-        lazy_log.extend(std::iter::from_fn(|| lazy.drain()));
+        lazy_log.extend(std::iter::from_fn(|| lazy.next_event()));
         assert_eq!(eager_log, lazy_log, "seed {seed}");
         assert!(eager_log.len() > 20, "seed {seed} saw nothing");
-        assert!(eager_log.is_sorted_by_key(Event::at), "seed {seed}: log out of order");
+        assert!(eager_log.is_sorted_by_key(ChipEvent::time), "seed {seed}: log out of order");
     }
 }
 
@@ -171,5 +171,5 @@ fn any_slicing_gives_the_same_chip_and_the_same_log() {
 fn a_clone_is_small_and_an_idle_chip_has_no_deadline() {
     let mut soc = chip();
     assert_eq!(soc.fire(1_000_000), NEVER);
-    assert!(std::mem::size_of::<Soc>() <= 6144, "{} bytes", std::mem::size_of::<Soc>());
+    assert!(std::mem::size_of::<AvrSoc>() <= 6144, "{} bytes", std::mem::size_of::<AvrSoc>());
 }

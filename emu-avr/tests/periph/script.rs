@@ -7,10 +7,10 @@
 //! `5:busy?n`, `5:steady.PINB?9`. Register values are hexadecimal, cycles decimal.
 
 use emu_avr::chips::ATMEGA328P as CHIP;
-use emu_avr::soc::Soc;
+use emu_avr::soc::AvrSoc;
 use emu_avr::{Avr, Options};
 use emu_core::image::Image;
-use emu_core::{Bus, Level, NEVER, RamInit, Reset};
+use emu_core::{Bus, PinLevel, NEVER, RamInit, ResetCause};
 
 /// Runs every line of `text` on a fresh chip with a clock of `hz`; panics with all that failed.
 pub fn check(hz: u64, text: &str) {
@@ -31,7 +31,7 @@ pub fn check(hz: u64, text: &str) {
     assert!(failures.is_empty(), "\n{failures}");
 }
 
-fn run(soc: &mut Soc, step: &str) -> Result<(), String> {
+fn run(soc: &mut AvrSoc, step: &str) -> Result<(), String> {
     let (at, rest) = step.split_once(':').ok_or("no cycle")?;
     let now: u64 = at.parse().map_err(|_| "bad cycle")?;
     if rest == "wdr" {
@@ -46,17 +46,17 @@ fn run(soc: &mut Soc, step: &str) -> Result<(), String> {
     match (name, operator) {
         ("irq", "?") => {
             soc.fire(now);
-            return expect(soc.pending(now).map_or("-", |v| CHIP.vectors[usize::from(v)]).into());
+            return expect(soc.pending_interrupt(now).map_or("-", |v| CHIP.vectors[usize::from(v)]).into());
         }
         ("take", "=") => {
             let vector = CHIP.vectors.iter().position(|v| *v == want).ok_or("no such vector")?;
-            soc.take(vector as u8, now);
+            soc.acknowledge_interrupt(vector as u8, now);
             return Ok(());
         }
         ("reset", "?") => {
-            let asked = soc.reset_requested(now).is_some();
+            let asked = soc.requested_reset(now).is_some();
             if asked {
-                soc.reset(Reset::Watchdog, now);
+                soc.reset(ResetCause::Watchdog, now);
             }
             return expect(yes(asked));
         }
@@ -67,7 +67,7 @@ fn run(soc: &mut Soc, step: &str) -> Result<(), String> {
         }
         ("busy", "?") => {
             soc.fire(now);
-            return expect(yes(soc.busy()));
+            return expect(yes(soc.is_busy()));
         }
         _ => {}
     }
@@ -78,15 +78,15 @@ fn run(soc: &mut Soc, step: &str) -> Result<(), String> {
         if operator == "?" {
             soc.fire(now);
             return expect(String::from(match soc.level(pin) {
-                Level::High => "H",
-                Level::Low => "L",
-                Level::Float | Level::PullUp | Level::PullDown => "Z",
+                PinLevel::High => "H",
+                PinLevel::Low => "L",
+                PinLevel::Float | PinLevel::PullUp | PinLevel::PullDown => "Z",
             }));
         }
         let level = match want {
-            "H" => Level::High,
-            "L" => Level::Low,
-            "Z" => Level::Float,
+            "H" => PinLevel::High,
+            "L" => PinLevel::Low,
+            "Z" => PinLevel::Float,
             _ => return Err("no such level".into()),
         };
         soc.drive(now, now, pin, level);
@@ -108,15 +108,15 @@ trait Ignore {
     fn none(self) -> Result<(), String>;
 }
 
-impl Ignore for emu_core::Wake {
+impl Ignore for emu_core::BusEffect {
     fn none(self) -> Result<(), String> {
         Ok(())
     }
 }
 
 /// The chip around the core after power-on, its reset pin being a port pin (RSTDISBL).
-pub fn chip() -> Soc {
+pub fn chip() -> AvrSoc {
     let fuses = Some([0xFF, 0x59, 0xFF]);
-    let options = Options { fuses, ..Options::at(CHIP.default_hz) };
+    let options = Options { fuses, ..Options::at_hz(CHIP.default_hz) };
     Avr::with(&CHIP, &Image::default(), RamInit::Zero, options).soc().clone()
 }

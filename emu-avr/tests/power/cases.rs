@@ -1,17 +1,17 @@
 //! Cases worked by hand; writes in cycle `t` act at the edge that ends it.
 
 use emu_avr::chips::ATMEGA328P;
-use emu_avr::soc::{Put, Soc};
+use emu_avr::soc::{OutsideInput, AvrSoc};
 use emu_avr::{Avr, Options};
 use emu_core::image::Image;
-use emu_core::{Bus, Level, RamInit, Reset};
+use emu_core::{Bus, PinLevel, RamInit, ResetCause};
 
 const CLKPR: u16 = 0x61;
 const MCUCR: u16 = 0x55;
 const SMCR: u16 = 0x53;
 
-fn chip(fuses: [u8; 3], start_up: bool) -> Soc {
-    let options = Options { fuses: Some(fuses), start_up, ..Options::at(8_000_000) };
+fn chip(fuses: [u8; 3], start_up: bool) -> AvrSoc {
+    let options = Options { fuses: Some(fuses), start_up, ..Options::at_hz(8_000_000) };
     Avr::with(&ATMEGA328P, &Image::default(), RamInit::Zero, options).soc().clone()
 }
 
@@ -34,7 +34,7 @@ fn clkpce_once_more() {
 /// The detector (2.7 V) is off in a sleep by BODS, and on again at waking (10.11.2).
 #[test]
 fn a_brown_out_in_sleep_is_seen_at_waking() {
-    for (bods, in_sleep) in [(true, None), (false, Some(Reset::BrownOut))] {
+    for (bods, in_sleep) in [(true, None), (false, Some(ResetCause::BrownOut))] {
         let mut soc = chip([0xFF, 0xD9, 0xFD], false);
         if bods {
             soc.write(MCUCR, 0x60, 1);
@@ -42,12 +42,12 @@ fn a_brown_out_in_sleep_is_seen_at_waking() {
         }
         soc.write(SMCR, 5, 3);
         assert!(soc.sleep(4));
-        soc.put(10, 10, Put::Supply(2_000));
-        let found = soc.reset_requested(10);
+        soc.queue_input(10, 10, OutsideInput::Supply(2_000));
+        let found = soc.requested_reset(10);
         assert_eq!(found, in_sleep, "BODS {bods}");
         if found.is_none() {
             soc.wake_up(20);
-            assert_eq!(soc.reset_requested(20), Some(Reset::BrownOut));
+            assert_eq!(soc.requested_reset(20), Some(ResetCause::BrownOut));
         }
     }
 }
@@ -56,22 +56,22 @@ fn a_brown_out_in_sleep_is_seen_at_waking() {
 #[test]
 fn a_supply_that_moves_does_not_prolong_start_up() {
     let mut soc = chip([0xC0, 0xD9, 0xFD], true);
-    soc.put(10, 10, Put::Supply(4_800));
+    soc.queue_input(10, 10, OutsideInput::Supply(4_800));
     soc.fire(19);
-    assert!(soc.stands());
+    assert!(soc.is_core_stopped());
     soc.fire(20);
-    assert!(!soc.stands());
+    assert!(!soc.is_core_stopped());
     // PC6 low from 30 to 40.
-    soc.drive(30, 25, 14, Level::Low);
+    soc.drive(30, 25, 14, PinLevel::Low);
     soc.fire(30);
-    assert_eq!(soc.reset_requested(30), Some(Reset::External));
-    soc.reset(Reset::External, 30);
-    soc.drive(40, 30, 14, Level::High);
-    soc.put(45, 40, Put::Supply(4_900));
+    assert_eq!(soc.requested_reset(30), Some(ResetCause::External));
+    soc.reset(ResetCause::External, 30);
+    soc.drive(40, 30, 14, PinLevel::High);
+    soc.queue_input(45, 40, OutsideInput::Supply(4_900));
     soc.fire(59);
-    assert!(soc.stands());
+    assert!(soc.is_core_stopped());
     soc.fire(60);
-    assert!(!soc.stands());
+    assert!(!soc.is_core_stopped());
     assert_eq!(soc.peek(0x54, 60), 0x03, "PORF and EXTRF");
 }
 
@@ -82,21 +82,21 @@ fn the_watchdog_counts_from_the_end_of_start_up() {
     let mut soc = chip([0xFF, 0xC9, 0xFF], true);
     let mut now = 0;
     for _ in 0..3 {
-        while soc.stands() {
+        while soc.is_core_stopped() {
             now += 1;
             soc.fire(now);
-            assert_eq!(soc.reset_requested(now), None, "in reset, cycle {now}");
+            assert_eq!(soc.requested_reset(now), None, "in reset, cycle {now}");
         }
         let started = now;
         let why = loop {
             now += 1;
             soc.fire(now);
-            if let Some(why) = soc.reset_requested(now) {
+            if let Some(why) = soc.requested_reset(now) {
                 break why;
             }
         };
         // 2048 clocks of 128 kHz are 16 ms.
-        assert_eq!((why, now - started), (Reset::Watchdog, 128_000));
+        assert_eq!((why, now - started), (ResetCause::Watchdog, 128_000));
         soc.reset(why, now);
     }
 }

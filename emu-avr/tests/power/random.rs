@@ -1,11 +1,11 @@
 //! Random programs, resets and supplies.
 
 use emu_avr::chips::ATMEGA328P;
-use emu_avr::soc::{Put, Soc};
+use emu_avr::soc::{OutsideInput, AvrSoc};
 use emu_avr::{Avr, Options};
 use emu_core::image::Image;
 use emu_core::rng::Rng;
-use emu_core::{Bus, Level, RamInit};
+use emu_core::{Bus, PinLevel, RamInit};
 
 use crate::model::{Act, BODS, BODSE, CLKPCE, FUSES, Fuses, IVCE, Model};
 
@@ -13,13 +13,13 @@ const REGS: [u16; 10] = [0x61, 0x55, 0x54, 0x53, 0x64, 0x43, 0x66, 0x3E, 0x45, 0
 /// PC6.
 const RESET_PIN: u16 = 14;
 
-fn chip(fuses: &Fuses, start_up: bool, hz: u64) -> Soc {
-    let options = Options { fuses: Some(fuses.bytes), start_up, ..Options::at(hz) };
+fn chip(fuses: &Fuses, start_up: bool, hz: u64) -> AvrSoc {
+    let options = Options { fuses: Some(fuses.bytes), start_up, ..Options::at_hz(hz) };
     Avr::with(&ATMEGA328P, &Image::default(), RamInit::Zero, options).soc().clone()
 }
 
 /// All the chips that are tried, as made of fuses, with start-up and without, at each clock.
-struct Chips(Vec<(usize, bool, u64, Soc)>);
+struct Chips(Vec<(usize, bool, u64, AvrSoc)>);
 
 impl Chips {
     fn new() -> Chips {
@@ -71,18 +71,18 @@ fn live(seed: u64, chips: &Chips, seen: &mut Seen) {
     for now in 0..cycles {
         if rng.one_in(90) {
             let low = rng.one_in(2);
-            soc.drive(now, now, RESET_PIN, Level::of(!low));
+            soc.drive(now, now, RESET_PIN, PinLevel::from_bit(!low));
             seen.0[1] += u64::from(low && !model.held());
             model.pin(low);
         } else if rng.one_in(if model.asleep.is_some() { 15 } else { 60 }) {
             let millivolts = [5_000, 5_000, 3_000, 2_000, 1_500, 900][rng.below(6) as usize];
-            soc.put(now, now, Put::Supply(millivolts));
+            soc.queue_input(now, now, OutsideInput::Supply(millivolts));
             let before = model.held();
             model.power(millivolts);
             seen.0[2] += u64::from(model.held() && !before);
         }
         soc.fire(now);
-        if let Some(why) = soc.reset_requested(now) {
+        if let Some(why) = soc.requested_reset(now) {
             soc.reset(why, now);
             (rest, up) = (0, 0);
         }
@@ -93,7 +93,7 @@ fn live(seed: u64, chips: &Chips, seen: &mut Seen) {
             up = now + rest;
             seen.0[4] += u64::from(model.waking > 0);
             if held {
-                let why = soc.reset_requested(now);
+                let why = soc.requested_reset(now);
                 assert!(why.is_some(), "brown-out at waking, seed {seed}, cycle {now}");
                 why.into_iter().for_each(|why| soc.reset(why, now));
                 model.power_again();
@@ -102,7 +102,7 @@ fn live(seed: u64, chips: &Chips, seen: &mut Seen) {
             }
         }
         let stands = model.held() || model.standing > 0 || now < up;
-        assert_eq!(soc.stands(), stands, "stands, seed {seed}, cycle {now}");
+        assert_eq!(soc.is_core_stopped(), stands, "stands, seed {seed}, cycle {now}");
         for reg in REGS {
             assert_eq!(soc.peek(reg, now), model.read(reg), "register {reg:02x}, seed {seed}, cycle {now}");
         }

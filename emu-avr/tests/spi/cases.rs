@@ -1,7 +1,7 @@
 //! Cases worked by hand, one a line, in cycles.
 
-use emu_avr::periph::spi::{Reg, Spi};
-use emu_avr::periph::{Device, Drive, Line, Outbox, Signal};
+use emu_avr::periph::spi::{SpiRegister, AvrSpi};
+use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
 
 /// `what | script | what happens`. In a script `N` is the edge of what follows it: `c=XX`, `s=XX`, `w=XX` write SPCR, SPSR, SPDR;
 /// `k0`, `k1`, `i0`, `i1`, `o0`, `o1`, `n0`, `n1` are levels of SCK, MISO, MOSI and SS; `out` makes SS an output; `/bits:N` levels
@@ -56,10 +56,10 @@ reset | 0 !k c=FF s=01 w=12 5 reset ? 300 ? | 0 IZ, 0 O0, 5 I-, 5 O-, 5 c=00 s=0
 ";
 
 struct Bench {
-    port: Spi,
+    port: AvrSpi,
     t: u64,
     quiet: bool,
-    out: Outbox,
+    out: AvrOutbox,
     said: Vec<(u64, String)>,
 }
 
@@ -71,18 +71,18 @@ impl Bench {
 
     fn drain(&mut self) {
         for signal in self.out.drain(..) {
-            let Signal::Drive { t, line, drive } = signal else { panic!("{signal:?}") };
+            let AvrSignal::Drive { t, line, drive } = signal else { panic!("{signal:?}") };
             let name = match line {
-                Line::Sck if self.quiet => continue,
-                Line::Sck => 'K',
-                Line::Miso => 'I',
-                Line::Mosi => 'O',
+                AvrLine::Sck if self.quiet => continue,
+                AvrLine::Sck => 'K',
+                AvrLine::Miso => 'I',
+                AvrLine::Mosi => 'O',
                 _ => 'N',
             };
             let level = match drive {
-                Drive::Port => '-',
-                Drive::Input => 'Z',
-                Drive::Output(high) | Drive::Value(high) => char::from(b'0' + u8::from(high)),
+                AvrDrive::Port => '-',
+                AvrDrive::Input => 'Z',
+                AvrDrive::Output(high) | AvrDrive::Value(high) => char::from(b'0' + u8::from(high)),
             };
             self.said.push((t, format!("{name}{level}")));
         }
@@ -91,11 +91,11 @@ impl Bench {
     fn to(&mut self, t: u64) {
         assert!(t >= self.t, "{t} is past");
         self.t = t;
-        self.port.run(t, &mut self.out);
+        self.port.run_due(t, &mut self.out);
     }
 
-    fn line(&mut self, line: Line, high: bool) {
-        self.port.line(line, high, self.t, &mut self.out);
+    fn line(&mut self, line: AvrLine, high: bool) {
+        self.port.on_line_changed(line, high, self.t, &mut self.out);
     }
 
     fn word(&mut self, word: &str) {
@@ -104,9 +104,9 @@ impl Bench {
             self.to(t);
         } else if let Some((name, value)) = word.split_once('=') {
             let reg = match name {
-                "c" => Reg::SPCR,
-                "s" => Reg::SPSR,
-                "w" => Reg::SPDR,
+                "c" => SpiRegister::SPCR,
+                "s" => SpiRegister::SPSR,
+                "w" => SpiRegister::SPDR,
                 _ => panic!("{word}"),
             };
             self.port.write(reg, u8::from_str_radix(value, 16).expect(word), 0xFF, t, &mut self.out);
@@ -114,40 +114,40 @@ impl Bench {
             let time: u64 = time.parse().expect(word);
             for bit in bits[1..].chars() {
                 if word.starts_with('^') {
-                    self.line(Line::Sck, false);
-                    self.line(Line::Mosi, bit == '1');
+                    self.line(AvrLine::Sck, false);
+                    self.line(AvrLine::Mosi, bit == '1');
                     self.to(self.t + time);
-                    self.line(Line::Sck, true);
+                    self.line(AvrLine::Sck, true);
                 } else {
-                    self.line(Line::Miso, bit == '1');
+                    self.line(AvrLine::Miso, bit == '1');
                 }
                 self.to(self.t + time);
             }
             if word.starts_with('^') {
-                self.line(Line::Sck, false);
+                self.line(AvrLine::Sck, false);
             }
         } else {
             match word {
-                "k0" | "k1" => self.line(Line::Sck, word == "k1"),
-                "i0" | "i1" => self.line(Line::Miso, word == "i1"),
-                "o0" | "o1" => self.line(Line::Mosi, word == "o1"),
-                "n0" | "n1" => self.line(Line::Ss, word == "n1"),
-                "out" | "in" => self.port.direction(Line::Ss, word == "out", t, &mut self.out),
+                "k0" | "k1" => self.line(AvrLine::Sck, word == "k1"),
+                "i0" | "i1" => self.line(AvrLine::Miso, word == "i1"),
+                "o0" | "o1" => self.line(AvrLine::Mosi, word == "o1"),
+                "n0" | "n1" => self.line(AvrLine::Ss, word == "n1"),
+                "out" | "in" => self.port.on_direction_changed(AvrLine::Ss, word == "out", t, &mut self.out),
                 "!k" => self.quiet = true,
                 "reset" => self.port.reset(t, &mut self.out),
-                "sleep" => self.port.sleep(t, &mut self.out),
-                "wake" => self.port.wake(t, &mut self.out),
-                "take" => self.port.taken(0, t, &mut self.out),
+                "sleep" => self.port.stop_clock(t, &mut self.out),
+                "wake" => self.port.restart_clock(t, &mut self.out),
+                "take" => self.port.on_interrupt_taken(0, t, &mut self.out),
                 "read" | "status" => {
-                    let reg = if word == "read" { Reg::SPDR } else { Reg::SPSR };
+                    let reg = if word == "read" { SpiRegister::SPDR } else { SpiRegister::SPSR };
                     let value = self.port.read(reg, t, &mut self.out);
                     self.say(format!("{word} {value:02X}"));
                 }
                 "?" => {
-                    let (c, s) = (self.port.peek(Reg::SPCR, t), self.port.peek(Reg::SPSR, t));
+                    let (c, s) = (self.port.peek(SpiRegister::SPCR, t), self.port.peek(SpiRegister::SPSR, t));
                     self.say(format!("c={c:02X} s={s:02X}"));
                 }
-                "q" => self.say(format!("q {}", self.port.requests())),
+                "q" => self.say(format!("q {}", self.port.interrupt_requests())),
                 _ => panic!("{word}"),
             }
         }
@@ -166,7 +166,7 @@ fn cases_worked_by_hand() {
     let mut failed = Vec::new();
     for line in CASES.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
         let [name, script, ought] = *line.split('|').map(str::trim).collect::<Vec<_>>() else { panic!("{line}") };
-        let mut bench = Bench { port: Spi::new(), t: 0, quiet: false, out: Vec::new(), said: Vec::new() };
+        let mut bench = Bench { port: AvrSpi::new(), t: 0, quiet: false, out: Vec::new(), said: Vec::new() };
         bench.word("n1");
         script.split_whitespace().for_each(|word| bench.word(word));
         let ought = ought.split(',').map(str::trim).filter(|item| !item.is_empty()).map(|item| {

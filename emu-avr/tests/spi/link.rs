@@ -1,15 +1,15 @@
 //! Two parts, wired to each other: a master and a slave.
 
-use emu_avr::periph::spi::{CPHA, CPOL, DORD, MSTR, Reg, SPE, SPIF, Spi};
-use emu_avr::periph::{Device, Drive, Line, Signal};
+use emu_avr::periph::spi::{CPHA, CPOL, DORD, MSTR, SpiRegister, SPE, SPIF, AvrSpi};
+use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 use emu_core::rng::Rng;
 
 /// Hands on what `from` does to its lines at `t`.
-fn carry(from: &mut Vec<Signal>, to: &mut Spi, t: u64, out: &mut Vec<Signal>) {
+fn carry(from: &mut Vec<AvrSignal>, to: &mut AvrSpi, t: u64, out: &mut Vec<AvrSignal>) {
     for signal in from.drain(..) {
-        if let Signal::Drive { t: at, line, drive: Drive::Value(level) } = signal {
+        if let AvrSignal::Drive { t: at, line, drive: AvrDrive::Value(level) } = signal {
             assert_eq!(at, t, "{signal:?} comes late");
-            to.line(line, level, t, out);
+            to.on_line_changed(line, level, t, out);
         }
     }
 }
@@ -17,39 +17,39 @@ fn carry(from: &mut Vec<Signal>, to: &mut Spi, t: u64, out: &mut Vec<Signal>) {
 /// Bytes go both ways; those sent by the two of them, and those that the two get.
 fn exchange(modes: [u8; 2], rate: u8, double: u8) -> [Vec<u8>; 4] {
     let rng = &mut Rng::new(5);
-    let (mut a, mut b, mut of_a, mut of_b) = (Spi::new(), Spi::new(), Vec::new(), Vec::new());
-    a.line(Line::Ss, true, 0, &mut of_a);
-    a.write(Reg::SPCR, SPE | MSTR | modes[0] | rate, 0xFF, 0, &mut of_a);
-    a.write(Reg::SPSR, double, 0xFF, 0, &mut of_a);
-    b.line(Line::Ss, true, 0, &mut of_b);
-    b.write(Reg::SPCR, SPE | modes[1], 0xFF, 0, &mut of_b);
+    let (mut a, mut b, mut of_a, mut of_b) = (AvrSpi::new(), AvrSpi::new(), Vec::new(), Vec::new());
+    a.on_line_changed(AvrLine::Ss, true, 0, &mut of_a);
+    a.write(SpiRegister::SPCR, SPE | MSTR | modes[0] | rate, 0xFF, 0, &mut of_a);
+    a.write(SpiRegister::SPSR, double, 0xFF, 0, &mut of_a);
+    b.on_line_changed(AvrLine::Ss, true, 0, &mut of_b);
+    b.write(SpiRegister::SPCR, SPE | modes[1], 0xFF, 0, &mut of_b);
     carry(&mut of_a, &mut b, 0, &mut of_b);
     carry(&mut of_b, &mut a, 0, &mut of_a);
     let [mut sent, mut answers, mut got, mut replies]: [Vec<u8>; 4] = Default::default();
     let mut t = 10;
-    b.line(Line::Ss, false, t, &mut of_b);
+    b.on_line_changed(AvrLine::Ss, false, t, &mut of_b);
     while got.len() < 30 {
         let bytes = [rng.next_u64() as u8, rng.next_u64() as u8];
-        b.write(Reg::SPDR, bytes[1], 0xFF, t, &mut of_b);
+        b.write(SpiRegister::SPDR, bytes[1], 0xFF, t, &mut of_b);
         carry(&mut of_b, &mut a, t, &mut of_a);
         t += 1 + rng.below(5);
-        a.write(Reg::SPDR, bytes[0], 0xFF, t, &mut of_a);
+        a.write(SpiRegister::SPDR, bytes[0], 0xFF, t, &mut of_a);
         sent.push(bytes[0]);
         answers.push(bytes[1]);
         carry(&mut of_a, &mut b, t, &mut of_b);
         // A byte of the slowest clock takes 1024 cycles.
         let end = t + 1100;
-        while t < end && (a.peek(Reg::SPSR, t) & b.peek(Reg::SPSR, t)) & SPIF == 0 {
-            t = a.next().min(b.next()).min(end);
-            a.run(t, &mut of_a);
-            b.run(t, &mut of_b);
+        while t < end && (a.peek(SpiRegister::SPSR, t) & b.peek(SpiRegister::SPSR, t)) & SPIF == 0 {
+            t = a.next_cycle().min(b.next_cycle()).min(end);
+            a.run_due(t, &mut of_a);
+            b.run_due(t, &mut of_b);
             carry(&mut of_a, &mut b, t, &mut of_b);
             carry(&mut of_b, &mut a, t, &mut of_a);
         }
         for (part, out, list) in [(&mut a, &mut of_a, &mut replies), (&mut b, &mut of_b, &mut got)] {
-            part.read(Reg::SPSR, t, out);
-            list.push(part.read(Reg::SPDR, t, out));
-            assert_eq!(part.peek(Reg::SPSR, t) & SPIF, 0);
+            part.read(SpiRegister::SPSR, t, out);
+            list.push(part.read(SpiRegister::SPDR, t, out));
+            assert_eq!(part.peek(SpiRegister::SPSR, t) & SPIF, 0);
         }
         t += 1;
     }

@@ -1,11 +1,11 @@
 //! The part clock by clock, with a divider that counts and a list of bits instead of a shift register.
 
-use emu_avr::periph::spi::Reg;
-use emu_avr::periph::{Drive, Line, Signal};
+use emu_avr::periph::spi::SpiRegister;
+use emu_avr::periph::{AvrDrive, AvrLine, AvrSignal};
 
 #[derive(Default)]
 pub struct Model {
-    pub out: Vec<Signal>,
+    pub out: Vec<AvrSignal>,
     // Pins: SCK with the flip-flops behind it.
     pub sck: bool,
     pub mosi: bool,
@@ -34,12 +34,12 @@ pub struct Model {
     /// The clock of the master: cycles left of this half, and whether it is active.
     left: u32,
     active: bool,
-    drives: Option<[Drive; 4]>,
+    drives: Option<[AvrDrive; 4]>,
 }
 
 impl Model {
     pub fn new() -> Model {
-        Model { bits: vec![false; 8], drives: Some([Drive::Port; 4]), ..Model::default() }
+        Model { bits: vec![false; 8], drives: Some([AvrDrive::Port; 4]), ..Model::default() }
     }
 
     fn spe(&self) -> bool {
@@ -126,17 +126,17 @@ impl Model {
         }
     }
 
-    pub fn line(&mut self, line: Line, high: bool, t: u64) {
+    pub fn line(&mut self, line: AvrLine, high: bool, t: u64) {
         match line {
-            Line::Sck => {
+            AvrLine::Sck => {
                 let moved = std::mem::replace(&mut self.sck, high) != high;
                 let selected = self.spe() && !self.mstr() && !self.ss;
                 if moved && selected && (high != self.cpol()) == self.cpha() {
                     self.level = self.next_bit();
                 }
             }
-            Line::Mosi => self.mosi = high,
-            Line::Miso => self.miso = high,
+            AvrLine::Mosi => self.mosi = high,
+            AvrLine::Miso => self.miso = high,
             _ => {
                 self.ss = high;
                 if high && !(self.spe() && self.mstr()) {
@@ -147,11 +147,11 @@ impl Model {
         self.pins(t);
     }
 
-    pub fn peek(&self, reg: Reg) -> u8 {
+    pub fn peek(&self, reg: SpiRegister) -> u8 {
         match reg {
-            Reg::SPCR => self.spcr,
-            Reg::SPSR => u8::from(self.spif) << 7 | u8::from(self.wcol) << 6 | u8::from(self.double),
-            Reg::SPDR => self.received,
+            SpiRegister::SPCR => self.spcr,
+            SpiRegister::SPSR => u8::from(self.spif) << 7 | u8::from(self.wcol) << 6 | u8::from(self.double),
+            SpiRegister::SPDR => self.received,
         }
     }
 
@@ -173,28 +173,28 @@ impl Model {
         (self.spif_read, self.wcol_read) = (false, false);
     }
 
-    pub fn read(&mut self, reg: Reg) -> u8 {
+    pub fn read(&mut self, reg: SpiRegister) -> u8 {
         let value = self.peek(reg);
         match reg {
-            Reg::SPSR => (self.spif_read, self.wcol_read) = (self.spif, self.wcol),
-            Reg::SPDR => self.access(),
-            Reg::SPCR => {}
+            SpiRegister::SPSR => (self.spif_read, self.wcol_read) = (self.spif, self.wcol),
+            SpiRegister::SPDR => self.access(),
+            SpiRegister::SPCR => {}
         }
         value
     }
 
-    pub fn write(&mut self, reg: Reg, value: u8, mask: u8, t: u64) {
+    pub fn write(&mut self, reg: SpiRegister, value: u8, mask: u8, t: u64) {
         match reg {
-            Reg::SPCR => {
+            SpiRegister::SPCR => {
                 let old = self.spcr;
                 self.spcr = old & !mask | value & mask;
                 if (old ^ self.spcr) & 0x50 != 0 {
                     self.stop();
                 }
             }
-            Reg::SPSR if mask & 1 != 0 => self.double = value & 1 != 0,
-            Reg::SPSR => {}
-            Reg::SPDR => {
+            SpiRegister::SPSR if mask & 1 != 0 => self.double = value & 1 != 0,
+            SpiRegister::SPSR => {}
+            SpiRegister::SPDR => {
                 self.access();
                 if self.busy || self.just_ended {
                     self.wcol = true;
@@ -224,15 +224,15 @@ impl Model {
         let first = !self.cpha() && self.incoming.is_empty();
         let level = if first { self.bits[0] } else { self.level };
         let drives = match (self.spe(), self.mstr()) {
-            (false, _) => [Drive::Port; 4],
-            (true, true) => [Drive::Value(self.active != self.cpol()), Drive::Input, Drive::Value(level), Drive::Port],
-            (true, false) if self.ss => [Drive::Input; 4],
-            (true, false) => [Drive::Input, Drive::Value(level), Drive::Input, Drive::Input],
+            (false, _) => [AvrDrive::Port; 4],
+            (true, true) => [AvrDrive::Value(self.active != self.cpol()), AvrDrive::Input, AvrDrive::Value(level), AvrDrive::Port],
+            (true, false) if self.ss => [AvrDrive::Input; 4],
+            (true, false) => [AvrDrive::Input, AvrDrive::Value(level), AvrDrive::Input, AvrDrive::Input],
         };
         let old = self.drives.replace(drives).unwrap_or_default();
-        for (n, line) in [Line::Sck, Line::Miso, Line::Mosi, Line::Ss].into_iter().enumerate() {
+        for (n, line) in [AvrLine::Sck, AvrLine::Miso, AvrLine::Mosi, AvrLine::Ss].into_iter().enumerate() {
             if old[n] != drives[n] {
-                self.out.push(Signal::Drive { t, line, drive: drives[n] });
+                self.out.push(AvrSignal::Drive { t, line, drive: drives[n] });
             }
         }
     }

@@ -1,25 +1,25 @@
 //! Random programs and random lines: the part, which is run only when it says that something is due, and the model.
 
-use emu_avr::periph::spi::{CPHA, CPOL, DORD, MSTR, Reg, SPE, SPI2X, SPIE, Spi};
-use emu_avr::periph::{Device, Drive, Line, Signal};
+use emu_avr::periph::spi::{CPHA, CPOL, DORD, MSTR, SpiRegister, SPE, SPI2X, SPIE, AvrSpi};
+use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 use emu_core::rng::Rng;
 
 use crate::model::Model;
 
-const REGS: [Reg; 3] = [Reg::SPCR, Reg::SPSR, Reg::SPDR];
+const REGS: [SpiRegister; 3] = [SpiRegister::SPCR, SpiRegister::SPSR, SpiRegister::SPDR];
 
 /// A write of a kind that lets something happen.
-fn write(model: &Model, rng: &mut Rng) -> (Reg, u8, u8) {
-    let c = model.peek(Reg::SPCR);
+fn write(model: &Model, rng: &mut Rng) -> (SpiRegister, u8, u8) {
+    let c = model.peek(SpiRegister::SPCR);
     let any = rng.next_u64() as u8;
     match rng.below(16) {
-        0 => (Reg::SPCR, any, 0xFF),
-        1 => (Reg::SPCR, c ^ [MSTR, SPE, CPOL, CPHA, DORD, 1, 2][rng.below(7) as usize], 0xFF),
-        2 => (Reg::SPCR, any, 1 << rng.below(8)),
-        3..6 => (Reg::SPCR, any & (DORD | CPOL | CPHA | SPIE) | SPE | MSTR, 0xFF),
-        6 => (Reg::SPSR, any, 0xFF),
-        7 => (Reg::SPSR, SPI2X, 0xFF),
-        _ => (Reg::SPDR, any, 0xFF),
+        0 => (SpiRegister::SPCR, any, 0xFF),
+        1 => (SpiRegister::SPCR, c ^ [MSTR, SPE, CPOL, CPHA, DORD, 1, 2][rng.below(7) as usize], 0xFF),
+        2 => (SpiRegister::SPCR, any, 1 << rng.below(8)),
+        3..6 => (SpiRegister::SPCR, any & (DORD | CPOL | CPHA | SPIE) | SPE | MSTR, 0xFF),
+        6 => (SpiRegister::SPSR, any, 0xFF),
+        7 => (SpiRegister::SPSR, SPI2X, 0xFF),
+        _ => (SpiRegister::SPDR, any, 0xFF),
     }
 }
 
@@ -33,8 +33,8 @@ struct Seen {
 }
 
 /// What is left of the signals of one clock.
-fn last(signals: &[Signal]) -> Vec<String> {
-    let line = |signal: &Signal| if let Signal::Drive { line, .. } = signal { Some(*line) } else { None };
+fn last(signals: &[AvrSignal]) -> Vec<String> {
+    let line = |signal: &AvrSignal| if let AvrSignal::Drive { line, .. } = signal { Some(*line) } else { None };
     let stays = |n: usize| !signals[n + 1..].iter().any(|later| line(later) == line(&signals[n]));
     let mut all: Vec<_> = (0..signals.len()).filter(|&n| stays(n)).map(|n| format!("{:?}", signals[n])).collect();
     all.sort();
@@ -43,32 +43,32 @@ fn last(signals: &[Signal]) -> Vec<String> {
 
 fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
     let rng = &mut Rng::new(seed);
-    let (mut port, mut model, mut out) = (Spi::new(), Model::new(), Vec::new());
+    let (mut port, mut model, mut out) = (AvrSpi::new(), Model::new(), Vec::new());
     let (mut asleep, mut quiet, mut sck) = (false, 1 + rng.below(9), 1);
     let mut steady = [(0_u8, 0_u64); 3];
     let slave = rng.one_in(2);
     let first = SPE | if slave { 0 } else { MSTR } | rng.next_u64() as u8 & (DORD | CPOL | CPHA | SPIE);
     let high = rng.below(4) != 0;
-    for (line, high) in [(Line::Ss, !slave && high), (Line::Sck, first & CPOL != 0)] {
-        port.line(line, high, 0, &mut out);
+    for (line, high) in [(AvrLine::Ss, !slave && high), (AvrLine::Sck, first & CPOL != 0)] {
+        port.on_line_changed(line, high, 0, &mut out);
         model.line(line, high, 0);
     }
-    for (reg, value) in [(Reg::SPCR, first), (Reg::SPSR, u8::from(rng.one_in(2))), (Reg::SPDR, rng.next_u64() as u8)] {
+    for (reg, value) in [(SpiRegister::SPCR, first), (SpiRegister::SPSR, u8::from(rng.one_in(2))), (SpiRegister::SPDR, rng.next_u64() as u8)] {
         port.write(reg, value, 0xFF, 0, &mut out);
         model.write(reg, value, 0xFF, 0);
     }
     for t in 1..clocks {
         if !asleep {
-            let before = (model.peek(Reg::SPCR), model.peek(Reg::SPSR));
+            let before = (model.peek(SpiRegister::SPCR), model.peek(SpiRegister::SPSR));
             model.tick(t);
-            let set = before.1 & 0x80 == 0 && model.peek(Reg::SPSR) & 0x80 != 0;
-            let robbed = before.0 != model.peek(Reg::SPCR);
+            let set = before.1 & 0x80 == 0 && model.peek(SpiRegister::SPSR) & 0x80 != 0;
+            let robbed = before.0 != model.peek(SpiRegister::SPCR);
             seen.robbed += u64::from(robbed);
             seen.master += u64::from(set && !robbed && before.0 & MSTR != 0);
             seen.slave += u64::from(set && before.0 & MSTR == 0);
         }
-        if port.next() <= t {
-            port.run(t, &mut out);
+        if port.next_cycle() <= t {
+            port.run_due(t, &mut out);
         }
         quiet -= 1;
         let mut touched = quiet == 0;
@@ -78,12 +78,12 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
                 _ if asleep => {
                     asleep = !rng.one_in(3);
                     if !asleep {
-                        port.wake(t, &mut out);
+                        port.restart_clock(t, &mut out);
                     }
                 }
                 0 => {
                     asleep = true;
-                    port.sleep(t, &mut out);
+                    port.stop_clock(t, &mut out);
                 }
                 1 if rng.one_in(3) => {
                     port.reset(t, &mut out);
@@ -91,11 +91,11 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
                 }
                 2 => {
                     let output = rng.one_in(2);
-                    port.direction(Line::Ss, output, t, &mut out);
+                    port.on_direction_changed(AvrLine::Ss, output, t, &mut out);
                     model.ss_output = output;
                 }
                 3..6 if model.requests() != 0 => {
-                    port.taken(0, t, &mut out);
+                    port.on_interrupt_taken(0, t, &mut out);
                     model.taken();
                 }
                 6..18 => {
@@ -104,33 +104,33 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
                 }
                 _ => {
                     let (reg, value, mask) = write(&model, rng);
-                    let before = model.peek(Reg::SPSR);
+                    let before = model.peek(SpiRegister::SPSR);
                     port.write(reg, value, mask, t, &mut out);
                     model.write(reg, value, mask, t);
-                    seen.collisions += u64::from(model.peek(Reg::SPSR) & !before & 0x40 != 0);
+                    seen.collisions += u64::from(model.peek(SpiRegister::SPSR) & !before & 0x40 != 0);
                 }
             }
         }
         let mut lines = Vec::new();
         sck -= 1;
-        let master = model.peek(Reg::SPCR) & (SPE | MSTR) == SPE | MSTR;
+        let master = model.peek(SpiRegister::SPCR) & (SPE | MSTR) == SPE | MSTR;
         if sck == 0 {
             // Now and then faster than the part can follow.
             sck = 1 + if rng.one_in(30) { rng.below(2) } else { 2 + rng.below(4) };
             if !master {
-                lines.push((Line::Sck, !model.sck));
+                lines.push((AvrLine::Sck, !model.sck));
             }
         }
         if rng.one_in(4) {
-            lines.push((Line::Mosi, rng.one_in(2)));
-            lines.push((Line::Miso, rng.one_in(2)));
+            lines.push((AvrLine::Mosi, rng.one_in(2)));
+            lines.push((AvrLine::Miso, rng.one_in(2)));
         }
         if rng.one_in(if slave { 150 } else { 300 }) {
-            lines.push((Line::Ss, !model.ss));
+            lines.push((AvrLine::Ss, !model.ss));
         }
         for signal in &out {
-            if let Signal::Drive {
-                line: line @ (Line::Sck | Line::Mosi | Line::Miso), drive: Drive::Value(high), ..
+            if let AvrSignal::Drive {
+                line: line @ (AvrLine::Sck | AvrLine::Mosi | AvrLine::Miso), drive: AvrDrive::Value(high), ..
             } = *signal
             {
                 lines.push((line, high));
@@ -138,7 +138,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
         }
         for (line, high) in lines {
             touched = true;
-            port.line(line, high, t, &mut out);
+            port.on_line_changed(line, high, t, &mut out);
             model.line(line, high, t);
         }
         if touched {
@@ -150,10 +150,10 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
             if t < promise.1 {
                 assert_eq!(value, promise.0, "seed {seed}, clock {t}: {reg:?} steady up to {}", promise.1);
             } else {
-                *promise = (value, port.steady(reg, t));
+                *promise = (value, port.steady_until(reg, t));
             }
         }
-        assert_eq!(port.requests(), model.requests(), "seed {seed}, clock {t}");
+        assert_eq!(port.interrupt_requests(), model.requests(), "seed {seed}, clock {t}");
         if out != model.out {
             assert_eq!(last(&out), last(&model.out), "seed {seed}, clock {t}: part, model");
         }

@@ -3,34 +3,34 @@
 //! `edge:what`. Addresses are in bytes; they and values are hexadecimal, times decimal. A second has 1,000,000 cycles; the boot
 //! section begins at 7800, NRWW at 7000.
 
-use emu_avr::periph::spm::{Bytes, Kind, Reg, Spm};
-use emu_avr::periph::{Device, Outbox, Signal};
+use emu_avr::periph::spm::{ConfigBytes, SpmKind, SpmRegister, SelfProgramming};
+use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
 use emu_core::NEVER;
 
-const REG: Reg = Reg::SPMCSR;
+const REG: SpmRegister = SpmRegister::SPMCSR;
 
 fn hex(text: &str) -> Result<u32, String> {
     u32::from_str_radix(text, 16).map_err(|e| format!("{text}: {e}"))
 }
 
 /// A signal; of the words only those that are not FFFF, with their places.
-fn text(signal: &Signal) -> String {
+fn text(signal: &AvrSignal) -> String {
     match signal {
-        Signal::ErasePage { addr } => format!("E{addr:X}"),
-        Signal::WritePage { addr, words } => {
+        AvrSignal::ErasePage { addr } => format!("E{addr:X}"),
+        AvrSignal::WritePage { addr, words } => {
             let loaded = words.iter().enumerate().filter(|(_, word)| **word != 0xFFFF);
             format!("W{addr:X}/{}", words.len())
                 + &loaded.map(|(n, word)| format!("+{n}={word:04X}")).collect::<String>()
         }
-        Signal::Stall { until } => format!("H{until}"),
+        AvrSignal::Stall { until } => format!("H{until}"),
         other => format!("{other:?}"),
     }
 }
 
-fn step(dut: &mut Spm, said: &mut Vec<String>, step: &str) -> Result<(), String> {
+fn step(dut: &mut SelfProgramming, said: &mut Vec<String>, step: &str) -> Result<(), String> {
     let (t, what) = step.split_once(':').ok_or("no time")?;
     let t: u64 = t.parse().map_err(|_| "time")?;
-    let mut out = Outbox::new();
+    let mut out = AvrOutbox::new();
     if let Some((name, want)) = what.split_once('?') {
         let got = match name.split_once('.') {
             Some((_, place)) => {
@@ -38,14 +38,14 @@ fn step(dut: &mut Spm, said: &mut Vec<String>, step: &str) -> Result<(), String>
                 dut.lpm(hex(z)?, hex(pc)?, t).map_or("-".into(), |byte| format!("{byte:02X}"))
             }
             None => {
-                dut.run(t, &mut out);
+                dut.run_due(t, &mut out);
                 match name {
                     "CSR" => format!("{:02X}", dut.read(REG, t, &mut out)),
-                    "irq" => dut.requests().to_string(),
-                    "next" if dut.next() == NEVER => "-".into(),
-                    "next" => dut.next().to_string(),
+                    "irq" => dut.interrupt_requests().to_string(),
+                    "next" if dut.next_cycle() == NEVER => "-".into(),
+                    "next" => dut.next_cycle().to_string(),
                     "busy" => dut.busy_until().to_string(),
-                    "lock" => format!("{:02X}", dut.bytes().lock),
+                    "lock" => format!("{:02X}", dut.config_bytes().lock),
                     _ => std::mem::take(said).join(","),
                 }
             }
@@ -56,9 +56,9 @@ fn step(dut: &mut Spm, said: &mut Vec<String>, step: &str) -> Result<(), String>
     match name {
         "CSR" => dut.write(REG, hex(value)? as u8, 0xFF, t, &mut out),
         "eeprom" => dut.block_until(value.parse().map_err(|_| "until")?, t),
-        "hz" => dut.rate(value.parse().map_err(|_| "hz")?, t),
-        "sleep" => dut.sleep(t, &mut out),
-        "wake" => dut.wake(t, &mut out),
+        "hz" => dut.set_clock_hz(value.parse().map_err(|_| "hz")?, t),
+        "sleep" => dut.stop_clock(t, &mut out),
+        "wake" => dut.restart_clock(t, &mut out),
         "reset" => dut.reset(t, &mut out),
         _ => {
             let z = name.strip_prefix("spm.").ok_or("no such step")?;
@@ -73,16 +73,16 @@ fn step(dut: &mut Spm, said: &mut Vec<String>, step: &str) -> Result<(), String>
 fn run(line: &str) -> Result<(), String> {
     let (head, steps) = line.split_once('|').ok_or("two columns")?;
     let (kind, boot) = match head.split_whitespace().next() {
-        Some("mega48") => (Kind::MEGA48, 0),
-        Some("mega8") => (Kind::MEGA8, 0x1E00),
-        Some("mega128") => (Kind::MEGA128, 0x1_FC00),
-        _ => (Kind::MEGA328, 0x7800),
+        Some("mega48") => (SpmKind::MEGA48, 0),
+        Some("mega8") => (SpmKind::MEGA8, 0x1E00),
+        Some("mega128") => (SpmKind::MEGA128, 0x1_FC00),
+        _ => (SpmKind::MEGA328, 0x7800),
     };
     // The lock bits of a case stand in front of it.
     let lock =
         head.split_once("lock=").map_or(Ok(0xFF), |(_, lock)| hex(lock.split_whitespace().next().unwrap_or("")))?;
-    let bytes = Bytes { lock: lock as u8, fuses: [0x62, 0xD9, 0xFE], signature: [0x1E, 0x95, 0x14], calibration: 0xA7 };
-    let (mut dut, mut said) = (Spm::new(kind, bytes, boot, 1_000_000), Vec::new());
+    let bytes = ConfigBytes { lock: lock as u8, fuses: [0x62, 0xD9, 0xFE], signature: [0x1E, 0x95, 0x14], calibration: 0xA7 };
+    let (mut dut, mut said) = (SelfProgramming::new(kind, bytes, boot, 1_000_000), Vec::new());
     for text in steps.split_whitespace() {
         step(&mut dut, &mut said, text).map_err(|said| format!("{line}\n  at {text}: {said}"))?;
     }
@@ -159,8 +159,8 @@ fn a_wrong_case_is_found() {
 
 #[test]
 fn boot_lock_bits_bar_interrupts() {
-    let bytes = Bytes { lock: 0xFF, fuses: [0; 3], signature: [0; 3], calibration: 0 };
-    let bars = |lock, pc, ivsel| Spm::new(Kind::MEGA328, Bytes { lock, ..bytes }, 0x7800, 1).bars_interrupts(pc, ivsel);
+    let bytes = ConfigBytes { lock: 0xFF, fuses: [0; 3], signature: [0; 3], calibration: 0 };
+    let bars = |lock, pc, ivsel| SelfProgramming::new(SpmKind::MEGA328, ConfigBytes { lock, ..bytes }, 0x7800, 1).bars_interrupts(pc, ivsel);
     // BLB02: vectors in the boot section, the application runs. BLB12: the other way round.
     for (lock, pc, ivsel, barred) in [
         (0xF7, 0x0000, true, true),

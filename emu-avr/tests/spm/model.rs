@@ -1,6 +1,6 @@
 //! Self-programming stepped cycle by cycle, with a program memory of its own.
 
-use emu_avr::periph::spm::{Bytes, Kind};
+use emu_avr::periph::spm::{ConfigBytes, SpmKind};
 
 const SECOND_PS: u64 = 1_000_000_000_000;
 /// The time of a command.
@@ -17,8 +17,8 @@ pub enum Command {
 }
 
 pub struct Model {
-    pub kind: Kind,
-    pub bytes: Bytes,
+    pub kind: SpmKind,
+    pub bytes: ConfigBytes,
     pub boot: u32,
     pub hz: u64,
     pub flash: Vec<u16>,
@@ -37,7 +37,7 @@ pub struct Model {
 }
 
 impl Model {
-    pub fn new(kind: Kind, bytes: Bytes, boot: u32, hz: u64) -> Model {
+    pub fn new(kind: SpmKind, bytes: ConfigBytes, boot: u32, hz: u64) -> Model {
         Model {
             kind,
             bytes,
@@ -168,7 +168,7 @@ impl Model {
             && self.busy.is_none()
         {
             self.armed = None;
-            let Bytes { lock, fuses, signature, calibration } = self.bytes;
+            let ConfigBytes { lock, fuses, signature, calibration } = self.bytes;
             let row = [signature[0], calibration, signature[1], 0xFF, signature[2]];
             let locks = [fuses[0], lock, fuses[2], fuses[1]];
             let z = (z % 0x1_0000) as usize;

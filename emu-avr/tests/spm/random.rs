@@ -1,32 +1,32 @@
 //! Random commands, in order and out of it, reads, resets and EEPROM writes: both agree in every cycle.
 
-use emu_avr::periph::spm::{Bytes, Kind, Reg, Spm};
-use emu_avr::periph::{Device, Outbox, Signal};
+use emu_avr::periph::spm::{ConfigBytes, SpmKind, SpmRegister, SelfProgramming};
+use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
 use emu_core::rng::Rng;
 
 use crate::model::Model;
 
 const RATES: [u64; 3] = [2_000, 5_000, 10_000];
-const KINDS: [Kind; 5] = [Kind::MEGA328, Kind::MEGA88, Kind::MEGA48, Kind::MEGA8, Kind::MEGA128];
+const KINDS: [SpmKind; 5] = [SpmKind::MEGA328, SpmKind::MEGA88, SpmKind::MEGA48, SpmKind::MEGA8, SpmKind::MEGA128];
 const COMMANDS: [u8; 6] = [0x01, 0x03, 0x05, 0x09, 0x11, 0x21];
 
 /// An address in one of a few pages, those at the borders of the sections among them.
-fn address(rng: &mut Rng, kind: Kind, boot: u32) -> u32 {
+fn address(rng: &mut Rng, kind: SpmKind, boot: u32) -> u32 {
     let base =
         [0, boot, boot.wrapping_sub(1), kind.nrww, kind.nrww.wrapping_sub(1), kind.flash - 1][rng.below(6) as usize];
     base.wrapping_add(rng.below(6) as u32) & 0x1_FFFF
 }
 
 /// Does to a program memory what the signals say; the edge up to which the core stands still.
-fn carry_out(flash: &mut [u16], out: &mut Outbox, kind: Kind, halted_until: &mut u64) {
+fn carry_out(flash: &mut [u16], out: &mut AvrOutbox, kind: SpmKind, halted_until: &mut u64) {
     for signal in out.drain(..) {
         match signal {
-            Signal::ErasePage { addr } => flash[addr as usize / 2..][..kind.page as usize / 2].fill(0xFFFF),
-            Signal::WritePage { addr, words } => {
+            AvrSignal::ErasePage { addr } => flash[addr as usize / 2..][..kind.page as usize / 2].fill(0xFFFF),
+            AvrSignal::WritePage { addr, words } => {
                 assert_eq!(words.len(), kind.page as usize / 2);
                 flash[addr as usize / 2..].iter_mut().zip(words).for_each(|(old, new)| *old &= new);
             }
-            Signal::Stall { until } => *halted_until = until,
+            AvrSignal::Stall { until } => *halted_until = until,
             other => panic!("{other:?}"),
         }
     }
@@ -37,9 +37,9 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
     let kind = KINDS[[0, 0, 1, 2, 3, 4][rng.below(6) as usize]];
     let boot = if kind.boot { kind.flash - [0x800, 0x200][rng.below(2) as usize] } else { 0 };
     let lock = if rng.one_in(2) { 0xFF } else { rng.next_u64() as u8 };
-    let bytes = Bytes { lock, fuses: [0x62, 0xDF, 0xF9], signature: [0x1E, 0x95, 0x0F], calibration: 0xA7 };
+    let bytes = ConfigBytes { lock, fuses: [0x62, 0xDF, 0xF9], signature: [0x1E, 0x95, 0x0F], calibration: 0xA7 };
     let hz = RATES[rng.below(3) as usize];
-    let (mut dut, mut model) = (Spm::new(kind, bytes, boot, hz), Model::new(kind, bytes, boot, hz));
+    let (mut dut, mut model) = (SelfProgramming::new(kind, bytes, boot, hz), Model::new(kind, bytes, boot, hz));
     let mut flash = model.flash.clone();
     let (mut halted_until, mut promised) = (0, (0, 0));
     // The edge at which an SPM or LPM follows, and which.
@@ -47,10 +47,10 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
     let (end, mut changed) = (60 + rng.below(200), false);
     for t in 1..end {
         let at = || format!("seed {seed}, cycle {t}");
-        let mut out = Outbox::new();
+        let mut out = AvrOutbox::new();
         model.tick();
-        if dut.next() <= t || rng.one_in(20) {
-            dut.run(t, &mut out);
+        if dut.next_cycle() <= t || rng.one_in(20) {
+            dut.run_due(t, &mut out);
         }
         assert!(t >= promised.0 || model.spmcsr() == promised.1, "SPMCSR promised, {}", at());
         let z = address(&mut rng, kind, boot);
@@ -74,7 +74,7 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
             0..=4 => {
                 let value = COMMANDS[rng.below(6) as usize] | [0, 0x80, 0x40][rng.below(3) as usize];
                 let value = if rng.one_in(8) { rng.next_u64() as u8 } else { value };
-                dut.write(Reg::SPMCSR, value, 0xFF, t, &mut out);
+                dut.write(SpmRegister::SPMCSR, value, 0xFF, t, &mut out);
                 model.write(value);
                 plan = (t + 1 + rng.below(5), !rng.one_in(4));
                 promised = (0, 0);
@@ -102,7 +102,7 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
             }
             9 if rng.one_in(6) => {
                 model.hz = RATES[rng.below(3) as usize];
-                dut.rate(model.hz, t);
+                dut.set_clock_hz(model.hz, t);
                 promised = (0, 0);
                 if model.halted {
                     halted_until = dut.busy_until();
@@ -113,14 +113,14 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
         changed |= !out.is_empty();
         carry_out(&mut flash, &mut out, kind, &mut halted_until);
         assert_eq!(t < halted_until, model.halted, "the core stands still, {}", at());
-        assert_eq!(dut.peek(Reg::SPMCSR, t), model.spmcsr(), "SPMCSR, {}", at());
+        assert_eq!(dut.peek(SpmRegister::SPMCSR, t), model.spmcsr(), "SPMCSR, {}", at());
         let ready = model.spmie && model.busy.is_none() && model.armed.is_none() && model.eeprom == 0;
-        assert_eq!(dut.requests(), u8::from(ready), "interrupt, {}", at());
+        assert_eq!(dut.interrupt_requests(), u8::from(ready), "interrupt, {}", at());
         let asked = address(&mut rng, kind, boot);
-        assert_eq!(dut.unreadable(asked), model.unreadable(asked), "{asked:X}, {}", at());
+        assert_eq!(dut.is_unreadable(asked), model.unreadable(asked), "{asked:X}, {}", at());
         if rng.one_in(4) {
-            dut.run(t, &mut out);
-            assert_eq!(*dut.bytes(), model.bytes, "lock bits, {}", at());
+            dut.run_due(t, &mut out);
+            assert_eq!(*dut.config_bytes(), model.bytes, "lock bits, {}", at());
             for ivsel in [false, true] {
                 assert_eq!(
                     dut.bars_interrupts(asked, ivsel),
@@ -129,7 +129,7 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
                     at()
                 );
             }
-            promised = (dut.steady(Reg::SPMCSR, t), model.spmcsr());
+            promised = (dut.steady_until(SpmRegister::SPMCSR, t), model.spmcsr());
         }
         if changed && (rng.one_in(16) || t + 1 == end) {
             assert!(flash == model.flash, "program memory, {}", at());

@@ -1,6 +1,6 @@
 //! Timer 2 on its crystal (18.9): cases, one a line. At 100 kHz with a crystal of 10 kHz TOSC1 rises at 10, 20, 30, ..
 
-use emu_avr::periph::timers::Shape;
+use emu_avr::periph::timers::TimerShape;
 
 use crate::script::check;
 
@@ -35,13 +35,13 @@ fn on_the_crystal() {
         .filter(|line| line.contains('|'))
         .map(|line| line.replacen('|', "| 0:rate=100000 0:xtal=10000", 1))
         .collect();
-    check(Shape::crystal(2), &lines.join("\n"));
+    check(TimerShape::crystal(2), &lines.join("\n"));
 }
 
 #[test]
 fn on_the_io_clock() {
     check(
-        Shape::crystal(2),
+        TimerShape::crystal(2),
         "
         18.10  timer 2 divides by 32 and 128               | 1:TCCRB=03 32:TCNT?01 64:TCNT?02 65:TCNT=00 65:TCCRB=05 127:TCNT?00 128:TCNT?01
         18.7.2 timer 2 in CTC                              | 1:OCRA=02 2:TCCRA=02 3:TCCRB=01 6:TCNT?02 7:TCNT?00 7:TIFR?06 7:TIMSK=02 8:irq?01

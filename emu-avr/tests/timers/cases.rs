@@ -1,13 +1,13 @@
 //! Cases from DS40002061 but for the pins of PWM and the asynchronous timer, one a line; the section comes first.
 
-use emu_avr::periph::timers::Shape;
+use emu_avr::periph::timers::TimerShape;
 
 use crate::script::check;
 
 #[test]
 fn an_8_bit_timer_counts() {
     check(
-        Shape::narrow(2),
+        TimerShape::narrow(2),
         "
         15.4   TCNT written in cycle t reads v at t+1      | 1:TCCRB=01 9:TCNT=10 10:TCNT?10 11:TCNT?11 20:TCNT?1A
         15.3   clk/1 starts with the edge after the write  | 5:TCCRB=01 6:TCNT?00 7:TCNT?01
@@ -40,11 +40,11 @@ fn an_8_bit_timer_counts() {
         ",
     );
     check(
-        Shape::narrow(0),
+        TimerShape::narrow(0),
         "15.7.1 ATmega8, timer 0: normal mode only | 1:TCCRA=FF 2:TCCRB=FF 3:TCCRA?00 3:TCCRB?07 4:OCRA=05 5:OCRA?00 6:TCCRB=01 7:TCNT=FE 8:TIFR?00 10:TIFR?01 11:TCNT?01",
     );
     check(
-        Shape::narrow(1),
+        TimerShape::narrow(1),
         "15.9.6 one channel: no OCFB | 1:TCCRB=01 2:TIMSK=FF 3:TIMSK?03 9:TIFR?02 9:OCRB=33 10:OCRB?00",
     );
 }
@@ -52,7 +52,7 @@ fn an_8_bit_timer_counts() {
 #[test]
 fn an_external_clock() {
     check(
-        Shape::narrow(2),
+        TimerShape::narrow(2),
         "
         17.1   rising edges, three cycles later            | 1:TCCRB=07 20:T=1 22:TCNT?00 23:TCNT?01 30:T=0 40:TCNT?01
         17.1   falling edges                               | 1:TCCRB=06 20:T=1 30:T=0 32:TCNT?00 33:TCNT?01
@@ -69,7 +69,7 @@ fn an_external_clock() {
 #[test]
 fn a_16_bit_timer_counts() {
     check(
-        Shape::wide(2),
+        TimerShape::wide(2),
         "
         16.3   TEMP: high byte first when writing          | 1:TCNTH=12 2:TCNTL=34 3:TCNTL!34 4:TCNTH!12
         16.3   TEMP: reading low latches high              | 1:TCNTH=12 2:TCNTL=FF 3:TCNTL!FF 4:TCCRB=01 9:TCNTH!12 9:TCNTL!03 10:TCNTH!13
@@ -93,7 +93,7 @@ fn a_16_bit_timer_counts() {
         ",
     );
     check(
-        Shape::wide(3),
+        TimerShape::wide(3),
         "
         ATmega128 channel C                                | 1:TCCRA=0C 2:OCRCH=00 3:OCRCL=04 4:TIMSK=FF 5:TIMSK?2F 6:TIFR=FF 7:TCCRB=01 8:OCC?0 12:OCC?0 13:OCC?1 13:TIFR?0E 13:irq?0E
         ATmega128 overflow comes after C                   | 1:TIMSK=01 2:TCNTH=FF 3:TCNTL=FF 4:TCCRB=01 6:irq?10
@@ -105,7 +105,7 @@ fn a_16_bit_timer_counts() {
 fn input_capture() {
     // TCNT is c - 2 in the cycle c.
     check(
-        Shape::wide(2),
+        TimerShape::wide(2),
         "
         16.6   a rising edge, the count before the edge    | 1:TCCRB=41 20:ICP=1 22:TIFR?06 23:TIFR?26 23:ICRL!14 24:ICRH!00
         16.6   a falling edge                              | 1:TCCRB=01 20:ICP=1 30:ICP=0 32:TIFR?06 33:TIFR?26 33:ICRL?1E

@@ -1,6 +1,6 @@
 //! A timer stepped cycle by cycle, written from the text and figures of sections 15 to 18.
 
-use emu_avr::periph::timers::{Reg, Shape, Tap};
+use emu_avr::periph::timers::{TimerRegister, TimerShape, ClockTap};
 
 use crate::cells::{Crystal, Divider, Sampler};
 
@@ -24,7 +24,7 @@ pub struct Unit {
 
 #[derive(Debug, Clone)]
 pub struct Model {
-    pub shape: Shape,
+    pub shape: TimerShape,
     pub tccra: u8,
     pub tccrb: u8,
     pub acting: [u8; 2],
@@ -54,7 +54,7 @@ pub struct Model {
 }
 
 impl Model {
-    pub fn new(shape: Shape, rate: u64) -> Model {
+    pub fn new(shape: TimerShape, rate: u64) -> Model {
         Model {
             shape,
             tccra: 0,
@@ -295,7 +295,7 @@ impl Model {
         }
         self.toscs.held = self.divider.held;
         let divided = match self.shape.taps[usize::from(self.acting[1] & 7)] {
-            Tap::Div(div) => self.toscs.tick(div),
+            ClockTap::Div(div) => self.toscs.tick(div),
             _ => {
                 self.toscs.tick(1);
                 false
@@ -317,10 +317,10 @@ impl Model {
     }
 
     /// The clock edge `t`, with the register that is written at it. `divider` says whether the prescaler has its clock.
-    pub fn tick(&mut self, t: u64, divider: bool, write: Option<(Reg, u8, u8)>) {
+    pub fn tick(&mut self, t: u64, divider: bool, write: Option<(TimerRegister, u8, u8)>) {
         self.rose = 0;
         let was = self.tifr;
-        if let Some((Reg::TIFR, value, mask)) = write {
+        if let Some((TimerRegister::TIFR, value, mask)) = write {
             self.tifr &= !(value & mask);
         }
         let due: Vec<u8> = self.late.iter().filter(|(_, at)| *at == t).map(|(bit, _)| *bit).collect();
@@ -341,7 +341,7 @@ impl Model {
         }
         let tap = self.shape.taps[usize::from(self.acting[1] & 7)];
         let divided = match tap {
-            Tap::Div(div) if divider => self.divider.tick(div),
+            ClockTap::Div(div) if divider => self.divider.tick(div),
             _ if divider => {
                 self.divider.tick(1);
                 false
@@ -351,8 +351,8 @@ impl Model {
         if !self.is_async() && !self.asleep {
             let external = edges[0][0];
             let wanted = match tap {
-                Tap::Falling => Some(false),
-                Tap::Rising => Some(true),
+                ClockTap::Falling => Some(false),
+                ClockTap::Rising => Some(true),
                 _ => None,
             };
             if divided || wanted.is_some() && external == wanted {

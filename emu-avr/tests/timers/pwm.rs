@@ -1,13 +1,13 @@
 //! Output compare pins: cases from DS40002061, one a line; the section comes first.
 
-use emu_avr::periph::timers::Shape;
+use emu_avr::periph::timers::TimerShape;
 
 use crate::script::check;
 
 #[test]
 fn pins_without_pwm() {
     check(
-        Shape::narrow(2),
+        TimerShape::narrow(2),
         "
         15.6   toggle                                      | 1:OCRA=05 2:TCCRA=40 3:TCCRB=01 3:OCA?0 9:OCA?0 10:OCA?1 265:OCA?1 266:OCA?0
         15.6   CTC and toggle: a square wave               | 1:OCRA=03 2:TCCRA=42 3:TCCRB=01 7:OCA?0 8:OCA?1 11:OCA?1 12:OCA?0 16:OCA?1
@@ -21,7 +21,7 @@ fn pins_without_pwm() {
         ",
     );
     check(
-        Shape::wide(2),
+        TimerShape::wide(2),
         "16.11.3 FOC1A and FOC1B in TCCR1C | 1:TCCRA=70 2:TCCRC=40 3:OCA?0 3:OCB?1 3:TCCRC=80 4:OCA?1 4:TIFR?00 5:TCCRB=08 6:TCCRC=80 7:OCA?0",
     );
 }
@@ -30,7 +30,7 @@ fn pins_without_pwm() {
 fn fast_pwm() {
     // TCNT is FE, FF, 0 in the cycles 10, 11, 12.
     check(
-        Shape::narrow(2),
+        TimerShape::narrow(2),
         "
         15.7.3 set at BOTTOM, cleared after the match      | 1:OCRA=02 2:TCCRA=83 3:TCCRB=01 8:TIFR=FF 9:TCNT=FE 11:OCA?0 11:TIFR?00 12:OCA?1 12:TIFR?01 13:TIFR?05 14:OCA?1 15:OCA?0 15:TIFR?07
         15.7.3 inverted                                    | 1:OCRA=02 2:TCCRA=C3 3:TCCRB=01 9:TCNT=FE 11:OCA?1 12:OCA?0 14:OCA?0 15:OCA?1
@@ -50,7 +50,7 @@ fn fast_pwm() {
         ",
     );
     check(
-        Shape::wide(2),
+        TimerShape::wide(2),
         "
         16.9.3 mode 14: ICR is TOP, ICF and TOV together   | 1:OCRAH=00 2:OCRAL=01 3:TCCRA=82 4:TCCRB=18 5:ICRH=00 6:ICRL=03 7:TIFR=FF 8:TCCRB=19 9:TCNTL?00 11:OCA?0 12:TIFR?06 13:TIFR?27 13:OCA?1 14:OCA?1 15:OCA?0 17:OCA?1
         16.9.3 mode 14: ICR is not buffered                | 3:TCCRA=02 4:TCCRB=18 5:ICRH=00 6:ICRL=05 7:TCCRB=19 9:ICRL=02 10:TCNTL?02 11:TCNTL?00
@@ -63,7 +63,7 @@ fn fast_pwm() {
 fn phase_correct_pwm() {
     // TCNT is FD, FE, FF, FE in the cycles 10 to 13; 0 in 267, FF in 522.
     check(
-        Shape::narrow(2),
+        TimerShape::narrow(2),
         "
         15.7.4 symmetrical, TOV at BOTTOM                  | 1:OCRA=02 2:TCCRA=81 3:TCCRB=01 9:TCNT=FD 12:TCNT?FF 13:TCNT?FE 20:TIFR=FF 265:OCA?0 266:OCA?1 267:TCNT?00 267:TIFR?02 268:TCNT?01 268:TIFR?07 269:OCA?1 270:OCA?0
         15.7.4 inverted                                    | 1:OCRA=02 2:TCCRA=C1 3:TCCRB=01 9:TCNT=FD 13:OCA?1 265:OCA?1 266:OCA?0 269:OCA?0 270:OCA?1
@@ -79,7 +79,7 @@ fn phase_correct_pwm() {
         "
     );
     check(
-        Shape::wide(2),
+        TimerShape::wide(2),
         "
         16.9.5 mode 8: up and down, ICF at TOP             | 1:OCRAH=00 2:OCRAL=01 3:TCCRB=10 4:ICRH=00 5:ICRL=03 6:TCCRA=80 7:TCCRB=11 8:TIFR?00 9:TIFR?05 10:TIFR?07 11:TCNTL?03 11:TIFR?07 12:TCNTL?02 12:TIFR?27 13:OCA?0 14:OCA?1 15:OCA?1 16:OCA?0
         16.9.5 mode 8: OCR is buffered until BOTTOM        | 1:OCRAH=00 2:OCRAL=01 3:TCCRB=10 4:ICRH=00 5:ICRL=03 6:TCCRA=80 7:TCCRB=11 10:OCRAL=02 13:OCA?0 14:OCA?1 16:OCA?1 17:OCA?0

@@ -1,45 +1,45 @@
 //! Random writes, edges, sleeps and resets: the timer and the model agree at every cycle.
 
-use emu_avr::periph::timers::{Reg, Shape, Timer};
-use emu_avr::periph::{Device, Drive, Line, Signal};
+use emu_avr::periph::timers::{TimerRegister, TimerShape, AvrTimer};
+use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 use emu_core::parts::prescaler::Prescaler;
 use emu_core::rng::Rng;
 
 use crate::model::Model;
 
 /// Timers of the ATmega328P and of its relatives: without a channel, with one, two and three.
-const SHAPES: [Shape; 8] = [
-    Shape::narrow(2),
-    Shape::wide(2),
-    Shape::crystal(2),
-    Shape::wide(3),
-    Shape::narrow(1),
-    Shape::crystal(1),
-    Shape::narrow(0),
-    Shape { icr_only_as_top: true, ..Shape::wide(2) },
+const SHAPES: [TimerShape; 8] = [
+    TimerShape::narrow(2),
+    TimerShape::wide(2),
+    TimerShape::crystal(2),
+    TimerShape::wide(3),
+    TimerShape::narrow(1),
+    TimerShape::crystal(1),
+    TimerShape::narrow(0),
+    TimerShape { icr_only_as_top: true, ..TimerShape::wide(2) },
 ];
-const REGS: [Reg; 16] = [
-    Reg::TCCRA,
-    Reg::TCCRB,
-    Reg::TCCRC,
-    Reg::TCNTL,
-    Reg::TCNTH,
-    Reg::OCRAL,
-    Reg::OCRAH,
-    Reg::OCRBL,
-    Reg::OCRBH,
-    Reg::OCRCL,
-    Reg::OCRCH,
-    Reg::ICRL,
-    Reg::ICRH,
-    Reg::TIMSK,
-    Reg::TIFR,
-    Reg::ASSR,
+const REGS: [TimerRegister; 16] = [
+    TimerRegister::TCCRA,
+    TimerRegister::TCCRB,
+    TimerRegister::TCCRC,
+    TimerRegister::TCNTL,
+    TimerRegister::TCNTH,
+    TimerRegister::OCRAL,
+    TimerRegister::OCRAH,
+    TimerRegister::OCRBL,
+    TimerRegister::OCRBH,
+    TimerRegister::OCRCL,
+    TimerRegister::OCRCH,
+    TimerRegister::ICRL,
+    TimerRegister::ICRH,
+    TimerRegister::TIMSK,
+    TimerRegister::TIFR,
+    TimerRegister::ASSR,
 ];
 const RATE: u64 = 1_000_000;
 const CRYSTALS: [u64; 6] = [250_000, 249_999, 200_000, 137_001, 90_001, 32_768];
 /// Registers that change by themselves.
-const LIVE: [Reg; 4] = [Reg::TIFR, Reg::TCNTL, Reg::ICRL, Reg::ASSR];
+const LIVE: [TimerRegister; 4] = [TimerRegister::TIFR, TimerRegister::TCNTL, TimerRegister::ICRL, TimerRegister::ASSR];
 
 /// What the model has done of each kind: drives, told flags by bit, captures, sleeps, latches.
 #[derive(Debug, Default)]
@@ -53,50 +53,50 @@ struct Heard {
 
 struct Rig {
     rng: Rng,
-    shape: Shape,
-    timer: Timer,
+    shape: TimerShape,
+    timer: AvrTimer,
     model: Model,
     prescaler: Prescaler,
     /// Since when the chip is asleep, and whether the prescaler stands with it.
     asleep: Option<(u64, bool)>,
     listened: u8,
-    out: Vec<Signal>,
+    out: Vec<AvrSignal>,
 }
 
 impl Rig {
     /// A value that makes something happen soon.
-    fn value(&mut self, reg: Reg) -> u8 {
+    fn value(&mut self, reg: TimerRegister) -> u8 {
         let rng = &mut self.rng;
         let (top, model_assr) = (self.model.units[0].temporary as u8, self.model.assr);
         match reg {
             _ if rng.one_in(10) => rng.next_u64() as u8,
-            Reg::TCCRB => {
+            TimerRegister::TCCRB => {
                 let select = [1, 1, 1, 1, 1, 2, 6, 7][rng.below(8) as usize];
                 rng.next_u64() as u8 & 0xF8 | select
             }
-            Reg::TCNTH | Reg::OCRAH | Reg::OCRBH | Reg::OCRCH | Reg::ICRH => {
+            TimerRegister::TCNTH | TimerRegister::OCRAH | TimerRegister::OCRBH | TimerRegister::OCRCH | TimerRegister::ICRH => {
                 [0, 0, 0, 0, 0xFF, 1, 3][rng.below(7) as usize]
             }
-            Reg::TCNTL if rng.one_in(2) => [0xFD, 0xFE, 0xFF, 0, 1][rng.below(5) as usize],
-            Reg::TCNTL => top.wrapping_add(rng.below(5) as u8).wrapping_sub(3),
-            Reg::OCRBL | Reg::OCRCL | Reg::ICRL if rng.one_in(3) => top,
-            Reg::OCRAL | Reg::OCRBL | Reg::OCRCL | Reg::ICRL if rng.one_in(6) => 0xFF,
-            Reg::OCRAL | Reg::OCRBL | Reg::OCRCL | Reg::ICRL => rng.below(10) as u8,
-            Reg::TIFR if rng.one_in(2) => 0xFF,
-            Reg::ASSR if rng.one_in(2) => model_assr,
-            Reg::ASSR => [0x20, 0x20, 0x20, 0x60, 0x00][rng.below(5) as usize],
+            TimerRegister::TCNTL if rng.one_in(2) => [0xFD, 0xFE, 0xFF, 0, 1][rng.below(5) as usize],
+            TimerRegister::TCNTL => top.wrapping_add(rng.below(5) as u8).wrapping_sub(3),
+            TimerRegister::OCRBL | TimerRegister::OCRCL | TimerRegister::ICRL if rng.one_in(3) => top,
+            TimerRegister::OCRAL | TimerRegister::OCRBL | TimerRegister::OCRCL | TimerRegister::ICRL if rng.one_in(6) => 0xFF,
+            TimerRegister::OCRAL | TimerRegister::OCRBL | TimerRegister::OCRCL | TimerRegister::ICRL => rng.below(10) as u8,
+            TimerRegister::TIFR if rng.one_in(2) => 0xFF,
+            TimerRegister::ASSR if rng.one_in(2) => model_assr,
+            TimerRegister::ASSR => [0x20, 0x20, 0x20, 0x60, 0x00][rng.below(5) as usize],
             _ => rng.next_u64() as u8,
         }
     }
 
-    fn pick(&mut self, first: bool) -> (Reg, u8, u8) {
+    fn pick(&mut self, first: bool) -> (TimerRegister, u8, u8) {
         let reg = if first && self.rng.one_in(2) {
-            [Reg::TCCRA, Reg::TCCRB, Reg::TIMSK][self.rng.below(3) as usize]
+            [TimerRegister::TCCRA, TimerRegister::TCCRB, TimerRegister::TIMSK][self.rng.below(3) as usize]
         } else {
             REGS[self.rng.below(16) as usize]
         };
         let value = self.value(reg);
-        let single = matches!(reg, Reg::TIFR | Reg::TIMSK | Reg::TCCRA | Reg::TCCRB) && self.rng.one_in(6);
+        let single = matches!(reg, TimerRegister::TIFR | TimerRegister::TIMSK | TimerRegister::TCCRA | TimerRegister::TCCRB) && self.rng.one_in(6);
         (reg, value, if single { 1 << self.rng.below(8) } else { 0xFF })
     }
 
@@ -106,17 +106,17 @@ impl Rig {
         match (self.asleep, rng.below(14)) {
             (Some((since, stood)), 0..=2 | 4..=6) => {
                 self.asleep = None;
-                timer.wake(t, out);
+                timer.restart_clock(t, out);
                 model.wake();
                 if stood && !model.is_async() {
                     let origin = prescaler.tap(1).origin + (t - since);
-                    prescaler.clear(origin, prescaler.held());
+                    prescaler.restart(origin, prescaler.is_held());
                     timer.prescaler(*prescaler, t, out);
                 }
             }
             (None, 0..=2) => {
                 self.asleep = Some((t, !model.is_async() && rng.one_in(2)));
-                timer.sleep(t, out);
+                timer.stop_clock(t, out);
                 model.sleep();
             }
             (asleep, 3) => {
@@ -128,21 +128,21 @@ impl Rig {
                     model.clear_divider(false);
                     timer.prescaler(*prescaler, t, out);
                 } else {
-                    model.clear_divider(prescaler.held());
-                    prescaler.clear(t, prescaler.held());
+                    model.clear_divider(prescaler.is_held());
+                    prescaler.restart(t, prescaler.is_held());
                     timer.prescaler(*prescaler, t, out);
                 }
                 self.asleep = None;
             }
             (None, 4..=6) => {
                 let held = rng.one_in(4);
-                prescaler.clear(t, held);
+                prescaler.restart(t, held);
                 timer.prescaler(*prescaler, t, out);
                 model.clear_divider(held);
             }
             (_, 7..=8) => {
                 let irqs = rng.next_u64() as u8;
-                timer.listen(irqs, t, out);
+                timer.set_listened_interrupts(irqs, t, out);
                 self.listened = irqs;
             }
             (_, 9) => {
@@ -152,17 +152,17 @@ impl Rig {
             }
             (_, 10) => {
                 let rate = [RATE, RATE + 1, 2 * RATE][rng.below(3) as usize];
-                timer.rate(rate, t);
+                timer.set_clock_hz(rate, t);
                 model.crystal.set_rate(rate);
             }
             (_, 11) => {
                 let stopped = !model.crystal.stopped && rng.one_in(2);
-                timer.oscillator(!stopped, t, out);
+                timer.set_oscillator_running(!stopped, t, out);
                 model.crystal.stopped = stopped;
             }
-            _ if timer.requests() != 0 => {
-                let irq = timer.requests().trailing_zeros() as u8;
-                timer.taken(irq, t, out);
+            _ if timer.interrupt_requests() != 0 => {
+                let irq = timer.interrupt_requests().trailing_zeros() as u8;
+                timer.on_interrupt_taken(irq, t, out);
                 model.tifr &= !self.shape.flags_of(1 << irq);
             }
             _ => {}
@@ -171,51 +171,51 @@ impl Rig {
 
     /// Instructions that read with side effects.
     fn reads(&mut self, t: u64, place: &dyn Fn(&Model) -> String) {
-        let reg = [Reg::TCNTL, Reg::TCNTH, Reg::ICRL, Reg::ICRH, Reg::TIFR][self.rng.below(5) as usize];
+        let reg = [TimerRegister::TCNTL, TimerRegister::TCNTH, TimerRegister::ICRL, TimerRegister::ICRH, TimerRegister::TIFR][self.rng.below(5) as usize];
         let model = &mut self.model;
         let want = match reg {
-            Reg::TCNTL => {
+            TimerRegister::TCNTL => {
                 model.temp = if self.shape.wide { (model.tcnt >> 8) as u8 } else { 0 };
                 model.shown() as u8
             }
-            Reg::ICRL => {
+            TimerRegister::ICRL => {
                 model.temp = if self.shape.wide { (model.icr >> 8) as u8 } else { 0 };
                 model.icr as u8
             }
-            Reg::TIFR => model.tifr,
+            TimerRegister::TIFR => model.tifr,
             _ => model.temp,
         };
         assert_eq!(self.timer.read(reg, t, &mut self.out), want, "read {reg:?}, {}", place(model));
     }
 
-    fn want(&self, reg: Reg) -> u8 {
+    fn want(&self, reg: TimerRegister) -> u8 {
         let model = &self.model;
         let [a, b, c] = model.units.map(|unit| unit.temporary);
         match reg {
-            Reg::TCCRA => model.tccra,
-            Reg::TCCRB => model.tccrb,
-            Reg::TCCRC => 0,
-            Reg::TCNTL => model.shown() as u8,
-            Reg::TCNTH | Reg::ICRH => model.temp,
-            Reg::OCRAL => a as u8,
-            Reg::OCRAH => (a >> 8) as u8,
-            Reg::OCRBL => b as u8,
-            Reg::OCRBH => (b >> 8) as u8,
-            Reg::OCRCL => c as u8,
-            Reg::OCRCH => (c >> 8) as u8,
-            Reg::ICRL => model.icr as u8,
-            Reg::TIMSK => model.timsk,
-            Reg::TIFR => model.tifr,
-            Reg::ASSR => model.assr(),
+            TimerRegister::TCCRA => model.tccra,
+            TimerRegister::TCCRB => model.tccrb,
+            TimerRegister::TCCRC => 0,
+            TimerRegister::TCNTL => model.shown() as u8,
+            TimerRegister::TCNTH | TimerRegister::ICRH => model.temp,
+            TimerRegister::OCRAL => a as u8,
+            TimerRegister::OCRAH => (a >> 8) as u8,
+            TimerRegister::OCRBL => b as u8,
+            TimerRegister::OCRBH => (b >> 8) as u8,
+            TimerRegister::OCRCL => c as u8,
+            TimerRegister::OCRCH => (c >> 8) as u8,
+            TimerRegister::ICRL => model.icr as u8,
+            TimerRegister::TIMSK => model.timsk,
+            TimerRegister::TIFR => model.tifr,
+            TimerRegister::ASSR => model.assr(),
         }
     }
 }
 
-fn run(seed: u64, shape: Shape, cycles: u64, heard: &mut Heard) {
+fn run(seed: u64, shape: TimerShape, cycles: u64, heard: &mut Heard) {
     let mut rng = Rng::new(seed);
     let mut rig = Rig {
         shape,
-        timer: Timer::new(shape),
+        timer: AvrTimer::new(shape),
         model: Model::new(shape, RATE),
         prescaler: Prescaler::new(0),
         asleep: None,
@@ -223,13 +223,13 @@ fn run(seed: u64, shape: Shape, cycles: u64, heard: &mut Heard) {
         out: Vec::new(),
         rng: Rng::new(rng.next_u64()),
     };
-    rig.timer.rate(RATE, 0);
+    rig.timer.set_clock_hz(RATE, 0);
     let hz = CRYSTALS[rng.below(6) as usize];
     rig.timer.crystal_hz(hz, 0, &mut rig.out);
     rig.model.crystal.hz = hz;
     if rng.one_in(2) {
         rig.listened = rng.next_u64() as u8;
-        rig.timer.listen(rig.listened, 0, &mut rig.out);
+        rig.timer.set_listened_interrupts(rig.listened, 0, &mut rig.out);
     }
     let eager = rng.one_in(4);
     // In a long life little happens but counting.
@@ -238,7 +238,7 @@ fn run(seed: u64, shape: Shape, cycles: u64, heard: &mut Heard) {
     let edges = rare * [2, 3, 6, 40][rng.below(4) as usize];
     let odd = rare * [30, 100, 400][rng.below(3) as usize];
     let mut levels = [false; 2];
-    let mut drives = [Drive::Port; 3];
+    let mut drives = [AvrDrive::Port; 3];
     let mut steady = [(0u8, 0u64); LIVE.len()];
     for t in 1..cycles {
         let place = |model: &Model| format!("seed {seed}, cycle {t}, {shape:?}, {model:?}");
@@ -248,8 +248,8 @@ fn run(seed: u64, shape: Shape, cycles: u64, heard: &mut Heard) {
         if let Some((reg, value, mask)) = write {
             rig.timer.write(reg, value, mask, t, &mut rig.out);
             quiet = false;
-        } else if eager || rig.timer.next() <= t {
-            rig.timer.run(t, &mut rig.out);
+        } else if eager || rig.timer.next_cycle() <= t {
+            rig.timer.run_due(t, &mut rig.out);
         }
         let divider = rig.asleep.is_none_or(|(_, stands)| !stands);
         rig.model.tick(t, divider, write);
@@ -257,7 +257,7 @@ fn run(seed: u64, shape: Shape, cycles: u64, heard: &mut Heard) {
             if rig.model.rose & flag != 0 {
                 heard.flags[flag.trailing_zeros() as usize] += 1;
                 let irq = shape.irq(flag);
-                let at = rig.out.iter().position(|s| *s == Signal::Flag { t, irq });
+                let at = rig.out.iter().position(|s| *s == AvrSignal::Flag { t, irq });
                 assert_eq!(at.is_some(), rig.listened >> irq & 1 == 1, "flag {flag:#x}, {}", place(&rig.model));
                 if let Some(at) = at {
                     rig.out.remove(at);
@@ -269,12 +269,12 @@ fn run(seed: u64, shape: Shape, cycles: u64, heard: &mut Heard) {
             let i = rng.below(2) as usize;
             levels[i] = !levels[i];
             quiet = false;
-            let line = [Line::T, Line::Icp][i];
+            let line = [AvrLine::T, AvrLine::Icp][i];
             [&mut rig.model.t, &mut rig.model.icp][i].line = levels[i];
             if i == 0 && levels[0] && shape.asynchronous {
                 rig.model.pulse(t);
             }
-            rig.timer.line(line, levels[i], t, &mut rig.out);
+            rig.timer.on_line_changed(line, levels[i], t, &mut rig.out);
         }
         if t > 14 && rng.one_in(odd) {
             rig.other(t);
@@ -286,22 +286,22 @@ fn run(seed: u64, shape: Shape, cycles: u64, heard: &mut Heard) {
         }
         for signal in rig.out.drain(..) {
             match signal {
-                Signal::Drive { t: at, line, drive } if at == t => {
-                    drives[[Line::OcA, Line::OcB, Line::OcC].iter().position(|l| *l == line).unwrap_or(3)] = drive;
+                AvrSignal::Drive { t: at, line, drive } if at == t => {
+                    drives[[AvrLine::OcA, AvrLine::OcB, AvrLine::OcC].iter().position(|l| *l == line).unwrap_or(3)] = drive;
                     heard.drives += 1;
                 }
                 other => panic!("{other:?}, {}", place(&rig.model)),
             }
         }
         for (i, drive) in drives.iter().enumerate() {
-            let want = rig.model.drive(i).map_or(Drive::Port, Drive::Value);
+            let want = rig.model.drive(i).map_or(AvrDrive::Port, AvrDrive::Value);
             assert_eq!(*drive, want, "channel {i}, {}", place(&rig.model));
         }
         let requests = shape.irqs_of(rig.model.tifr & rig.model.timsk);
-        assert_eq!(rig.timer.requests(), requests, "requests, {}", place(&rig.model));
+        assert_eq!(rig.timer.interrupt_requests(), requests, "requests, {}", place(&rig.model));
         for reg in REGS {
-            let live = reg == Reg::TIFR || reg == Reg::TCNTL || reg == Reg::ICRL && shape.capture;
-            if t % 16 == 0 || live || reg == Reg::ASSR && shape.asynchronous {
+            let live = reg == TimerRegister::TIFR || reg == TimerRegister::TCNTL || reg == TimerRegister::ICRL && shape.capture;
+            if t % 16 == 0 || live || reg == TimerRegister::ASSR && shape.asynchronous {
                 assert_eq!(rig.timer.peek(reg, t), rig.want(reg), "{reg:?}, {}", place(&rig.model));
             }
         }
@@ -313,7 +313,7 @@ fn run(seed: u64, shape: Shape, cycles: u64, heard: &mut Heard) {
             if quiet && t < until {
                 assert_eq!(now, value, "{reg:?} was steady until {until}, {}", place(&rig.model));
             } else {
-                let until = if t % 8 == 0 { rig.timer.steady(reg, t) } else { 0 };
+                let until = if t % 8 == 0 { rig.timer.steady_until(reg, t) } else { 0 };
                 steady[i] = (now, until);
             }
         }

@@ -5,29 +5,29 @@
 //! clears the prescaler); `irq?hh` are the interrupts asked for, `take=n`, `next?n` (`-` for never), `steady.REG?n`,
 //! `listen=hh`, `flag?n` (irq `n` was told to be set at `t`), `sleep`, `wake`, `reset`, `osc=0`, `rate=n`, `xtal=n`.
 
-use emu_avr::periph::timers::{Reg, Shape, Timer};
-use emu_avr::periph::{Device, Drive, Line, Signal};
+use emu_avr::periph::timers::{TimerRegister, TimerShape, AvrTimer};
+use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 use emu_core::NEVER;
 use emu_core::parts::prescaler::Prescaler;
 
-fn reg(name: &str) -> Option<Reg> {
+fn reg(name: &str) -> Option<TimerRegister> {
     Some(match name {
-        "TCCRA" => Reg::TCCRA,
-        "TCCRB" => Reg::TCCRB,
-        "TCCRC" => Reg::TCCRC,
-        "TCNTL" | "TCNT" => Reg::TCNTL,
-        "TCNTH" => Reg::TCNTH,
-        "OCRAL" | "OCRA" => Reg::OCRAL,
-        "OCRAH" => Reg::OCRAH,
-        "OCRBL" | "OCRB" => Reg::OCRBL,
-        "OCRBH" => Reg::OCRBH,
-        "OCRCL" => Reg::OCRCL,
-        "OCRCH" => Reg::OCRCH,
-        "ICRL" => Reg::ICRL,
-        "ICRH" => Reg::ICRH,
-        "TIMSK" => Reg::TIMSK,
-        "TIFR" => Reg::TIFR,
-        "ASSR" => Reg::ASSR,
+        "TCCRA" => TimerRegister::TCCRA,
+        "TCCRB" => TimerRegister::TCCRB,
+        "TCCRC" => TimerRegister::TCCRC,
+        "TCNTL" | "TCNT" => TimerRegister::TCNTL,
+        "TCNTH" => TimerRegister::TCNTH,
+        "OCRAL" | "OCRA" => TimerRegister::OCRAL,
+        "OCRAH" => TimerRegister::OCRAH,
+        "OCRBL" | "OCRB" => TimerRegister::OCRBL,
+        "OCRBH" => TimerRegister::OCRBH,
+        "OCRCL" => TimerRegister::OCRCL,
+        "OCRCH" => TimerRegister::OCRCH,
+        "ICRL" => TimerRegister::ICRL,
+        "ICRH" => TimerRegister::ICRH,
+        "TIMSK" => TimerRegister::TIMSK,
+        "TIFR" => TimerRegister::TIFR,
+        "ASSR" => TimerRegister::ASSR,
         _ => return None,
     })
 }
@@ -41,30 +41,30 @@ fn cycle(text: &str) -> u64 {
 }
 
 struct Rig {
-    timer: Timer,
+    timer: AvrTimer,
     prescaler: Prescaler,
-    out: Vec<Signal>,
+    out: Vec<AvrSignal>,
 }
 
 impl Rig {
     fn due(&mut self, t: u64) {
-        while self.timer.next() <= t {
-            let next = self.timer.next();
-            self.timer.run(next, &mut self.out);
+        while self.timer.next_cycle() <= t {
+            let next = self.timer.next_cycle();
+            self.timer.run_due(next, &mut self.out);
         }
     }
 
     fn driven(&self, name: &str) -> &'static str {
         let line =
-            [Line::OcA, Line::OcB, Line::OcC][["OCA", "OCB", "OCC"].iter().position(|n| *n == name).expect(name)];
+            [AvrLine::OcA, AvrLine::OcB, AvrLine::OcC][["OCA", "OCB", "OCC"].iter().position(|n| *n == name).expect(name)];
         let last = self.out.iter().rev().find_map(|signal| match signal {
-            Signal::Drive { line: of, drive, .. } if *of == line => Some(*drive),
+            AvrSignal::Drive { line: of, drive, .. } if *of == line => Some(*drive),
             _ => None,
         });
         match last.unwrap_or_default() {
-            Drive::Port => "-",
-            Drive::Value(true) => "1",
-            Drive::Value(false) => "0",
+            AvrDrive::Port => "-",
+            AvrDrive::Value(true) => "1",
+            AvrDrive::Value(false) => "0",
             other => panic!("{other:?}"),
         }
     }
@@ -73,22 +73,22 @@ impl Rig {
     fn act(&mut self, t: u64, name: &str, value: &str) {
         let Rig { timer, prescaler, out } = self;
         match name {
-            "T" => timer.line(Line::T, value == "1", t, out),
-            "ICP" => timer.line(Line::Icp, value == "1", t, out),
+            "T" => timer.on_line_changed(AvrLine::T, value == "1", t, out),
+            "ICP" => timer.on_line_changed(AvrLine::Icp, value == "1", t, out),
             "gtccr" => {
                 let value = hex(value);
-                if value & 3 != 0 || prescaler.held() {
-                    prescaler.clear(t, value & 0x80 != 0 && value & 3 != 0);
+                if value & 3 != 0 || prescaler.is_held() {
+                    prescaler.restart(t, value & 0x80 != 0 && value & 3 != 0);
                     timer.prescaler(*prescaler, t, out);
                 }
             }
-            "listen" => timer.listen(hex(value), t, out),
-            "take" => timer.taken(value.parse().expect("a number"), t, out),
-            "sleep" => timer.sleep(t, out),
-            "wake" => timer.wake(t, out),
+            "listen" => timer.set_listened_interrupts(hex(value), t, out),
+            "take" => timer.on_interrupt_taken(value.parse().expect("a number"), t, out),
+            "sleep" => timer.stop_clock(t, out),
+            "wake" => timer.restart_clock(t, out),
             "reset" => timer.reset(t, out),
-            "osc" => timer.oscillator(value == "1", t, out),
-            "rate" => timer.rate(cycle(value), t),
+            "osc" => timer.set_oscillator_running(value == "1", t, out),
+            "rate" => timer.set_clock_hz(cycle(value), t),
             "xtal" => timer.crystal_hz(cycle(value), t, out),
             name => timer.write(reg(name).expect(name), hex(value), 0xFF, t, out),
         }
@@ -97,13 +97,13 @@ impl Rig {
     fn ask(&mut self, t: u64, name: &str, value: &str, title: &str) {
         let at = || format!("{title}: {name} in cycle {t}");
         if let Some(name) = name.strip_prefix("steady.") {
-            return assert_eq!(self.timer.steady(reg(name).expect(name), t), cycle(value), "{}", at());
+            return assert_eq!(self.timer.steady_until(reg(name).expect(name), t), cycle(value), "{}", at());
         }
         match name {
-            "irq" => assert_eq!(self.timer.requests(), hex(value), "{}", at()),
-            "next" => assert_eq!(self.timer.next(), cycle(value), "{}", at()),
+            "irq" => assert_eq!(self.timer.interrupt_requests(), hex(value), "{}", at()),
+            "next" => assert_eq!(self.timer.next_cycle(), cycle(value), "{}", at()),
             "flag" => {
-                let signal = Signal::Flag { t, irq: value.parse().expect("a number") };
+                let signal = AvrSignal::Flag { t, irq: value.parse().expect("a number") };
                 assert!(self.out.contains(&signal), "{}: {:?}", at(), self.out);
             }
             "OCA" | "OCB" | "OCC" => assert_eq!(self.driven(name), value, "{}", at()),
@@ -117,12 +117,12 @@ fn shown(byte: u8) -> String {
 }
 
 /// Runs the cases of `text`, each with a timer of its own after power-on.
-pub fn check(shape: Shape, text: &str) {
+pub fn check(shape: TimerShape, text: &str) {
     let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
     for line in lines {
         let (title, steps) = line.split_once('|').expect(line);
         let title = title.trim();
-        let mut rig = Rig { timer: Timer::new(shape), prescaler: Prescaler::new(0), out: Vec::new() };
+        let mut rig = Rig { timer: AvrTimer::new(shape), prescaler: Prescaler::new(0), out: Vec::new() };
         let mut last = 0;
         for step in steps.split_whitespace() {
             let (t, what) = step.split_once(':').expect(step);

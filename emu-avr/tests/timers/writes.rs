@@ -1,6 +1,6 @@
 //! The model's registers: what a write does, and when.
 
-use emu_avr::periph::timers::Reg;
+use emu_avr::periph::timers::TimerRegister;
 
 use crate::model::{Kind, Model};
 
@@ -66,18 +66,18 @@ impl Model {
         }
     }
 
-    pub fn write(&mut self, reg: Reg, value: u8, mask: u8) {
+    pub fn write(&mut self, reg: TimerRegister, value: u8, mask: u8) {
         // Bits that are not touched stay; the random writes touch single bits of control registers only.
         let mix = |old: u8| old & !mask | value & mask;
         let wide = self.shape.wide;
         let word = if wide { u16::from(self.temp) << 8 } else { 0 } | u16::from(value);
         let coms = [0u8, 0xC3, 0xF3, 0xFF][usize::from(self.shape.channels)];
         match reg {
-            Reg::TCCRA => {
+            TimerRegister::TCCRA => {
                 self.tccra = mix(self.tccra) & coms;
                 self.arrive(3);
             }
-            Reg::TCCRB => {
+            TimerRegister::TCCRB => {
                 let bits = match (self.shape.channels, wide) {
                     (0, _) => 7,
                     (_, false) => 0x0F,
@@ -89,26 +89,26 @@ impl Model {
                 }
                 self.arrive(4);
             }
-            Reg::TCCRC if wide => {
+            TimerRegister::TCCRC if wide => {
                 self.strobe = value & mask;
                 self.force();
             }
-            Reg::TCNTL => {
+            TimerRegister::TCNTL => {
                 self.tcnt_next = word;
                 self.arrive(0);
             }
-            Reg::OCRAL => self.ocr(0, word),
-            Reg::OCRBL => self.ocr(1, word),
-            Reg::OCRCL => self.ocr(2, word),
-            Reg::ICRL if self.top_is_icr() || self.shape.capture && !self.shape.icr_only_as_top => self.icr = word,
-            Reg::TCNTH | Reg::ICRH if wide => self.temp = value,
-            Reg::OCRAH | Reg::OCRBH | Reg::OCRCH if wide => self.temp = value & self.high_byte_of_ocr(),
-            Reg::TIMSK => {
+            TimerRegister::OCRAL => self.ocr(0, word),
+            TimerRegister::OCRBL => self.ocr(1, word),
+            TimerRegister::OCRCL => self.ocr(2, word),
+            TimerRegister::ICRL if self.top_is_icr() || self.shape.capture && !self.shape.icr_only_as_top => self.icr = word,
+            TimerRegister::TCNTH | TimerRegister::ICRH if wide => self.temp = value,
+            TimerRegister::OCRAH | TimerRegister::OCRBH | TimerRegister::OCRCH if wide => self.temp = value & self.high_byte_of_ocr(),
+            TimerRegister::TIMSK => {
                 let channels = (2u8 << self.shape.channels) - 2;
                 let all = 1 | channels | if self.shape.capture { 0x20 } else { 0 };
                 self.timsk = mix(self.timsk) & all;
             }
-            Reg::ASSR if self.shape.asynchronous => {
+            TimerRegister::ASSR if self.shape.asynchronous => {
                 let new = mix(self.assr) & 0x60;
                 let switched = (new ^ self.assr) & 0x20 != 0;
                 self.assr = new;

@@ -1,25 +1,25 @@
 //! Two parts on one bus, each with its model beside it, and somebody who disturbs them.
 
-use emu_avr::periph::twi::{Reg, Twi};
-use emu_avr::periph::{Device, Drive, Line, Signal};
+use emu_avr::periph::twi::{TwiRegister, AvrTwi};
+use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 
 use crate::model::Model;
 
 /// What a list of signals leaves a line driven with.
-fn apply(out: &[Signal], t: u64, drives: &mut [Drive; 2]) {
+fn apply(out: &[AvrSignal], t: u64, drives: &mut [AvrDrive; 2]) {
     for signal in out {
-        let Signal::Drive { t: at, line, drive } = *signal else { panic!("{signal:?}") };
+        let AvrSignal::Drive { t: at, line, drive } = *signal else { panic!("{signal:?}") };
         assert_eq!(at, t, "{signal:?} comes late");
-        drives[usize::from(line == Line::Sda)] = drive;
+        drives[usize::from(line == AvrLine::Sda)] = drive;
     }
 }
 
 pub struct Node {
-    pub part: Twi,
+    pub part: AvrTwi,
     pub model: Model,
-    out: Vec<Signal>,
-    drives: [Drive; 2],
-    ought: [Drive; 2],
+    out: Vec<AvrSignal>,
+    drives: [AvrDrive; 2],
+    ought: [AvrDrive; 2],
     /// What was promised of the registers: the value, and up to when.
     steady: [(u8, u64); 6],
     pub asleep: bool,
@@ -28,17 +28,17 @@ pub struct Node {
 impl Node {
     pub fn new() -> Node {
         Node {
-            part: Twi::new(),
+            part: AvrTwi::new(),
             model: Model::new(),
             out: Vec::new(),
-            drives: [Drive::Port; 2],
-            ought: [Drive::Port; 2],
+            drives: [AvrDrive::Port; 2],
+            ought: [AvrDrive::Port; 2],
             steady: [(0, 0); 6],
             asleep: false,
         }
     }
 
-    pub fn write(&mut self, reg: Reg, value: u8, t: u64) {
+    pub fn write(&mut self, reg: TwiRegister, value: u8, t: u64) {
         self.part.write(reg, value, 0xFF, t, &mut self.out);
         self.model.write(reg, value, t);
         self.steady = [(0, 0); 6];
@@ -46,14 +46,14 @@ impl Node {
 
     pub fn sleep(&mut self, t: u64) {
         self.asleep = true;
-        self.part.sleep(t, &mut self.out);
+        self.part.stop_clock(t, &mut self.out);
         self.model.sleep(t);
         self.steady = [(0, 0); 6];
     }
 
     pub fn wake(&mut self, t: u64) {
         self.asleep = false;
-        self.part.wake(t, &mut self.out);
+        self.part.restart_clock(t, &mut self.out);
         self.model.wake(t);
         self.steady = [(0, 0); 6];
     }
@@ -66,13 +66,13 @@ impl Node {
 
     pub fn tick(&mut self, t: u64) {
         self.model.tick(t);
-        if self.part.next() <= t {
-            self.part.run(t, &mut self.out);
+        if self.part.next_cycle() <= t {
+            self.part.run_due(t, &mut self.out);
         }
     }
 
-    fn line(&mut self, line: Line, high: bool, t: u64) {
-        self.part.line(line, high, t, &mut self.out);
+    fn line(&mut self, line: AvrLine, high: bool, t: u64) {
+        self.part.on_line_changed(line, high, t, &mut self.out);
         self.model.line(line, high, t);
         self.steady = [(0, 0); 6];
     }
@@ -84,17 +84,17 @@ impl Node {
         self.out.clear();
         self.model.out.clear();
         assert_eq!(self.drives, self.ought, "{ctx}, clock {t}: SCL, SDA of part and model");
-        let regs = [Reg::TWBR, Reg::TWSR, Reg::TWAR, Reg::TWDR, Reg::TWCR, Reg::TWAMR];
+        let regs = [TwiRegister::TWBR, TwiRegister::TWSR, TwiRegister::TWAR, TwiRegister::TWDR, TwiRegister::TWCR, TwiRegister::TWAMR];
         for (reg, promise) in regs.into_iter().zip(&mut self.steady) {
             let value = self.model.peek(reg);
             assert_eq!(self.part.peek(reg, t), value, "{ctx}, clock {t}: {reg:?}");
             if t < promise.1 {
                 assert_eq!(value, promise.0, "{ctx}, clock {t}: {reg:?} steady up to {}", promise.1);
             } else {
-                *promise = (value, self.part.steady(reg, t));
+                *promise = (value, self.part.steady_until(reg, t));
             }
         }
-        assert_eq!(self.part.requests(), self.model.requests(), "{ctx}, clock {t}");
+        assert_eq!(self.part.interrupt_requests(), self.model.requests(), "{ctx}, clock {t}");
     }
 }
 
@@ -112,8 +112,8 @@ impl Wires {
         for node in nodes.iter_mut() {
             node.compare(t, ctx);
         }
-        for (n, line) in [Line::Scl, Line::Sda].into_iter().enumerate() {
-            let low = self.pulled[n] || nodes.iter().any(|node| node.drives[n] == Drive::Output(false));
+        for (n, line) in [AvrLine::Scl, AvrLine::Sda].into_iter().enumerate() {
+            let low = self.pulled[n] || nodes.iter().any(|node| node.drives[n] == AvrDrive::Output(false));
             if self.levels[n] != Some(!low) {
                 self.levels[n] = Some(!low);
                 for node in nodes.iter_mut() {

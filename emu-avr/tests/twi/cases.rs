@@ -1,7 +1,7 @@
 //! Cases worked by hand, one a line, in cycles.
 
-use emu_avr::periph::twi::{Reg, Twi};
-use emu_avr::periph::{Device, Drive, Line, Outbox, Signal};
+use emu_avr::periph::twi::{TwiRegister, AvrTwi};
+use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
 
 /// `what | script | what happens`. In a script `N` is the edge of what follows it: `b=XX`, `s=XX`, `a=XX`, `d=XX`, `c=XX`, `m=XX`
 /// write TWBR, TWSR, TWAR, TWDR, TWCR, TWAMR; `k0`, `k1`, `d0`, `d1`: somebody else pulls SCL or SDA, or lets it go; `^bits:N` are
@@ -52,10 +52,10 @@ reset | 10 a=41 b=12 s=03 m=FF c=A5 20 reset ? data | 10 K1, 10 D1, 20 K-, 20 D-
 ";
 
 struct Bench {
-    part: Twi,
+    part: AvrTwi,
     t: u64,
     quiet: bool,
-    out: Outbox,
+    out: AvrOutbox,
     /// Who pulls SCL and SDA: somebody else, the part. And what the part was told.
     others: [bool; 2],
     own: [bool; 2],
@@ -71,22 +71,22 @@ impl Bench {
     /// Lets the wires follow who pulls them.
     fn settle(&mut self) {
         for signal in std::mem::take(&mut self.out) {
-            let Signal::Drive { t, line, drive } = signal else { panic!("{signal:?}") };
-            let (n, name) = if line == Line::Scl { (0, 'K') } else { (1, 'D') };
-            self.own[n] = drive == Drive::Output(false);
+            let AvrSignal::Drive { t, line, drive } = signal else { panic!("{signal:?}") };
+            let (n, name) = if line == AvrLine::Scl { (0, 'K') } else { (1, 'D') };
+            self.own[n] = drive == AvrDrive::Output(false);
             let level = match drive {
-                Drive::Port => '-',
-                Drive::Output(false) => '0',
+                AvrDrive::Port => '-',
+                AvrDrive::Output(false) => '0',
                 _ => '1',
             };
             if n == 1 || !self.quiet {
                 self.said.push((t, format!("{name}{level}")));
             }
         }
-        for (n, line) in [Line::Scl, Line::Sda].into_iter().enumerate() {
+        for (n, line) in [AvrLine::Scl, AvrLine::Sda].into_iter().enumerate() {
             let high = !self.others[n] && !self.own[n];
             if std::mem::replace(&mut self.wires[n], high) != high {
-                self.part.line(line, high, self.t, &mut self.out);
+                self.part.on_line_changed(line, high, self.t, &mut self.out);
             }
         }
         if !self.out.is_empty() {
@@ -96,13 +96,13 @@ impl Bench {
 
     fn to(&mut self, t: u64) {
         assert!(t >= self.t, "{t} is past");
-        while self.part.next() <= t {
-            self.t = self.part.next();
-            self.part.run(self.t, &mut self.out);
+        while self.part.next_cycle() <= t {
+            self.t = self.part.next_cycle();
+            self.part.run_due(self.t, &mut self.out);
             self.settle();
         }
         self.t = t;
-        self.part.run(t, &mut self.out);
+        self.part.run_due(t, &mut self.out);
         self.settle();
     }
 
@@ -117,12 +117,12 @@ impl Bench {
             self.to(t);
         } else if let Some((name, value)) = word.split_once('=') {
             let reg = match name {
-                "b" => Reg::TWBR,
-                "s" => Reg::TWSR,
-                "a" => Reg::TWAR,
-                "d" => Reg::TWDR,
-                "c" => Reg::TWCR,
-                "m" => Reg::TWAMR,
+                "b" => TwiRegister::TWBR,
+                "s" => TwiRegister::TWSR,
+                "a" => TwiRegister::TWAR,
+                "d" => TwiRegister::TWDR,
+                "c" => TwiRegister::TWCR,
+                "m" => TwiRegister::TWAMR,
                 _ => panic!("{word}"),
             };
             self.part.write(reg, u8::from_str_radix(value, 16).expect(word), 0xFF, t, &mut self.out);
@@ -141,14 +141,14 @@ impl Bench {
                 "d0" | "d1" => self.pull(1, word == "d0"),
                 "!k" => self.quiet = true,
                 "reset" => self.part.reset(t, &mut self.out),
-                "sleep" => self.part.sleep(t, &mut self.out),
-                "wake" => self.part.wake(t, &mut self.out),
+                "sleep" => self.part.stop_clock(t, &mut self.out),
+                "wake" => self.part.restart_clock(t, &mut self.out),
                 "?" => {
-                    let (c, s) = (self.part.peek(Reg::TWCR, t), self.part.peek(Reg::TWSR, t));
+                    let (c, s) = (self.part.peek(TwiRegister::TWCR, t), self.part.peek(TwiRegister::TWSR, t));
                     self.say(format!("c={c:02X} s={s:02X}"));
                 }
-                "data" => self.say(format!("data {:02X}", self.part.peek(Reg::TWDR, t))),
-                "q" => self.say(format!("q {}", self.part.requests())),
+                "data" => self.say(format!("data {:02X}", self.part.peek(TwiRegister::TWDR, t))),
+                "q" => self.say(format!("q {}", self.part.interrupt_requests())),
                 _ => panic!("{word}"),
             }
         }
@@ -168,7 +168,7 @@ fn cases_worked_by_hand() {
     for line in CASES.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
         let [name, script, ought] = *line.split('|').map(str::trim).collect::<Vec<_>>() else { panic!("{line}") };
         let mut bench = Bench {
-            part: Twi::new(),
+            part: AvrTwi::new(),
             t: 0,
             quiet: false,
             out: Vec::new(),

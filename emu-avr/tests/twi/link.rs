@@ -1,12 +1,12 @@
 //! Whole programs: parts that are wired together and served as section 22.7 says.
 
-use emu_avr::periph::twi::{Reg, TWEA, TWEN, TWIE, TWINT, TWSTA, TWSTO, Twi};
-use emu_avr::periph::{Device, Drive, Line, Signal};
+use emu_avr::periph::twi::{TwiRegister, TWEA, TWEN, TWIE, TWINT, TWSTA, TWSTO, AvrTwi};
+use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 
 /// A part with its program.
 struct Node {
-    part: Twi,
-    out: Vec<Signal>,
+    part: AvrTwi,
+    out: Vec<AvrSignal>,
     pulls: [bool; 2],
     /// What it sends as a master, address first, and how many bytes it asks for where the address says read.
     message: Vec<u8>,
@@ -21,7 +21,7 @@ struct Node {
 impl Node {
     fn new(address: u8, rate: u8) -> Node {
         let mut node = Node {
-            part: Twi::new(),
+            part: AvrTwi::new(),
             out: Vec::new(),
             pulls: [false; 2],
             message: Vec::new(),
@@ -31,60 +31,60 @@ impl Node {
             got: Vec::new(),
             seen: Vec::new(),
         };
-        node.write(Reg::TWAR, address << 1, 0);
-        node.write(Reg::TWBR, rate, 0);
-        node.write(Reg::TWCR, TWEN | TWEA | TWIE, 0);
+        node.write(TwiRegister::TWAR, address << 1, 0);
+        node.write(TwiRegister::TWBR, rate, 0);
+        node.write(TwiRegister::TWCR, TWEN | TWEA | TWIE, 0);
         node
     }
 
-    fn write(&mut self, reg: Reg, value: u8, t: u64) {
+    fn write(&mut self, reg: TwiRegister, value: u8, t: u64) {
         self.part.write(reg, value, 0xFF, t, &mut self.out);
     }
 
     fn sends(mut self, message: &[u8], asks: usize) -> Node {
         self.message = message.to_vec();
         self.asks = asks;
-        self.write(Reg::TWCR, TWINT | TWSTA | TWEN | TWEA | TWIE, 10);
+        self.write(TwiRegister::TWCR, TWINT | TWSTA | TWEN | TWEA | TWIE, 10);
         self
     }
 
     /// The interrupt's program.
     fn serve(&mut self, t: u64) {
-        let status = self.part.peek(Reg::TWSR, t);
+        let status = self.part.peek(TwiRegister::TWSR, t);
         self.seen.push(status);
         let mut go = TWINT | TWEN | TWIE | TWEA;
         let sent = self.seen.iter().rev().take_while(|&&status| !matches!(status, 0x08 | 0x10)).count();
         match status {
-            0x08 | 0x10 => self.write(Reg::TWDR, self.message[0], t),
-            0x18 | 0x28 if sent < self.message.len() => self.write(Reg::TWDR, self.message[sent], t),
+            0x08 | 0x10 => self.write(TwiRegister::TWDR, self.message[0], t),
+            0x18 | 0x28 if sent < self.message.len() => self.write(TwiRegister::TWDR, self.message[sent], t),
             0x18 | 0x20 | 0x28 | 0x30 | 0x48 | 0x58 => {
                 if status == 0x58 {
-                    self.got.push(self.part.peek(Reg::TWDR, t));
+                    self.got.push(self.part.peek(TwiRegister::TWDR, t));
                 }
                 go |= TWSTO;
                 self.done = true;
             }
             0x40 | 0x50 => {
                 if status == 0x50 {
-                    self.got.push(self.part.peek(Reg::TWDR, t));
+                    self.got.push(self.part.peek(TwiRegister::TWDR, t));
                 }
                 if self.got.len() + 1 >= self.asks {
                     go &= !TWEA;
                 }
             }
             0x38 | 0x68 | 0x78 | 0xB0 => go |= TWSTA,
-            0x80 | 0x90 => self.got.push(self.part.peek(Reg::TWDR, t)),
+            0x80 | 0x90 => self.got.push(self.part.peek(TwiRegister::TWDR, t)),
             _ => {}
         }
         if matches!(status, 0xA8 | 0xB0 | 0xB8) {
-            self.write(Reg::TWDR, self.answer, t);
+            self.write(TwiRegister::TWDR, self.answer, t);
             self.answer = self.answer.wrapping_add(1);
         }
         // A START that waits for the bus stays asked for.
         if !self.done && !self.message.is_empty() && status >= 0x60 {
             go |= TWSTA;
         }
-        self.write(Reg::TWCR, go, t);
+        self.write(TwiRegister::TWCR, go, t);
     }
 }
 
@@ -92,17 +92,17 @@ fn settle(nodes: &mut [Node], wires: &mut [bool; 2], t: u64) {
     loop {
         for node in nodes.iter_mut() {
             for signal in std::mem::take(&mut node.out) {
-                if let Signal::Drive { line, drive, .. } = signal {
-                    node.pulls[usize::from(line == Line::Sda)] = drive == Drive::Output(false);
+                if let AvrSignal::Drive { line, drive, .. } = signal {
+                    node.pulls[usize::from(line == AvrLine::Sda)] = drive == AvrDrive::Output(false);
                 }
             }
         }
         let mut same = true;
-        for (n, line) in [Line::Scl, Line::Sda].into_iter().enumerate() {
+        for (n, line) in [AvrLine::Scl, AvrLine::Sda].into_iter().enumerate() {
             let high = !nodes.iter().any(|node| node.pulls[n]);
             if std::mem::replace(&mut wires[n], high) != high {
                 same = false;
-                nodes.iter_mut().for_each(|node| node.part.line(line, high, t, &mut node.out));
+                nodes.iter_mut().for_each(|node| node.part.on_line_changed(line, high, t, &mut node.out));
             }
         }
         if same {
@@ -118,14 +118,14 @@ fn run(mut nodes: Vec<Node>, delay: u64) -> Vec<Node> {
     let mut answers: Vec<Option<u64>> = vec![None; nodes.len()];
     let mut t = 10;
     while t < 1_000_000 {
-        let next = nodes.iter().map(|node| node.part.next()).chain(answers.iter().flatten().copied()).min();
+        let next = nodes.iter().map(|node| node.part.next_cycle()).chain(answers.iter().flatten().copied()).min();
         let Some(next) = next.filter(|&next| next < 1_000_000) else { break };
         t = next;
         for (n, (node, answer)) in nodes.iter_mut().zip(&mut answers).enumerate() {
-            node.part.run(t, &mut node.out);
+            node.part.run_due(t, &mut node.out);
             if answer.take_if(|at| *at <= t).is_some() {
                 node.serve(t);
-            } else if node.part.requests() != 0 && answer.is_none() {
+            } else if node.part.interrupt_requests() != 0 && answer.is_none() {
                 *answer = Some(t + delay + 3 * n as u64 + 1);
             }
         }

@@ -1,8 +1,8 @@
 //! The part clock by clock: two flip-flops a wire, one counter for the halves of SCL, and the protocol as a list of what has been
 //! on the bus since the last START.
 
-use emu_avr::periph::twi::Reg;
-use emu_avr::periph::{Drive, Line, Signal};
+use emu_avr::periph::twi::TwiRegister;
+use emu_avr::periph::{AvrDrive, AvrLine, AvrSignal};
 
 /// What this part is doing.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -36,7 +36,7 @@ enum Then {
 }
 
 pub struct Model {
-    pub out: Vec<Signal>,
+    pub out: Vec<AvrSignal>,
     pub scl: bool,
     pub sda: bool,
     ff_scl: [bool; 2],
@@ -63,7 +63,7 @@ pub struct Model {
     counter: Option<(u64, Then)>,
     low_scl: bool,
     low_sda: bool,
-    drives: [Drive; 2],
+    drives: [AvrDrive; 2],
     asleep: bool,
 }
 
@@ -94,7 +94,7 @@ impl Model {
             counter: None,
             low_scl: false,
             low_sda: false,
-            drives: [Drive::Port; 2],
+            drives: [AvrDrive::Port; 2],
             asleep: false,
         }
     }
@@ -315,9 +315,9 @@ impl Model {
 
     // What the chip does.
 
-    pub fn line(&mut self, line: Line, high: bool, t: u64) {
+    pub fn line(&mut self, line: AvrLine, high: bool, t: u64) {
         match line {
-            Line::Scl => self.scl = high,
+            AvrLine::Scl => self.scl = high,
             _ => self.sda = high,
         }
         if self.asleep {
@@ -325,14 +325,14 @@ impl Model {
         }
     }
 
-    pub fn peek(&self, reg: Reg) -> u8 {
+    pub fn peek(&self, reg: TwiRegister) -> u8 {
         match reg {
-            Reg::TWBR => self.twbr,
-            Reg::TWSR => self.twps | if self.twint { self.status } else { 0xF8 },
-            Reg::TWAR => self.twar,
-            Reg::TWDR => self.twdr,
-            Reg::TWCR => self.bits | u8::from(self.twint) << 7 | u8::from(self.twwc) << 3,
-            Reg::TWAMR => self.twamr,
+            TwiRegister::TWBR => self.twbr,
+            TwiRegister::TWSR => self.twps | if self.twint { self.status } else { 0xF8 },
+            TwiRegister::TWAR => self.twar,
+            TwiRegister::TWDR => self.twdr,
+            TwiRegister::TWCR => self.bits | u8::from(self.twint) << 7 | u8::from(self.twwc) << 3,
+            TwiRegister::TWAMR => self.twamr,
         }
     }
 
@@ -340,22 +340,22 @@ impl Model {
         u8::from(self.twint) & self.bits & 1
     }
 
-    pub fn write(&mut self, reg: Reg, value: u8, t: u64) {
+    pub fn write(&mut self, reg: TwiRegister, value: u8, t: u64) {
         if self.asleep {
             return;
         }
         match reg {
-            Reg::TWBR => self.twbr = value,
-            Reg::TWSR => self.twps = value & 3,
-            Reg::TWAR => self.twar = value,
-            Reg::TWAMR => self.twamr = value & 0xFE,
-            Reg::TWDR => {
+            TwiRegister::TWBR => self.twbr = value,
+            TwiRegister::TWSR => self.twps = value & 3,
+            TwiRegister::TWAR => self.twar = value,
+            TwiRegister::TWAMR => self.twamr = value & 0xFE,
+            TwiRegister::TWDR => {
                 if self.twint {
                     self.twdr = value;
                 }
                 self.twwc = !self.twint;
             }
-            Reg::TWCR => {
+            TwiRegister::TWCR => {
                 self.bits = value & 0x75;
                 let go = value & 0x80 != 0 && self.twint && !self.just;
                 self.twint &= !go;
@@ -445,14 +445,14 @@ impl Model {
             self.count(self.half(), Then::Start);
         }
         let level = |low: bool| match (self.on(), low) {
-            (false, _) => Drive::Port,
-            (true, true) => Drive::Output(false),
-            (true, false) => Drive::Input,
+            (false, _) => AvrDrive::Port,
+            (true, true) => AvrDrive::Output(false),
+            (true, false) => AvrDrive::Input,
         };
         let drives = [level(self.low_scl), level(self.low_sda)];
-        for (n, line) in [Line::Scl, Line::Sda].into_iter().enumerate() {
+        for (n, line) in [AvrLine::Scl, AvrLine::Sda].into_iter().enumerate() {
             if self.drives[n] != drives[n] {
-                self.out.push(Signal::Drive { t, line, drive: drives[n] });
+                self.out.push(AvrSignal::Drive { t, line, drive: drives[n] });
             }
         }
         self.drives = drives;

@@ -1,6 +1,6 @@
 //! Random programs on two parts that share a bus, each compared with its model at every clock.
 
-use emu_avr::periph::twi::Reg;
+use emu_avr::periph::twi::TwiRegister;
 use emu_core::rng::Rng;
 
 use crate::bus::{Node, Wires};
@@ -20,31 +20,31 @@ fn act(node: &mut Node, t: u64, rng: &mut Rng, seen: &mut Seen) {
     if rng.one_in(80) {
         return node.sleep(t);
     }
-    let control = node.model.peek(Reg::TWCR);
+    let control = node.model.peek(TwiRegister::TWCR);
     if control & 0x80 != 0 && rng.below(8) != 0 {
-        let status = node.model.peek(Reg::TWSR);
+        let status = node.model.peek(TwiRegister::TWSR);
         seen[usize::from(status >> 3)] += 1;
         if rng.below(3) != 0 {
             // The address of the other one, of this one, the general call, or anything; the same in both, often.
             let sla = [0x20, 0x21, 0x20, 0x21, 0x00, 0x01, any][rng.below(7) as usize];
-            node.write(Reg::TWDR, if matches!(status >> 3, 1 | 2) { sla } else { any }, t);
+            node.write(TwiRegister::TWDR, if matches!(status >> 3, 1 | 2) { sla } else { any }, t);
         }
         let stop = if rng.one_in(5) { 0x10 } else { 0 };
         let start = if rng.one_in(4) { 0x20 } else { 0 };
         let ack = if rng.below(4) != 0 { 0x40 } else { 0 };
-        node.write(Reg::TWCR, 0x84 | any & 1 | stop | start | ack, t);
+        node.write(TwiRegister::TWCR, 0x84 | any & 1 | stop | start | ack, t);
         return;
     }
     match rng.below(60) {
-        0 => node.write(Reg::TWCR, any, t),
-        1 => node.write(Reg::TWDR, any, t),
-        2 => node.write(Reg::TWBR, rng.below(6) as u8, t),
-        3 => node.write(Reg::TWSR, any & 1, t),
-        4 => node.write(Reg::TWAR, 0x20 | any & 1, t),
-        5 => node.write(Reg::TWAMR, any & any >> 2 & 0x1E, t),
+        0 => node.write(TwiRegister::TWCR, any, t),
+        1 => node.write(TwiRegister::TWDR, any, t),
+        2 => node.write(TwiRegister::TWBR, rng.below(6) as u8, t),
+        3 => node.write(TwiRegister::TWSR, any & 1, t),
+        4 => node.write(TwiRegister::TWAR, 0x20 | any & 1, t),
+        5 => node.write(TwiRegister::TWAMR, any & any >> 2 & 0x1E, t),
         6 if rng.one_in(8) => node.reset(t),
-        7..20 if control & 0x20 == 0 => node.write(Reg::TWCR, control & 0x45 | 0x24, t),
-        20..26 => node.write(Reg::TWCR, control & 0x25 | 0x44, t),
+        7..20 if control & 0x20 == 0 => node.write(TwiRegister::TWCR, control & 0x45 | 0x24, t),
+        20..26 => node.write(TwiRegister::TWCR, control & 0x25 | 0x44, t),
         _ => {}
     }
 }
@@ -57,9 +57,9 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
     let noisy = rng.one_in(4);
     wires.settle(&mut nodes, 0, &ctx);
     for node in &mut nodes {
-        node.write(Reg::TWBR, (rng.below(3) * rng.below(3)) as u8, 0);
-        node.write(Reg::TWAR, [0x20, 0x21, 0x30, 0x31][rng.below(4) as usize], 0);
-        node.write(Reg::TWCR, if rng.one_in(2) { 0x44 } else { 0x64 }, 0);
+        node.write(TwiRegister::TWBR, (rng.below(3) * rng.below(3)) as u8, 0);
+        node.write(TwiRegister::TWAR, [0x20, 0x21, 0x30, 0x31][rng.below(4) as usize], 0);
+        node.write(TwiRegister::TWCR, if rng.one_in(2) { 0x44 } else { 0x64 }, 0);
     }
     wires.settle(&mut nodes, 0, &ctx);
     let together = rng.one_in(3);

@@ -1,7 +1,7 @@
 //! Cases worked by hand, one a line, in cycles.
 
-use emu_avr::periph::usart::{Reg, Usart};
-use emu_avr::periph::{Device, Drive, Line, Outbox, Signal};
+use emu_avr::periph::usart::{UsartRegister, AvrUsart};
+use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
 
 /// `what | script | what happens`. In a script `N` is the edge of what follows it: `a=XX`, `b=XX`, `c=XX`, `l=XX`, `h=XX`, `w=XX`
 /// write UCSRA, UCSRB, UCSRC, UBRRL, UBRRH, UDR; `r0`, `r1`, `x0`, `x1` are levels of RXD and XCK, `out` makes XCK an output;
@@ -78,9 +78,9 @@ a byte comes in with each that goes out | 0 out c=C0 l=03 b=18 w=FF 8 /1010010:8
 ";
 
 struct Bench {
-    port: Usart,
+    port: AvrUsart,
     t: u64,
-    out: Outbox,
+    out: AvrOutbox,
     said: Vec<(u64, String)>,
 }
 
@@ -93,20 +93,20 @@ impl Bench {
     fn drain(&mut self) {
         for signal in self.out.drain(..) {
             self.said.push(match signal {
-                Signal::Drive { t, line, drive } => {
+                AvrSignal::Drive { t, line, drive } => {
                     let name = match line {
-                        Line::Txd => 'T',
-                        Line::Rxd => 'R',
+                        AvrLine::Txd => 'T',
+                        AvrLine::Rxd => 'R',
                         _ => 'X',
                     };
                     let level = match drive {
-                        Drive::Port => '-',
-                        Drive::Input => 'Z',
-                        Drive::Output(high) | Drive::Value(high) => char::from(b'0' + u8::from(high)),
+                        AvrDrive::Port => '-',
+                        AvrDrive::Input => 'Z',
+                        AvrDrive::Output(high) | AvrDrive::Value(high) => char::from(b'0' + u8::from(high)),
                     };
                     (t, format!("{name}{level}"))
                 }
-                Signal::Sent { t, byte } => (t, format!("sent {byte:02X}")),
+                AvrSignal::Sent { t, byte } => (t, format!("sent {byte:02X}")),
                 other => panic!("{other:?}"),
             });
         }
@@ -115,11 +115,11 @@ impl Bench {
     fn to(&mut self, t: u64) {
         assert!(t >= self.t, "{t} is past");
         self.t = t;
-        self.port.run(t, &mut self.out);
+        self.port.run_due(t, &mut self.out);
     }
 
-    fn line(&mut self, line: Line, high: bool) {
-        self.port.line(line, high, self.t, &mut self.out);
+    fn line(&mut self, line: AvrLine, high: bool) {
+        self.port.on_line_changed(line, high, self.t, &mut self.out);
     }
 
     fn word(&mut self, word: &str) {
@@ -128,12 +128,12 @@ impl Bench {
             self.to(t);
         } else if let Some((name, value)) = word.split_once('=') {
             let reg = match name {
-                "a" => Reg::UCSRA,
-                "b" => Reg::UCSRB,
-                "c" => Reg::UCSRC,
-                "l" => Reg::UBRRL,
-                "h" => Reg::UBRRH,
-                "w" => Reg::UDR,
+                "a" => UsartRegister::UCSRA,
+                "b" => UsartRegister::UCSRB,
+                "c" => UsartRegister::UCSRC,
+                "l" => UsartRegister::UBRRL,
+                "h" => UsartRegister::UBRRH,
+                "w" => UsartRegister::UDR,
                 _ => panic!("{word}"),
             };
             self.port.write(reg, u8::from_str_radix(value, 16).expect(word), 0xFF, t, &mut self.out);
@@ -141,33 +141,33 @@ impl Bench {
             let time: u64 = time.parse().expect(word);
             for bit in bits[1..].chars() {
                 if word.starts_with('^') {
-                    self.line(Line::Xck, true);
-                    self.line(Line::Rxd, bit == '1');
+                    self.line(AvrLine::Xck, true);
+                    self.line(AvrLine::Rxd, bit == '1');
                     self.to(self.t + time);
-                    self.line(Line::Xck, false);
+                    self.line(AvrLine::Xck, false);
                 } else {
-                    self.line(Line::Rxd, bit == '1');
+                    self.line(AvrLine::Rxd, bit == '1');
                 }
                 self.to(self.t + time);
             }
         } else {
             match word {
-                "r0" | "r1" => self.line(Line::Rxd, word == "r1"),
-                "x0" | "x1" => self.line(Line::Xck, word == "x1"),
-                "out" => self.port.direction(Line::Xck, true, t, &mut self.out),
+                "r0" | "r1" => self.line(AvrLine::Rxd, word == "r1"),
+                "x0" | "x1" => self.line(AvrLine::Xck, word == "x1"),
+                "out" => self.port.on_direction_changed(AvrLine::Xck, true, t, &mut self.out),
                 "reset" => self.port.reset(t, &mut self.out),
-                "sleep" => self.port.sleep(t, &mut self.out),
-                "wake" => self.port.wake(t, &mut self.out),
-                "take" => self.port.taken(2, t, &mut self.out),
+                "sleep" => self.port.stop_clock(t, &mut self.out),
+                "wake" => self.port.restart_clock(t, &mut self.out),
+                "take" => self.port.on_interrupt_taken(2, t, &mut self.out),
                 "read" => {
-                    let value = self.port.read(Reg::UDR, t, &mut self.out);
+                    let value = self.port.read(UsartRegister::UDR, t, &mut self.out);
                     self.say(format!("read {value:02X}"));
                 }
                 "?" => {
-                    let ninth = if self.port.peek(Reg::UCSRB, t) & 2 != 0 { " 9" } else { "" };
-                    self.say(format!("a={:02X}{ninth}", self.port.peek(Reg::UCSRA, t)));
+                    let ninth = if self.port.peek(UsartRegister::UCSRB, t) & 2 != 0 { " 9" } else { "" };
+                    self.say(format!("a={:02X}{ninth}", self.port.peek(UsartRegister::UCSRA, t)));
                 }
-                "i" => self.say(format!("i {}", self.port.requests())),
+                "i" => self.say(format!("i {}", self.port.interrupt_requests())),
                 _ => panic!("{word}"),
             }
         }
@@ -186,7 +186,7 @@ fn cases_worked_by_hand() {
     let mut failed = Vec::new();
     for line in CASES.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
         let [name, script, ought] = *line.split('|').map(str::trim).collect::<Vec<_>>() else { panic!("{line}") };
-        let mut bench = Bench { port: Usart::new(0), t: 0, out: Vec::new(), said: Vec::new() };
+        let mut bench = Bench { port: AvrUsart::new(0), t: 0, out: Vec::new(), said: Vec::new() };
         bench.word("r1");
         script.split_whitespace().for_each(|word| bench.word(word));
         let ought = ought.split(',').map(str::trim).filter(|item| !item.is_empty()).map(|item| {

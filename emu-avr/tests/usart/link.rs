@@ -1,8 +1,8 @@
 //! Two ports, wired to each other.
 
-use emu_avr::periph::spi::{self, Spi};
-use emu_avr::periph::usart::{RXC, RXEN, Reg, TXB8, TXEN, U2X, UCSZ2, UDRE, Usart};
-use emu_avr::periph::{Device, Drive, Line, Signal};
+use emu_avr::periph::spi::{self, AvrSpi};
+use emu_avr::periph::usart::{RXC, RXEN, UsartRegister, TXB8, TXEN, U2X, UCSZ2, UDRE, AvrUsart};
+use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 use emu_core::rng::Rng;
 
 /// Words that are sent.
@@ -11,20 +11,20 @@ const WORDS: usize = 40;
 /// How a port is set up: UCSRA, UCSRB, UCSRC, UBRR.
 type Setup = (u8, u8, u8, u16);
 
-fn set_up(port: &mut Usart, (a, b, c, ubrr): Setup, out: &mut Vec<Signal>) {
-    port.line(Line::Rxd, true, 0, out);
+fn set_up(port: &mut AvrUsart, (a, b, c, ubrr): Setup, out: &mut Vec<AvrSignal>) {
+    port.on_line_changed(AvrLine::Rxd, true, 0, out);
     let [high, low] = ubrr.to_be_bytes();
-    for (reg, value) in [(Reg::UBRRH, high), (Reg::UBRRL, low), (Reg::UCSRA, a), (Reg::UCSRC, c), (Reg::UCSRB, b)] {
+    for (reg, value) in [(UsartRegister::UBRRH, high), (UsartRegister::UBRRL, low), (UsartRegister::UCSRA, a), (UsartRegister::UCSRC, c), (UsartRegister::UCSRB, b)] {
         port.write(reg, value, 0xFF, 0, out);
     }
 }
 
 /// Hands on what `from` does to its lines at `t`.
-fn carry(from: &mut Vec<Signal>, to: &mut Usart, t: u64, out: &mut Vec<Signal>) {
+fn carry(from: &mut Vec<AvrSignal>, to: &mut AvrUsart, t: u64, out: &mut Vec<AvrSignal>) {
     for signal in from.drain(..) {
-        if let Signal::Drive { t: at, line, drive: Drive::Output(level) | Drive::Value(level) } = signal {
+        if let AvrSignal::Drive { t: at, line, drive: AvrDrive::Output(level) | AvrDrive::Value(level) } = signal {
             assert_eq!(at, t, "{signal:?} comes late");
-            to.line(if line == Line::Txd { Line::Rxd } else { line }, level, t, out);
+            to.on_line_changed(if line == AvrLine::Txd { AvrLine::Rxd } else { line }, level, t, out);
         }
     }
 }
@@ -33,35 +33,35 @@ fn carry(from: &mut Vec<Signal>, to: &mut Usart, t: u64, out: &mut Vec<Signal>) 
 /// XCK as an output.
 fn talk(setups: [Setup; 2], gives: usize, seed: u64) -> (Vec<u16>, Vec<(u16, u8)>) {
     let rng = &mut Rng::new(seed);
-    let (mut a, mut b, mut of_a, mut of_b) = (Usart::new(0), Usart::new(0), Vec::new(), Vec::new());
-    [&mut a, &mut b][gives].direction(Line::Xck, true, 0, &mut of_a);
+    let (mut a, mut b, mut of_a, mut of_b) = (AvrUsart::new(0), AvrUsart::new(0), Vec::new(), Vec::new());
+    [&mut a, &mut b][gives].on_direction_changed(AvrLine::Xck, true, 0, &mut of_a);
     set_up(&mut a, setups[0], &mut of_a);
     set_up(&mut b, setups[1], &mut of_b);
     carry(&mut of_a, &mut b, 0, &mut of_b);
     of_b.clear();
     let (mut sent, mut got, mut t, mut idle) = (Vec::new(), Vec::new(), 0, 8);
     while got.len() < WORDS && t < 4_000_000 {
-        t = a.next().min(b.next()).min(t + 1 + rng.below(4)).max(t + 1);
-        a.run(t, &mut of_a);
-        b.run(t, &mut of_b);
+        t = a.next_cycle().min(b.next_cycle()).min(t + 1 + rng.below(4)).max(t + 1);
+        a.run_due(t, &mut of_a);
+        b.run_due(t, &mut of_b);
         carry(&mut of_a, &mut b, t, &mut of_b);
         carry(&mut of_b, &mut a, t, &mut of_a);
         idle -= 1;
         if idle == 0 {
             idle = 4 + rng.below(60);
-            if a.peek(Reg::UCSRA, t) & UDRE != 0 && sent.len() < WORDS {
+            if a.peek(UsartRegister::UCSRA, t) & UDRE != 0 && sent.len() < WORDS {
                 let nine = setups[0].1 & UCSZ2 != 0;
                 let word = rng.next_u64() as u16 & if nine { 0x1FF } else { 0xFF };
                 let ninth = if word > 0xFF { TXB8 } else { 0 };
-                a.write(Reg::UCSRB, setups[0].1 | ninth, 0xFF, t, &mut of_a);
-                a.write(Reg::UDR, word as u8, 0xFF, t, &mut of_a);
+                a.write(UsartRegister::UCSRB, setups[0].1 | ninth, 0xFF, t, &mut of_a);
+                a.write(UsartRegister::UDR, word as u8, 0xFF, t, &mut of_a);
                 sent.push(word);
             }
         }
-        let status = b.peek(Reg::UCSRA, t);
+        let status = b.peek(UsartRegister::UCSRA, t);
         if status & RXC != 0 && rng.one_in(3) {
-            let ninth = b.peek(Reg::UCSRB, t) >> 1 & 1;
-            got.push((u16::from(b.read(Reg::UDR, t, &mut of_b)) | u16::from(ninth) << 8, status & 0x1C));
+            let ninth = b.peek(UsartRegister::UCSRB, t) >> 1 & 1;
+            got.push((u16::from(b.read(UsartRegister::UDR, t, &mut of_b)) | u16::from(ninth) << 8, status & 0x1C));
         }
         carry(&mut of_a, &mut b, t, &mut of_b);
         carry(&mut of_b, &mut a, t, &mut of_a);
@@ -122,33 +122,33 @@ fn synchronous() {
 fn a_slave_of_spi_follows_the_master_spi_mode() {
     // Mode by UCPHA and UCPOL; the slave's SPCR with CPHA and CPOL; both orders of bits.
     for (c, spcr) in [(0xC0, 0x40), (0xC2, 0x44), (0xC1, 0x48), (0xC3, 0x4C), (0xC4, 0x60), (0xC7, 0x6C)] {
-        let (mut master, mut slave) = (Usart::new(0), Spi::new());
+        let (mut master, mut slave) = (AvrUsart::new(0), AvrSpi::new());
         let (mut of_master, mut of_slave) = (Vec::new(), Vec::new());
-        master.direction(Line::Xck, true, 0, &mut of_master);
+        master.on_direction_changed(AvrLine::Xck, true, 0, &mut of_master);
         set_up(&mut master, (0, RXEN | TXEN, c, 1), &mut of_master);
-        slave.line(Line::Ss, true, 0, &mut of_slave);
-        slave.write(spi::Reg::SPCR, spcr, 0xFF, 0, &mut of_slave);
-        slave.write(spi::Reg::SPDR, 0x5C, 0xFF, 0, &mut of_slave);
+        slave.on_line_changed(AvrLine::Ss, true, 0, &mut of_slave);
+        slave.write(spi::SpiRegister::SPCR, spcr, 0xFF, 0, &mut of_slave);
+        slave.write(spi::SpiRegister::SPDR, 0x5C, 0xFF, 0, &mut of_slave);
         for t in 0..80 {
-            master.run(t, &mut of_master);
-            slave.run(t, &mut of_slave);
+            master.run_due(t, &mut of_master);
+            slave.run_due(t, &mut of_slave);
             for signal in of_master.drain(..) {
-                if let Signal::Drive { line, drive: Drive::Output(level) | Drive::Value(level), .. } = signal {
-                    slave.line(if line == Line::Txd { Line::Mosi } else { Line::Sck }, level, t, &mut of_slave);
+                if let AvrSignal::Drive { line, drive: AvrDrive::Output(level) | AvrDrive::Value(level), .. } = signal {
+                    slave.on_line_changed(if line == AvrLine::Txd { AvrLine::Mosi } else { AvrLine::Sck }, level, t, &mut of_slave);
                 }
             }
             match t {
-                5 => slave.line(Line::Ss, false, t, &mut of_slave),
-                10 => master.write(Reg::UDR, 0xB2, 0xFF, t, &mut of_master),
+                5 => slave.on_line_changed(AvrLine::Ss, false, t, &mut of_slave),
+                10 => master.write(UsartRegister::UDR, 0xB2, 0xFF, t, &mut of_master),
                 _ => {}
             }
             for signal in of_slave.drain(..) {
-                if let Signal::Drive { line: Line::Miso, drive: Drive::Value(level), .. } = signal {
-                    master.line(Line::Rxd, level, t, &mut of_master);
+                if let AvrSignal::Drive { line: AvrLine::Miso, drive: AvrDrive::Value(level), .. } = signal {
+                    master.on_line_changed(AvrLine::Rxd, level, t, &mut of_master);
                 }
             }
         }
-        let got = (master.peek(Reg::UCSRA, 80) & RXC, master.peek(Reg::UDR, 80), slave.peek(spi::Reg::SPDR, 80));
+        let got = (master.peek(UsartRegister::UCSRA, 80) & RXC, master.peek(UsartRegister::UDR, 80), slave.peek(spi::SpiRegister::SPDR, 80));
         assert_eq!(got, (RXC, 0x5C, 0xB2), "UCSRC {c:02X}");
     }
 }

@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use emu_avr::periph::usart::Reg;
-use emu_avr::periph::{Drive, Line, Signal};
+use emu_avr::periph::usart::UsartRegister;
+use emu_avr::periph::{AvrDrive, AvrLine, AvrSignal};
 
 #[derive(Clone, Copy)]
 struct Word {
@@ -22,7 +22,7 @@ struct Frame {
 }
 
 pub struct Model {
-    pub out: Vec<Signal>,
+    pub out: Vec<AvrSignal>,
     // Pins, and the flip-flops behind XCK.
     pub rxd: bool,
     pub xck: bool,
@@ -55,7 +55,7 @@ pub struct Model {
     waiting: Option<Word>,
     lost: bool,
     shown: (u8, bool),
-    drives: [Drive; 3],
+    drives: [AvrDrive; 3],
 }
 
 impl Model {
@@ -89,7 +89,7 @@ impl Model {
             waiting: None,
             lost: false,
             shown: (0, false),
-            drives: [Drive::Port; 3],
+            drives: [AvrDrive::Port; 3],
         }
     }
 
@@ -187,7 +187,7 @@ impl Model {
         let Some((byte, bits)) = &mut self.shifting else { return };
         if bits.is_empty() {
             if !spi {
-                self.out.push(Signal::Sent { t, byte: *byte });
+                self.out.push(AvrSignal::Sent { t, byte: *byte });
             }
             self.shifting = None;
             self.on_line = false;
@@ -317,9 +317,9 @@ impl Model {
 
     // What the chip does.
 
-    pub fn line(&mut self, line: Line, high: bool) {
+    pub fn line(&mut self, line: AvrLine, high: bool) {
         match line {
-            Line::Rxd => self.rxd = high,
+            AvrLine::Rxd => self.rxd = high,
             _ => self.xck = high,
         }
     }
@@ -333,10 +333,10 @@ impl Model {
         self.pins(t);
     }
 
-    pub fn peek(&self, reg: Reg) -> u8 {
+    pub fn peek(&self, reg: UsartRegister) -> u8 {
         match reg {
-            Reg::UDR => self.shown.0,
-            Reg::UCSRA => {
+            UsartRegister::UDR => self.shown.0,
+            UsartRegister::UCSRA => {
                 let errors = self.fifo.front().filter(|_| self.umsel() != 3);
                 let error = |which: fn(&Word) -> bool| errors.is_some_and(which);
                 let bits = [
@@ -351,10 +351,10 @@ impl Model {
                 ];
                 bits.into_iter().fold(0, |byte, bit| byte << 1 | u8::from(bit))
             }
-            Reg::UCSRB => self.ucsrb & !2 | u8::from(self.shown.1) << 1,
-            Reg::UCSRC => self.ucsrc,
-            Reg::UBRRL => self.ubrr as u8,
-            Reg::UBRRH => (self.ubrr >> 8) as u8,
+            UsartRegister::UCSRB => self.ucsrb & !2 | u8::from(self.shown.1) << 1,
+            UsartRegister::UCSRC => self.ucsrc,
+            UsartRegister::UBRRL => self.ubrr as u8,
+            UsartRegister::UBRRH => (self.ubrr >> 8) as u8,
         }
     }
 
@@ -363,7 +363,7 @@ impl Model {
     }
 
     pub fn requests(&self) -> u8 {
-        let asked = self.peek(Reg::UCSRA) & self.ucsrb;
+        let asked = self.peek(UsartRegister::UCSRA) & self.ucsrb;
         [7, 5, 6].iter().rev().fold(0, |all, bit| all << 1 | asked >> bit & 1)
     }
 
@@ -381,18 +381,18 @@ impl Model {
         self.txc = false;
     }
 
-    pub fn write(&mut self, reg: Reg, value: u8, mask: u8, t: u64) {
+    pub fn write(&mut self, reg: UsartRegister, value: u8, mask: u8, t: u64) {
         let mixed = self.peek(reg) & !mask | value & mask;
         match reg {
-            Reg::UDR if self.buffer.is_none() => self.buffer = Some((value & mask, self.ucsrb & 1 != 0)),
-            Reg::UDR => {}
-            Reg::UCSRA => {
+            UsartRegister::UDR if self.buffer.is_none() => self.buffer = Some((value & mask, self.ucsrb & 1 != 0)),
+            UsartRegister::UDR => {}
+            UsartRegister::UCSRA => {
                 if value & mask & 0x40 != 0 && !self.txc_now {
                     self.txc = false;
                 }
                 (self.u2x, self.mpcm) = (mixed & 2 != 0, mixed & 1 != 0);
             }
-            Reg::UCSRB => {
+            UsartRegister::UCSRB => {
                 let was = self.rxen();
                 self.ucsrb = mixed & !2;
                 if was != self.rxen() {
@@ -403,7 +403,7 @@ impl Model {
                     self.fifo.clear();
                 }
             }
-            Reg::UCSRC => {
+            UsartRegister::UCSRC => {
                 let was = self.umsel();
                 self.ucsrc = mixed;
                 if was != self.umsel() {
@@ -413,7 +413,7 @@ impl Model {
                     }
                 }
             }
-            Reg::UBRRL => {
+            UsartRegister::UBRRL => {
                 self.ubrr = self.ubrr & 0xF00 | u16::from(mixed);
                 let gives = self.ddr_xck && (self.umsel() == 1 || self.umsel() == 3 && self.shifting.is_some());
                 let cut = gives && self.divider % 2 == 1;
@@ -422,7 +422,7 @@ impl Model {
                     self.next_bit(t);
                 }
             }
-            Reg::UBRRH => self.ubrr = self.ubrr & 0xFF | u16::from(mixed & 15) << 8,
+            UsartRegister::UBRRH => self.ubrr = self.ubrr & 0xFF | u16::from(mixed & 15) << 8,
         }
         if self.txen() && self.shifting.is_none() {
             self.load();
@@ -440,21 +440,21 @@ impl Model {
 
     fn pins(&mut self, t: u64) {
         let umsel = self.umsel();
-        let txd = if self.txen() || self.shifting.is_some() { Drive::Output(self.txd) } else { Drive::Port };
-        let rxd = if self.rxen() { Drive::Input } else { Drive::Port };
+        let txd = if self.txen() || self.shifting.is_some() { AvrDrive::Output(self.txd) } else { AvrDrive::Port };
+        let rxd = if self.rxen() { AvrDrive::Input } else { AvrDrive::Port };
         let changes = self.divider.is_multiple_of(2);
         let (ucpha, ucpol) = (self.ucsrc & 2 != 0, self.ucsrc & 1 != 0);
         let xck = match umsel {
-            _ if !self.ddr_xck || umsel == 0 => Drive::Port,
-            1 => Drive::Value(changes != ucpol),
-            _ if !self.on_line => Drive::Value(ucpol),
-            _ if ucpha => Drive::Value(changes != ucpol),
-            _ => Drive::Value(changes == ucpol),
+            _ if !self.ddr_xck || umsel == 0 => AvrDrive::Port,
+            1 => AvrDrive::Value(changes != ucpol),
+            _ if !self.on_line => AvrDrive::Value(ucpol),
+            _ if ucpha => AvrDrive::Value(changes != ucpol),
+            _ => AvrDrive::Value(changes == ucpol),
         };
-        for (n, (line, drive)) in [(Line::Txd, txd), (Line::Rxd, rxd), (Line::Xck, xck)].into_iter().enumerate() {
+        for (n, (line, drive)) in [(AvrLine::Txd, txd), (AvrLine::Rxd, rxd), (AvrLine::Xck, xck)].into_iter().enumerate() {
             if self.drives[n] != drive {
                 self.drives[n] = drive;
-                self.out.push(Signal::Drive { t, line, drive });
+                self.out.push(AvrSignal::Drive { t, line, drive });
             }
         }
     }

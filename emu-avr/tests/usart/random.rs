@@ -2,13 +2,13 @@
 
 use std::collections::VecDeque;
 
-use emu_avr::periph::usart::{MPCM, RXEN, Reg, TXB8, TXC, TXEN, U2X, UCSZ2, Usart};
-use emu_avr::periph::{Device, Drive, Line, Signal};
+use emu_avr::periph::usart::{MPCM, RXEN, UsartRegister, TXB8, TXC, TXEN, U2X, UCSZ2, AvrUsart};
+use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 use emu_core::rng::Rng;
 
 use crate::model::Model;
 
-const REGS: [Reg; 6] = [Reg::UDR, Reg::UCSRA, Reg::UCSRB, Reg::UCSRC, Reg::UBRRL, Reg::UBRRH];
+const REGS: [UsartRegister; 6] = [UsartRegister::UDR, UsartRegister::UCSRA, UsartRegister::UCSRB, UsartRegister::UCSRC, UsartRegister::UBRRL, UsartRegister::UBRRH];
 
 /// Levels of RXD still to come, each with the clocks that it lasts.
 #[derive(Default)]
@@ -55,24 +55,24 @@ impl Wire {
 }
 
 /// A write of a kind that lets something happen.
-fn write(model: &Model, rng: &mut Rng) -> (Reg, u8, u8) {
-    let (b, c) = (model.peek(Reg::UCSRB), model.peek(Reg::UCSRC));
+fn write(model: &Model, rng: &mut Rng) -> (UsartRegister, u8, u8) {
+    let (b, c) = (model.peek(UsartRegister::UCSRB), model.peek(UsartRegister::UCSRC));
     let any = rng.next_u64() as u8;
     match rng.below(24) {
-        0 => (Reg::UCSRC, any, 0xFF),
-        1 => (Reg::UCSRC, c ^ 1 << rng.below(8), 0xFF),
-        2 => (Reg::UCSRB, any, 0xFF),
-        3 => (Reg::UCSRB, b ^ [RXEN, TXEN, UCSZ2][rng.below(3) as usize], 0xFF),
-        4 | 5 => (Reg::UCSRB, b | RXEN | TXEN, 0xFF),
-        6 => (Reg::UCSRB, b ^ TXB8, 0xFF),
-        7 => (Reg::UCSRB, any, 1 << rng.below(8)),
-        8 => (Reg::UCSRA, any & (TXC | U2X), 0xFF),
-        9 => (Reg::UCSRA, TXC, TXC),
-        10 => (Reg::UCSRA, any & any >> 4 & MPCM | model.peek(Reg::UCSRA) & U2X, 0xFF),
-        11 => (Reg::UBRRL, rng.below(4) as u8, 0xFF),
-        12 => (Reg::UBRRL, model.peek(Reg::UBRRL), 0xFF),
-        13 => (Reg::UBRRH, u8::from(rng.one_in(40)), 0xFF),
-        _ => (Reg::UDR, any, 0xFF),
+        0 => (UsartRegister::UCSRC, any, 0xFF),
+        1 => (UsartRegister::UCSRC, c ^ 1 << rng.below(8), 0xFF),
+        2 => (UsartRegister::UCSRB, any, 0xFF),
+        3 => (UsartRegister::UCSRB, b ^ [RXEN, TXEN, UCSZ2][rng.below(3) as usize], 0xFF),
+        4 | 5 => (UsartRegister::UCSRB, b | RXEN | TXEN, 0xFF),
+        6 => (UsartRegister::UCSRB, b ^ TXB8, 0xFF),
+        7 => (UsartRegister::UCSRB, any, 1 << rng.below(8)),
+        8 => (UsartRegister::UCSRA, any & (TXC | U2X), 0xFF),
+        9 => (UsartRegister::UCSRA, TXC, TXC),
+        10 => (UsartRegister::UCSRA, any & any >> 4 & MPCM | model.peek(UsartRegister::UCSRA) & U2X, 0xFF),
+        11 => (UsartRegister::UBRRL, rng.below(4) as u8, 0xFF),
+        12 => (UsartRegister::UBRRL, model.peek(UsartRegister::UBRRL), 0xFF),
+        13 => (UsartRegister::UBRRH, u8::from(rng.one_in(40)), 0xFF),
+        _ => (UsartRegister::UDR, any, 0xFF),
     }
 }
 
@@ -88,9 +88,9 @@ struct Seen {
 }
 
 struct Life {
-    port: Usart,
+    port: AvrUsart,
     model: Model,
-    out: Vec<Signal>,
+    out: Vec<AvrSignal>,
     asleep: bool,
     steady: [(u8, u64); 6],
 }
@@ -102,12 +102,12 @@ impl Life {
             _ if self.asleep => {
                 if rng.one_in(3) {
                     self.asleep = false;
-                    port.wake(t, out);
+                    port.restart_clock(t, out);
                 }
             }
             0 => {
                 self.asleep = true;
-                port.sleep(t, out);
+                port.stop_clock(t, out);
             }
             1 if rng.one_in(4) => {
                 port.reset(t, out);
@@ -115,29 +115,29 @@ impl Life {
             }
             2 | 3 => {
                 let output = rng.below(2) == 0;
-                port.direction(Line::Xck, output, t, out);
+                port.on_direction_changed(AvrLine::Xck, output, t, out);
                 model.direction(output, t);
             }
             4..10 => {
                 let irq = model.requests();
                 let irq = irq.trailing_zeros() as u8;
                 if irq < 3 {
-                    port.taken(irq, t, out);
+                    port.on_interrupt_taken(irq, t, out);
                     if irq == 2 {
                         model.taken();
                     }
                 }
             }
             10..26 => {
-                let status = model.peek(Reg::UCSRA);
+                let status = model.peek(UsartRegister::UCSRA);
                 seen.received += u64::from(status >> 7);
                 (0..3).for_each(|n| seen.errors[n] += u64::from(status >> (2 + n) & 1));
-                match model.peek(Reg::UCSRC) >> 6 {
+                match model.peek(UsartRegister::UCSRC) >> 6 {
                     1 => seen.sync += u64::from(status >> 7),
                     3 => seen.spi += u64::from(status >> 7),
                     _ => {}
                 }
-                assert_eq!(port.read(Reg::UDR, t, out), model.read_udr(), "UDR read");
+                assert_eq!(port.read(UsartRegister::UDR, t, out), model.read_udr(), "UDR read");
             }
             _ => {
                 let (reg, value, mask) = write(model, rng);
@@ -152,29 +152,29 @@ impl Life {
 fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
     let rng = &mut Rng::new(seed);
     let mut life =
-        Life { port: Usart::new(0), model: Model::new(), out: Vec::new(), asleep: false, steady: [(0, 0); 6] };
+        Life { port: AvrUsart::new(0), model: Model::new(), out: Vec::new(), asleep: false, steady: [(0, 0); 6] };
     let (mut wire, mut xck, mut quiet) = (Wire::default(), 1, 1);
     let umsel = [0, 0, 0, 0x40, 0xC0][rng.below(5) as usize];
     let start = [
-        (Reg::UCSRC, umsel | rng.next_u64() as u8 & 0x3F),
-        (Reg::UCSRA, if rng.one_in(3) { 0 } else { U2X }),
-        (Reg::UBRRL, (rng.below(3) * rng.below(2)) as u8),
-        (Reg::UCSRB, rng.next_u64() as u8 | RXEN | TXEN),
+        (UsartRegister::UCSRC, umsel | rng.next_u64() as u8 & 0x3F),
+        (UsartRegister::UCSRA, if rng.one_in(3) { 0 } else { U2X }),
+        (UsartRegister::UBRRL, (rng.below(3) * rng.below(2)) as u8),
+        (UsartRegister::UCSRB, rng.next_u64() as u8 | RXEN | TXEN),
     ];
     for (reg, value) in start {
         life.port.write(reg, value, 0xFF, 0, &mut life.out);
         life.model.write(reg, value, 0xFF, 0);
     }
     if rng.one_in(2) {
-        life.port.direction(Line::Xck, true, 0, &mut life.out);
+        life.port.on_direction_changed(AvrLine::Xck, true, 0, &mut life.out);
         life.model.direction(true, 0);
     }
     for t in 1..clocks {
         if !life.asleep {
             life.model.tick(t);
         }
-        if life.port.next() <= t {
-            life.port.run(t, &mut life.out);
+        if life.port.next_cycle() <= t {
+            life.port.run_due(t, &mut life.out);
         }
         quiet -= 1;
         if quiet == 0 {
@@ -182,8 +182,8 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
             quiet = 1 + if rng.one_in(4) { rng.below(3) } else { rng.below(60) };
         }
         let (port, model, out) = (&mut life.port, &mut life.model, &mut life.out);
-        let (a, c) = (model.peek(Reg::UCSRA), model.peek(Reg::UCSRC));
-        let tick = u64::from(model.peek(Reg::UBRRL)) + 1;
+        let (a, c) = (model.peek(UsartRegister::UCSRA), model.peek(UsartRegister::UCSRC));
+        let tick = u64::from(model.peek(UsartRegister::UBRRL)) + 1;
         let per = match c >> 6 {
             1 | 3 => 2,
             _ if a & U2X != 0 => 8,
@@ -192,8 +192,8 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
         let data = 5 + u64::from(c >> 1 & 3) + u64::from(c >> 5 & 1);
         let rxd = wire.clock(tick.min(8) * per, data, rng);
         if rxd != model.rxd {
-            port.line(Line::Rxd, rxd, t, out);
-            model.line(Line::Rxd, rxd);
+            port.on_line_changed(AvrLine::Rxd, rxd, t, out);
+            model.line(AvrLine::Rxd, rxd);
             life.steady = [(0, 0); 6];
         }
         xck -= 1;
@@ -201,18 +201,18 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
             // Now and then faster than the part can follow.
             xck = 1 + if rng.one_in(30) { 0 } else { 1 + rng.below(4) };
             if !model.ddr_xck {
-                port.line(Line::Xck, !model.xck, t, out);
-                model.line(Line::Xck, !model.xck);
+                port.on_line_changed(AvrLine::Xck, !model.xck, t, out);
+                model.line(AvrLine::Xck, !model.xck);
                 life.steady = [(0, 0); 6];
             }
         }
         let drives = out.iter().rev().find_map(|signal| match *signal {
-            Signal::Drive { line: Line::Xck, drive: Drive::Value(level), .. } => Some(level),
+            AvrSignal::Drive { line: AvrLine::Xck, drive: AvrDrive::Value(level), .. } => Some(level),
             _ => None,
         });
         if let Some(level) = drives.filter(|&level| model.ddr_xck && level != model.xck) {
-            port.line(Line::Xck, level, t, out);
-            model.line(Line::Xck, level);
+            port.on_line_changed(AvrLine::Xck, level, t, out);
+            model.line(AvrLine::Xck, level);
             life.steady = [(0, 0); 6];
         }
         for (reg, promise) in REGS.into_iter().zip(&mut life.steady) {
@@ -221,15 +221,15 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
             if t < promise.1 {
                 assert_eq!(value, promise.0, "seed {seed}, clock {t}: {reg:?} steady up to {}", promise.1);
             } else {
-                *promise = (value, port.steady(reg, t));
+                *promise = (value, port.steady_until(reg, t));
             }
         }
-        assert_eq!(port.requests(), model.requests(), "seed {seed}, clock {t}");
-        if port.next() > t {
-            assert_eq!(port.sending(), model.sending(), "seed {seed}, clock {t}");
+        assert_eq!(port.interrupt_requests(), model.requests(), "seed {seed}, clock {t}");
+        if port.next_cycle() > t {
+            assert_eq!(port.is_sending(), model.sending(), "seed {seed}, clock {t}");
         }
-        assert_eq!(port.listens(), model.peek(Reg::UCSRB) & 0x90 == 0x90);
-        seen.sent += out.iter().filter(|signal| matches!(signal, Signal::Sent { .. })).count() as u64;
+        assert_eq!(port.is_receiver_enabled(), model.peek(UsartRegister::UCSRB) & 0x90 == 0x90);
+        seen.sent += out.iter().filter(|signal| matches!(signal, AvrSignal::Sent { .. })).count() as u64;
         if *out != model.out {
             // Both may say what happens at one clock in an order of their own, and say and take back.
             assert_eq!(last(out), last(&model.out), "seed {seed}, clock {t}: port, model");
@@ -240,10 +240,10 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
 }
 
 /// What is left of the signals of one clock.
-fn last(signals: &[Signal]) -> Vec<String> {
+fn last(signals: &[AvrSignal]) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for (n, signal) in signals.iter().enumerate() {
-        let later = |other: &Signal| matches!((signal, other), (Signal::Drive { line: a, .. }, Signal::Drive { line: b, .. }) if a == b);
+        let later = |other: &AvrSignal| matches!((signal, other), (AvrSignal::Drive { line: a, .. }, AvrSignal::Drive { line: b, .. }) if a == b);
         if !signals[n + 1..].iter().any(later) {
             all.push(format!("{signal:?}"));
         }

@@ -2,27 +2,27 @@
 //! or WDTCR), `cycle:NAME?value` or `edge:what`; registers are hexadecimal. A second has 128,000 cycles at first, so that a
 //! clock of the newer oscillator is one cycle and 2K of them are 2,048.
 
-use emu_avr::periph::guard::{Kind, Reg, Watchdog};
-use emu_avr::periph::{Device, Outbox, Signal};
+use emu_avr::periph::watchdog::{WatchdogKind, WatchdogRegister, AvrWatchdog};
+use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
 use emu_core::NEVER;
 
 struct Rig {
-    dut: Watchdog,
-    out: Outbox,
+    dut: AvrWatchdog,
+    out: AvrOutbox,
     resets: Vec<u64>,
 }
 
 impl Rig {
     fn ask(&mut self, name: &str, t: u64) -> Result<String, String> {
-        self.dut.run(t, &mut self.out);
+        self.dut.run_due(t, &mut self.out);
         self.drain();
         let moment = |t: u64| if t == NEVER { "-".into() } else { t.to_string() };
         Ok(match name {
-            "W" => format!("{:02X}", self.dut.read(Reg::WDTCSR, t, &mut self.out)),
-            "irq" => self.dut.requests().to_string(),
-            "runs" => u8::from(self.dut.running()).to_string(),
-            "next" => moment(self.dut.next()),
-            "steady" => moment(self.dut.steady(Reg::WDTCSR, t)),
+            "W" => format!("{:02X}", self.dut.read(WatchdogRegister::WDTCSR, t, &mut self.out)),
+            "irq" => self.dut.interrupt_requests().to_string(),
+            "runs" => u8::from(self.dut.is_running()).to_string(),
+            "next" => moment(self.dut.next_cycle()),
+            "steady" => moment(self.dut.steady_until(WatchdogRegister::WDTCSR, t)),
             "resets" => self.resets.iter().map(u64::to_string).collect::<Vec<_>>().join(","),
             _ => return Err("no such question".into()),
         })
@@ -39,19 +39,19 @@ impl Rig {
         match what.split_once('=') {
             Some(("W", value)) => {
                 let value = u8::from_str_radix(value, 16).map_err(|e| e.to_string())?;
-                self.dut.write(Reg::WDTCSR, value, 0xFF, t, out);
+                self.dut.write(WatchdogRegister::WDTCSR, value, 0xFF, t, out);
             }
-            Some(("hz", hz)) => self.dut.rate(hz.parse().map_err(|_| "hz")?, t),
-            Some(("WDRF", on)) => self.dut.forced(on == "1", t, out),
+            Some(("hz", hz)) => self.dut.set_clock_hz(hz.parse().map_err(|_| "hz")?, t),
+            Some(("WDRF", on)) => self.dut.set_forced_on(on == "1", t, out),
             Some((name, bit)) => {
                 let n: u8 = name.strip_prefix("W.").and_then(|n| n.parse().ok()).ok_or("no such step")?;
-                self.dut.write(Reg::WDTCSR, u8::from(bit == "1") << n, 1 << n, t, out);
+                self.dut.write(WatchdogRegister::WDTCSR, u8::from(bit == "1") << n, 1 << n, t, out);
             }
             None => match what {
                 "wdr" => self.dut.restart(t, out),
-                "taken" => self.dut.taken(0, t, out),
-                "sleep" => self.dut.sleep(t, out),
-                "wake" => self.dut.wake(t, out),
+                "taken" => self.dut.on_interrupt_taken(0, t, out),
+                "sleep" => self.dut.stop_clock(t, out),
+                "wake" => self.dut.restart_clock(t, out),
                 "reset" => self.dut.reset(t, out),
                 _ => return Err("no such step".into()),
             },
@@ -63,7 +63,7 @@ impl Rig {
     fn drain(&mut self) {
         for signal in self.out.drain(..) {
             match signal {
-                Signal::Reset { t } => self.resets.push(t),
+                AvrSignal::Reset { t } => self.resets.push(t),
                 other => panic!("{other:?}"),
             }
         }
@@ -73,13 +73,13 @@ impl Rig {
 fn run(line: &str) -> Result<(), String> {
     let (head, steps) = line.split_once('|').ok_or("two columns")?;
     let (kind, always_on) = match head.split_whitespace().next() {
-        Some("on") => (Kind::MEGA48, true),
-        Some("m8") => (Kind::MEGA8, false),
-        Some("m8on") => (Kind::MEGA8, true),
-        Some("m16") => (Kind::MEGA16, false),
-        _ => (Kind::MEGA48, false),
+        Some("on") => (WatchdogKind::MEGA48, true),
+        Some("m8") => (WatchdogKind::MEGA8, false),
+        Some("m8on") => (WatchdogKind::MEGA8, true),
+        Some("m16") => (WatchdogKind::MEGA16, false),
+        _ => (WatchdogKind::MEGA48, false),
     };
-    let mut rig = Rig { dut: Watchdog::new(kind, always_on, 128_000), out: Outbox::new(), resets: Vec::new() };
+    let mut rig = Rig { dut: AvrWatchdog::new(kind, always_on, 128_000), out: AvrOutbox::new(), resets: Vec::new() };
     for text in steps.split_whitespace() {
         rig.step(text).map_err(|said| format!("{line}\n  at {text}: {said}"))?;
     }
@@ -149,11 +149,11 @@ fn a_wrong_case_is_found() {
 #[test]
 fn the_times_of_the_table() {
     for (wdp, clocks) in (0..10).zip([2u64, 4, 8, 16, 32, 64, 128, 256, 512, 1024]) {
-        let mut dut = Watchdog::new(Kind::MEGA48, false, 16_000_000);
-        let mut out = Outbox::new();
-        dut.write(Reg::WDTCSR, 0x18, 0xFF, 100, &mut out);
-        dut.write(Reg::WDTCSR, 0x08 | wdp >> 3 << 5 | wdp & 7, 0xFF, 104, &mut out);
-        assert_eq!(dut.next(), 100 + clocks * 1_024 * 125, "WDP = {wdp}");
+        let mut dut = AvrWatchdog::new(WatchdogKind::MEGA48, false, 16_000_000);
+        let mut out = AvrOutbox::new();
+        dut.write(WatchdogRegister::WDTCSR, 0x18, 0xFF, 100, &mut out);
+        dut.write(WatchdogRegister::WDTCSR, 0x08 | wdp >> 3 << 5 | wdp & 7, 0xFF, 104, &mut out);
+        assert_eq!(dut.next_cycle(), 100 + clocks * 1_024 * 125, "WDP = {wdp}");
     }
 }
 
@@ -161,12 +161,12 @@ fn the_times_of_the_table() {
 #[test]
 fn the_ends_of_time() {
     for hz in [0, 1, u64::MAX] {
-        let mut dut = Watchdog::new(Kind::MEGA48, false, hz);
-        let mut out = Outbox::new();
-        dut.write(Reg::WDTCSR, 0x48, 0xFF, u64::MAX - 9, &mut out);
-        dut.rate(hz.wrapping_add(3), u64::MAX - 5);
-        dut.run(u64::MAX - 3, &mut out);
+        let mut dut = AvrWatchdog::new(WatchdogKind::MEGA48, false, hz);
+        let mut out = AvrOutbox::new();
+        dut.write(WatchdogRegister::WDTCSR, 0x48, 0xFF, u64::MAX - 9, &mut out);
+        dut.set_clock_hz(hz.wrapping_add(3), u64::MAX - 5);
+        dut.run_due(u64::MAX - 3, &mut out);
         dut.restart(u64::MAX - 2, &mut out);
-        assert!(dut.next() > u64::MAX - 3, "{hz} Hz");
+        assert!(dut.next_cycle() > u64::MAX - 3, "{hz} Hz");
     }
 }

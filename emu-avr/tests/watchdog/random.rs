@@ -1,8 +1,8 @@
 //! The watchdog stepped cycle by cycle, and random programs on which both must agree in every cycle: in what is read, in the
 //! interrupt and in the resets.
 
-use emu_avr::periph::guard::{Kind, Reg, Watchdog};
-use emu_avr::periph::{Device, Outbox, Signal};
+use emu_avr::periph::watchdog::{WatchdogKind, WatchdogRegister, AvrWatchdog};
+use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
 use emu_core::rng::Rng;
 
 const SECOND_PS: u64 = 1_000_000_000_000;
@@ -125,13 +125,13 @@ impl Model {
 fn live(seed: u64, seen: &mut [u64; 4]) {
     let mut rng = Rng::new(seed);
     let (kind, new, free) = match rng.below(4) {
-        0 => (Kind::MEGA8, false, false),
-        1 => (Kind::MEGA16, false, true),
-        _ => (Kind::MEGA48, true, false),
+        0 => (WatchdogKind::MEGA8, false, false),
+        1 => (WatchdogKind::MEGA16, false, true),
+        _ => (WatchdogKind::MEGA48, true, false),
     };
     let wdton = !free && rng.one_in(8);
     let hz = RATES[rng.below(5) as usize];
-    let mut dut = Watchdog::new(kind, wdton, hz);
+    let mut dut = AvrWatchdog::new(kind, wdton, hz);
     let mut model = Model {
         new,
         free,
@@ -155,10 +155,10 @@ fn live(seed: u64, seen: &mut [u64; 4]) {
     let mut plan = (0, 0);
     for t in 1..200 + rng.below(400) {
         let at = || format!("seed {seed}, cycle {t}");
-        let mut out = Outbox::new();
+        let mut out = AvrOutbox::new();
         model.tick();
-        if dut.next() <= t || rng.one_in(20) {
-            dut.run(t, &mut out);
+        if dut.next_cycle() <= t || rng.one_in(20) {
+            dut.run_due(t, &mut out);
         }
         assert!(promised.0 <= t || model.shown() == promised.1, "promised until {}, {}", promised.0, at());
         let byte = rng.next_u64() as u8;
@@ -167,7 +167,7 @@ fn live(seed: u64, seen: &mut [u64; 4]) {
         if written {
             promised = (0, 0);
             model.write(plan.1, 0xFF);
-            dut.write(Reg::WDTCSR, plan.1, 0xFF, t, &mut out);
+            dut.write(WatchdogRegister::WDTCSR, plan.1, 0xFF, t, &mut out);
         }
         for _ in 0..if rng.one_in(busy) { 1 + rng.below(2) } else { 0 } {
             promised = (0, 0);
@@ -178,13 +178,13 @@ fn live(seed: u64, seen: &mut [u64; 4]) {
                     let value = byte & [0xEF, 0x49, 0x4B, 0x43][rng.below(4) as usize];
                     plan = (t + 1 + rng.below(5), value);
                     model.write(0x18 | byte & 0x40, 0xFF);
-                    dut.write(Reg::WDTCSR, 0x18 | byte & 0x40, 0xFF, t, &mut out);
+                    dut.write(WatchdogRegister::WDTCSR, 0x18 | byte & 0x40, 0xFF, t, &mut out);
                 }
                 5..=7 if !written => {
                     written = true;
                     let mask = if rng.one_in(3) { 1 << rng.below(8) } else { 0xFF };
                     model.write(byte, mask);
-                    dut.write(Reg::WDTCSR, byte, mask, t, &mut out);
+                    dut.write(WatchdogRegister::WDTCSR, byte, mask, t, &mut out);
                 }
                 8 => {
                     model.zero();
@@ -192,13 +192,13 @@ fn live(seed: u64, seen: &mut [u64; 4]) {
                 }
                 9 | 10 if model.new => {
                     model.taken();
-                    dut.taken(0, t, &mut out);
+                    dut.on_interrupt_taken(0, t, &mut out);
                     model.settle();
                 }
                 11 => {
                     let hz = RATES[rng.below(5) as usize];
                     model.cycle_ps = SECOND_PS / hz;
-                    dut.rate(hz, t);
+                    dut.set_clock_hz(hz, t);
                 }
                 12 if rng.one_in(3) => {
                     model.reset();
@@ -206,25 +206,25 @@ fn live(seed: u64, seen: &mut [u64; 4]) {
                 }
                 13 if rng.one_in(3) => {
                     model.wdrf = byte & 1 != 0;
-                    dut.forced(model.wdrf, t, &mut out);
+                    dut.set_forced_on(model.wdrf, t, &mut out);
                     model.settle();
                 }
-                14 => dut.sleep(t, &mut out),
-                15 => dut.wake(t, &mut out),
+                14 => dut.stop_clock(t, &mut out),
+                15 => dut.restart_clock(t, &mut out),
                 _ => {}
             }
         }
-        let want = if model.reset_now { vec![Signal::Reset { t }] } else { Vec::new() };
+        let want = if model.reset_now { vec![AvrSignal::Reset { t }] } else { Vec::new() };
         assert_eq!(out, want, "resets, {}", at());
-        assert_eq!(dut.peek(Reg::WDTCSR, t), model.shown(), "WDTCSR, {}", at());
-        assert_eq!(dut.requests(), u8::from(model.wdif && model.wdie), "interrupt, {}", at());
-        assert_eq!(dut.running(), model.runs(), "{}", at());
+        assert_eq!(dut.peek(WatchdogRegister::WDTCSR, t), model.shown(), "WDTCSR, {}", at());
+        assert_eq!(dut.interrupt_requests(), u8::from(model.wdif && model.wdie), "interrupt, {}", at());
+        assert_eq!(dut.is_running(), model.runs(), "{}", at());
         seen[0] += u64::from(model.flag_now);
         seen[1] += u64::from(model.reset_now);
         seen[2] += u64::from(model.reset_now && model.wdie);
         seen[3] += u64::from((model.flag_now || model.reset_now) && model.wdp > 1);
         if rng.one_in(6) {
-            promised = (dut.steady(Reg::WDTCSR, t), model.shown());
+            promised = (dut.steady_until(WatchdogRegister::WDTCSR, t), model.shown());
         }
     }
 }

@@ -1,12 +1,12 @@
 //! The codes of checks of images that other compilers made.
 
-use diag::Code;
+use diag::DiagnosticCode;
 
 macro_rules! codes {
     ($($name:ident $code:literal $title:literal $explain:literal;)*) => {
         $(pub(crate) const $name: &str = $code;)*
         /// Codes of foreign images, in order of their numbers.
-        pub const FOREIGN_CODES: &[Code] = &[$(Code { code: $code, title: $title, explain: $explain }),*];
+        pub const FOREIGN_CODES: &[DiagnosticCode] = &[$(DiagnosticCode { code: $code, title: $title, explain: $explain }),*];
     };
 }
 

@@ -6,71 +6,71 @@
 //!
 //! What is compared how stands in `docs/foreign.md`.
 
-mod board;
+mod foreign_board;
 mod codes;
-mod course;
-mod ear;
-mod pace;
-mod patience;
-mod report;
+mod foreign_run;
+mod line_listener;
+mod scan_loop;
+mod scan_budget;
+mod foreign_report;
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::image::Image;
-use ladder::Program;
-use ladder_compile::Map;
+use ladder::LadderProgram;
+use ladder_compile::ImageMap;
 use ladder_eval::Evaluator;
 
-use crate::contract::Pace;
-use crate::family::{Job, Target, named, on_machines};
-use crate::goals::Goals;
-use crate::hints::Hints;
-use crate::report::{SCHEMA, What};
-use crate::stimulus::Stimulus;
-use crate::wishes::Wishes;
-use crate::{Options, run};
+use crate::map_contract::ScanPace;
+use crate::families::{MachineVisitor, CheckedChip, find_chip, visit_machines};
+use crate::coverage_goals::CoverageGoals;
+use crate::value_hints::ValueHints;
+use crate::report::{SCHEMA, DifferenceKind};
+use crate::stimulus::StimulusGenerator;
+use crate::boundary_goals::BoundaryGoals;
+use crate::{CheckOptions, check_run};
 
-use board::Board;
-use course::{Course, Starts, wire};
-use patience::{Budget, patience};
+use foreign_board::ForeignBoard;
+use foreign_run::{ForeignRun, ScanStarts, wire_board};
+use scan_budget::{ScanBudget, long_run_scans};
 
 pub use codes::FOREIGN_CODES;
-pub use patience::MOST;
-pub use report::{Finding, ForeignDifference, ForeignReport, Period};
+pub use scan_budget::MAX_SCANS;
+pub use foreign_report::{ForeignFinding, ForeignDifference, ForeignReport, MeasuredPeriod};
 
 /// An image that another compiler has made.
 #[derive(Debug, Clone, Copy)]
-pub struct Foreign<'a> {
+pub struct ForeignImage<'a> {
     /// Name of its file.
     pub file: &'a str,
     /// What the file holds, for the chip of the options.
     pub image: &'a Image,
     /// Where its symbols are, if that is known, with the name of the file that tells it.
-    pub map: Option<(&'a str, &'a Map)>,
+    pub map: Option<(&'a str, &'a ImageMap)>,
     /// Scans to compare, at least 1; else as many as `docs/foreign.md` says, at most [`MOST`].
     pub scans: Option<u64>,
 }
 
 /// A difference, without its place in the check.
 #[derive(Debug, Clone)]
-pub(crate) struct Wrong {
-    what: What,
+pub(crate) struct ForeignMismatch {
+    kind: DifferenceKind,
     symbol: Option<usize>,
     expected: String,
     found: String,
 }
 
-impl Wrong {
-    fn words(what: What, expected: String, found: String) -> Wrong {
-        Wrong { what, symbol: None, expected, found }
+impl ForeignMismatch {
+    fn of_text(what: DifferenceKind, expected: String, found: String) -> ForeignMismatch {
+        ForeignMismatch { kind: what, symbol: None, expected, found }
     }
 
-    fn of(what: What, symbol: usize, expected: String, found: String) -> Wrong {
-        Wrong { what, symbol: Some(symbol), expected, found }
+    fn of_symbol(what: DifferenceKind, symbol: usize, expected: String, found: String) -> ForeignMismatch {
+        ForeignMismatch { kind: what, symbol: Some(symbol), expected, found }
     }
 }
 
 /// Runs of the stimulus of which each begins with a reset: the first two, and then one in so many.
-const RESETS: u64 = 4;
+const RUNS_WITH_RESET: u64 = 4;
 
 /// Checks the image against the program. Of `options` all but the scans counts.
 ///
@@ -78,9 +78,9 @@ const RESETS: u64 = 4;
 /// Why there is nothing to check: the evaluator refuses the program, pins are not known, no pacing is found in the image, or
 /// no scans were asked for.
 pub fn check_foreign(
-    program: &Program,
-    foreign: &Foreign<'_>,
-    options: &Options,
+    program: &LadderProgram,
+    foreign: &ForeignImage<'_>,
+    options: &CheckOptions,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<ForeignReport, Vec<Diagnostic>> {
     let error = |code, file: &str, cause: String, hint: &str| {
@@ -90,18 +90,18 @@ pub fn check_foreign(
     if foreign.scans == Some(0) {
         return Err(error(crate::codes::NOTHING, &program.file, zero, "give --scans 1 or more"));
     }
-    let eval = Evaluator::new(program).map_err(|refusal| vec![run::no_meaning(program, &refusal)])?;
-    let Some(chip) = named(&options.mcu) else {
+    let eval = Evaluator::new(program).map_err(|refusal| vec![check_run::unsupported_diagnostic(program, &refusal)])?;
+    let Some(chip) = find_chip(&options.mcu) else {
         let cause = format!("{} is no chip on which images of others are checked", options.mcu);
         return Err(error(codes::NO_FOREIGN, &program.file, cause, "take a chip of the AVR, 8051 or PIC16 family"));
     };
-    let Some(pace) = Pace::new(program, options, chip) else {
+    let Some(pace) = ScanPace::new(program, options, chip) else {
         let hint = "give the program a CYCLE= and a CRYSTAL= above 0";
         return Err(error(crate::codes::NOTHING, &program.file, zero, hint));
     };
-    let board = Board::new(program, options, &eval, (chip, pace), foreign.map.map(|(_, map)| map))?;
-    let job = Check { program, foreign, options, board, eval, progress };
-    on_machines(chip, foreign.image, pace.clock_hz, job).map_err(|cause| {
+    let board = ForeignBoard::new(program, options, &eval, (chip, pace), foreign.map.map(|(_, map)| map))?;
+    let job = ForeignCheckVisitor { program, foreign, options, board, eval, progress };
+    visit_machines(chip, foreign.image, pace.clock_hz, job).map_err(|cause| {
         let hint = "are chip (--mcu), clock (--clock, CRYSTAL=) and CYCLE= those of the image? \
                     docs/foreign.md says which waits are found";
         error(codes::NO_PACE, foreign.file, cause, hint)
@@ -112,7 +112,7 @@ pub fn check_foreign(
 ///
 /// # Errors
 /// It is none.
-pub fn read_map(file: &str, bytes: &[u8]) -> Result<Map, Diagnostic> {
+pub fn read_map(file: &str, bytes: &[u8]) -> Result<ImageMap, Diagnostic> {
     serde_json::from_slice(bytes).map_err(|error| {
         let hint = "give a map that `emu compile --map` wrote";
         let cause = format!("is no map: {error}");
@@ -121,31 +121,31 @@ pub fn read_map(file: &str, bytes: &[u8]) -> Result<Map, Diagnostic> {
 }
 
 /// The command that repeats a check up to scan `scans`.
-fn replay(program: &Program, foreign: &Foreign<'_>, options: &Options, scans: u64) -> String {
-    let mut command = run::replay(program, options, scans) + &format!(" --image {}", run::quoted(foreign.file));
-    foreign.map.iter().for_each(|(file, _)| command += &format!(" --map {}", run::quoted(file)));
+fn replay_command(program: &LadderProgram, foreign: &ForeignImage<'_>, options: &CheckOptions, scans: u64) -> String {
+    let mut command = check_run::replay_command(program, options, scans) + &format!(" --image {}", check_run::shell_quote(foreign.file));
+    foreign.map.iter().for_each(|(file, _)| command += &format!(" --map {}", check_run::shell_quote(file)));
     command
 }
 
 /// A check that is ready to run.
-struct Check<'a> {
-    program: &'a Program,
-    foreign: &'a Foreign<'a>,
-    options: &'a Options,
-    board: Board,
+struct ForeignCheckVisitor<'a> {
+    program: &'a LadderProgram,
+    foreign: &'a ForeignImage<'a>,
+    options: &'a CheckOptions,
+    board: ForeignBoard,
     eval: Evaluator,
     progress: &'a mut dyn FnMut(u64, u64),
 }
 
-impl Job for Check<'_> {
-    type Out = Result<ForeignReport, String>;
+impl MachineVisitor for ForeignCheckVisitor<'_> {
+    type Output = Result<ForeignReport, String>;
 
-    fn on<C: Target, F: Fn(u64) -> C>(self, power_up: F) -> Self::Out {
-        let Check { program, foreign, options, board, eval, progress } = self;
+    fn visit<C: CheckedChip, F: Fn(u64) -> C>(self, power_up: F) -> Self::Output {
+        let ForeignCheckVisitor { program, foreign, options, board, eval, progress } = self;
         let period = u64::try_from(board.pace.num / board.pace.den).unwrap_or(u64::MAX / 64);
         let fill = |cpu: &mut C| {
             let filled: Vec<u32> = foreign.image.bytes_in("eeprom").map(|(addr, _)| addr).collect();
-            for addr in (0..u32::from(board.chip.eeprom)).filter(|addr| !filled.contains(addr)) {
+            for addr in (0..u32::from(board.chip.eeprom_bytes)).filter(|addr| !filled.contains(addr)) {
                 cpu.poke("eeprom", addr, 0xFF);
             }
         };
@@ -155,43 +155,43 @@ impl Job for Check<'_> {
             cpu
         };
         let mut probe = fresh(options.seed);
-        wire(&mut probe, &board);
-        let found = pace::find(probe, period)?;
-        let mut hints = Hints::new(program, &eval);
+        wire_board(&mut probe, &board);
+        let found = scan_loop::find_scan_loop(probe, period)?;
+        let mut hints = ValueHints::new(program, &eval);
         // Nothing of the image's memory is known.
         hints.writable.fill(false);
-        let mut goals = Goals::new(program, &eval);
-        let mut stimulus = Stimulus::patient(options.seed, Wishes::new(program, &eval), patience(program));
-        let mut budget = Budget::new(foreign.scans, patience(program) as u64);
+        let mut goals = CoverageGoals::new(program, &eval);
+        let mut stimulus = StimulusGenerator::with_long_runs(options.seed, BoundaryGoals::new(program, &eval), long_run_scans(program));
+        let mut budget = ScanBudget::new(foreign.scans, long_run_scans(program) as u64);
         let (mut scans, mut runs, mut blocks) = (0, 0, 0u64);
         let (mut compared, mut longest) = (0, 0);
-        let mut findings: Vec<Finding> = Vec::new();
-        let mut timed = Starts::default();
-        let mut course: Option<Course<'_, C>> = None;
+        let mut findings: Vec<ForeignFinding> = Vec::new();
+        let mut timed = ScanStarts::default();
+        let mut foreign_run: Option<ForeignRun<'_, C>> = None;
         let mut wrong = None;
         while scans < budget.scans && wrong.is_none() {
             progress(scans, budget.scans);
-            if let Some(seed) = stimulus.begin(&hints) {
+            if let Some(seed) = stimulus.begin_run(&hints) {
                 blocks += 1;
-                if blocks <= 3 || blocks % RESETS == 0 || stimulus.is_long() {
+                if blocks <= 3 || blocks % RUNS_WITH_RESET == 0 || stimulus.is_long() {
                     runs += 1;
-                    course = Some(Course::start(fresh(seed), &eval, &board, &hints, found));
+                    foreign_run = Some(ForeignRun::start(fresh(seed), &eval, &board, &hints, found));
                 }
             }
-            let Some(course) = &mut course else { break };
+            let Some(course) = &mut foreign_run else { break };
             scans += 1;
-            let mut step = stimulus.step(&hints, &course.eval, &goals);
+            let mut step = stimulus.next_stimulus(&hints, &course.eval, &goals);
             step.writes.clear();
             match course.scan(&step) {
                 Ok(seen) => {
                     let before = goals.remaining();
-                    goals.mark(&seen);
-                    budget.seen(scans, goals.remaining() < before);
+                    goals.mark_reached(&seen);
+                    budget.note_scan(scans, goals.remaining() < before);
                 }
                 Err(found) => wrong = Some((found, course.starts.scans.max(1), course.cycle())),
             }
             compared += std::mem::take(&mut course.compared);
-            longest = course.longest.max(longest);
+            longest = course.longest_scan.max(longest);
             for finding in course.findings.drain(..) {
                 if !findings.iter().any(|other| other.code == finding.code && other.says == finding.says) {
                     findings.push(finding);
@@ -202,8 +202,8 @@ impl Job for Check<'_> {
             }
         }
         progress(scans, budget.scans);
-        let period = Period::new(&board.pace, timed);
-        if let Some(period) = period.as_ref().filter(|period| period.is_far_too_short()) {
+        let period = MeasuredPeriod::new(&board.pace, timed);
+        if let Some(period) = period.as_ref().filter(|period| period.is_much_too_short()) {
             // The flag is cleared once in CYCLE, so these are no scans, and what was compared says nothing.
             return Err(format!(
                 "where scans begin is not found: the flag of the timer is cleared every {} machine cycles, but what seems \
@@ -211,21 +211,21 @@ impl Job for Check<'_> {
                 found.period, period.mean_clocks, period.wanted_clocks
             ));
         }
-        findings.extend(period.as_ref().and_then(|period| period.finding(&board.pace, found.gap)));
+        findings.extend(period.as_ref().and_then(|period| period.to_finding(&board.pace, found.max_read_gap)));
         let difference = wrong.map(|(wrong, scan_of_run, cycle)| ForeignDifference {
-            code: wrong.what.code(),
+            code: wrong.kind.code(),
             scan: scans,
             run: runs,
             scan_of_run,
             cycle,
-            what: wrong.what,
+            what: wrong.kind,
             symbol: wrong.symbol.and_then(|symbol| eval.symbols().get(symbol)).map(|symbol| symbol.name.clone()),
             expected: wrong.expected,
             found: wrong.found,
-            replay: replay(program, foreign, options, scans),
+            replay: replay_command(program, foreign, options, scans),
         });
         let coverage = goals.coverage(program);
-        let unseen = run::not_covered(program, &coverage, scans).filter(|_| difference.is_none());
+        let unseen = check_run::not_covered_note(program, &coverage, scans).filter(|_| difference.is_none());
         Ok(ForeignReport {
             schema: SCHEMA,
             program: program.file.clone(),

@@ -4,14 +4,14 @@
 use std::time::Duration;
 
 use diag::Diagnostic;
-use ladder::Program;
+use ladder::LadderProgram;
 use serde::{Deserialize, Serialize};
 
-use super::draw::{own_seed, program};
-use super::smaller::{noted, smallest};
-use super::tally::Tally;
-use super::watchdog::{Cancellation, Lost, within};
-use crate::{Options, Report, check};
+use super::generator::{program_seed, generate_program};
+use super::shrink_program::{with_notes, smallest_program};
+use super::tally::ChipTally;
+use super::watchdog::{Cancellation, WorkFailure, run_with_limit};
+use crate::{CheckOptions, CheckReport, check};
 
 /// Version of the record.
 pub const FUZZ_SCHEMA: u32 = 1;
@@ -20,11 +20,11 @@ pub const FUZZ_SCHEMA: u32 = 1;
 pub const FAMILIES: [&str; 4] = ["at89s52", "pic16f873", "atmega328p", "ap101"];
 
 /// Code of a refusal in which the compiler contradicts itself.
-const INTERNAL: &str = "LC099";
+const INTERNAL_ERROR_CODE: &str = "LC099";
 
 /// What is to be done. The same plan gives the same programs and checks for ever, in whatever pieces.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Plan {
+pub struct CampaignPlan {
     /// Seed of the programs and of everything random in their checks.
     pub seed: u64,
     /// How many programs, numbered from 0.
@@ -37,7 +37,7 @@ pub struct Plan {
 
 /// Every `of`-th program, beginning with number `index` - 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct Shard {
+pub struct CampaignShard {
     /// Which, from 1.
     pub index: u64,
     /// How many there are, at least 1.
@@ -46,10 +46,10 @@ pub struct Shard {
     pub done: u64,
 }
 
-impl Shard {
+impl CampaignShard {
     /// How many of `programs` are its own.
     #[must_use]
-    pub fn programs(&self, programs: u64) -> u64 {
+    pub fn program_count(&self, programs: u64) -> u64 {
         match programs.checked_sub(self.index) {
             Some(after) => after / self.of.max(1) + 1,
             None => 0,
@@ -58,15 +58,15 @@ impl Shard {
 
     /// The number of its `k`-th program, from 0.
     #[must_use]
-    pub fn number(&self, k: u64) -> u64 {
+    pub fn program_number(&self, k: u64) -> u64 {
         k * self.of + self.index.saturating_sub(1)
     }
 
     /// The first of `programs` that belongs to another shard too, which may be of another split.
-    fn shares(&self, other: &Shard, programs: u64) -> Option<u64> {
+    fn first_shared_program(&self, other: &CampaignShard, programs: u64) -> Option<u64> {
         let (dense, sparse) = if self.of <= other.of { (self, other) } else { (other, self) };
         // After as many numbers as the other split has shards, the places in it repeat.
-        let mut numbers = (0..sparse.programs(programs).min(dense.of)).map(|k| sparse.number(k));
+        let mut numbers = (0..sparse.program_count(programs).min(dense.of)).map(|k| sparse.program_number(k));
         let of = dense.of.max(1);
         numbers.find(|number| number % of == dense.index.saturating_sub(1))
     }
@@ -74,7 +74,7 @@ impl Shard {
 
 /// Something that must not be.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Finding {
+pub struct CampaignFinding {
     /// Number of the program.
     pub number: u64,
     /// The chip.
@@ -91,39 +91,39 @@ pub struct Finding {
 
 /// How far a campaign is and what it found. `docs/fuzz.md` describes its JSON.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Record {
+pub struct CampaignRecord {
     /// Version of this shape, [`FUZZ_SCHEMA`].
     pub schema: u32,
     /// What is to be done.
-    pub plan: Plan,
+    pub plan: CampaignPlan,
     /// The parts that this record holds.
-    pub shards: Vec<Shard>,
+    pub shards: Vec<CampaignShard>,
     /// Every program of the plan is done.
     pub complete: bool,
     /// Figures by chip, in the order of the plan.
-    pub tallies: Vec<Tally>,
+    pub tallies: Vec<ChipTally>,
     /// What was found, by number and chip.
-    pub findings: Vec<Finding>,
+    pub findings: Vec<CampaignFinding>,
 }
 
 /// What came of one program.
 #[derive(Debug, Clone)]
-pub struct Trial {
-    tallies: Vec<Tally>,
-    findings: Vec<Finding>,
+pub struct ProgramTrial {
+    tallies: Vec<ChipTally>,
+    findings: Vec<CampaignFinding>,
     timed_out: usize,
 }
 
-impl Trial {
+impl ProgramTrial {
     /// On how many chips its compile and check took longer than the limit.
     #[must_use]
-    pub fn timed_out(&self) -> usize {
+    pub fn timed_out_chips(&self) -> usize {
         self.timed_out
     }
 
     /// What was found with this program.
     #[must_use]
-    pub fn findings(&self) -> &[Finding] {
+    pub fn findings(&self) -> &[CampaignFinding] {
         &self.findings
     }
 }
@@ -132,33 +132,33 @@ impl Trial {
 /// longer is a finding and is left alone. Its thread ends with the next scans of its check, or, where the compiler does not
 /// end, with the process.
 #[must_use]
-pub fn trial(plan: &Plan, number: u64, limit: Duration) -> Trial {
-    let (drawn, profile) = program(plan.seed, number);
-    let mut trial = Trial { tallies: Vec::new(), findings: Vec::new(), timed_out: 0 };
+pub fn run_trial(plan: &CampaignPlan, number: u64, limit: Duration) -> ProgramTrial {
+    let (drawn, profile) = generate_program(plan.seed, number);
+    let mut trial = ProgramTrial { tallies: Vec::new(), findings: Vec::new(), timed_out: 0 };
     for mcu in &plan.mcus {
-        let mut tally = Tally::new(mcu);
-        if !ladder_compile::target(mcu).is_some_and(|target| profile.fits(target)) {
+        let mut tally = ChipTally::new(mcu);
+        if !ladder_compile::find_target(mcu).is_some_and(|target| profile.is_supported_by(target)) {
             tally.outside += 1;
             trial.tallies.push(tally);
             continue;
         }
-        let options = Options {
+        let options = CheckOptions {
             mcu: mcu.clone(),
-            seed: own_seed(plan.seed, number),
+            seed: program_seed(plan.seed, number),
             scans: plan.scans,
             rungs: false,
             explain: false,
-            ..Options::default()
+            ..CheckOptions::default()
         };
-        let result = attempt(&drawn, &options, limit);
+        let result = try_program(&drawn, &options, limit);
         match &result {
-            Outcome::Checked(program, report) => tally.check(program, report),
-            Outcome::Refused(code, message) => tally.refuse(code, message.clone()),
-            Outcome::Lost(Lost::Panicked) => {}
-            Outcome::Lost(Lost::TimedOut) => trial.timed_out += 1,
+            TrialOutcome::Checked(program, report) => tally.count_check(program, report),
+            TrialOutcome::Refused(code, message) => tally.count_refusal(code, message.clone()),
+            TrialOutcome::Failed(WorkFailure::Panicked) => {}
+            TrialOutcome::Failed(WorkFailure::TimedOut) => trial.timed_out += 1,
         }
-        if let Some(kind) = result.fault() {
-            trial.findings.push(finding(plan, number, &drawn, &options, kind, limit));
+        if let Some(kind) = result.to_fault() {
+            trial.findings.push(make_finding(plan, number, &drawn, &options, kind, limit));
         }
         trial.tallies.push(tally);
     }
@@ -166,44 +166,44 @@ pub fn trial(plan: &Plan, number: u64, limit: Duration) -> Trial {
 }
 
 /// What a check of a drawn program came to.
-pub(super) enum Outcome {
+pub(super) enum TrialOutcome {
     /// It was compared.
-    Checked(Box<Program>, Box<Report>),
+    Checked(Box<LadderProgram>, Box<CheckReport>),
     /// It was refused: code and message of the first reason.
     Refused(String, String),
     /// Compiler or checker broke down or did not end.
-    Lost(Lost),
+    Failed(WorkFailure),
 }
 
 /// Sorts of findings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Fault {
+pub(super) enum TrialFault {
     Differs,
-    Contradicts,
-    Lost(Lost),
+    InternalError,
+    Failed(WorkFailure),
 }
 
-impl Outcome {
-    pub(super) fn fault(&self) -> Option<Fault> {
+impl TrialOutcome {
+    pub(super) fn to_fault(&self) -> Option<TrialFault> {
         match self {
-            Outcome::Checked(_, report) => (!report.agreed).then_some(Fault::Differs),
-            Outcome::Refused(code, _) => (code == INTERNAL).then_some(Fault::Contradicts),
-            Outcome::Lost(lost) => Some(Fault::Lost(*lost)),
+            TrialOutcome::Checked(_, report) => (!report.agreed).then_some(TrialFault::Differs),
+            TrialOutcome::Refused(code, _) => (code == INTERNAL_ERROR_CODE).then_some(TrialFault::InternalError),
+            TrialOutcome::Failed(lost) => Some(TrialFault::Failed(*lost)),
         }
     }
 }
 
 /// Checks the program as its text is read again, so that what is saved is what was checked.
-pub(super) fn attempt(drawn: &Program, options: &Options, limit: Duration) -> Outcome {
+pub(super) fn try_program(drawn: &LadderProgram, options: &CheckOptions, limit: Duration) -> TrialOutcome {
     let (file, text, options) = (drawn.file.clone(), ladder::write(drawn), options.clone());
-    let work = move |cancellation: &Cancellation| checked(&file, &text, &options, cancellation);
-    within(limit, work).unwrap_or_else(Outcome::Lost)
+    let work = move |cancellation: &Cancellation| check_text(&file, &text, &options, cancellation);
+    run_with_limit(limit, work).unwrap_or_else(TrialOutcome::Failed)
 }
 
-fn checked(file: &str, text: &str, options: &Options, cancellation: &Cancellation) -> Outcome {
+fn check_text(file: &str, text: &str, options: &CheckOptions, cancellation: &Cancellation) -> TrialOutcome {
     let refused = |errors: Vec<Diagnostic>| {
         let first = errors.first();
-        Outcome::Refused(
+        TrialOutcome::Refused(
             first.map_or_else(String::new, |d| d.code.to_owned()),
             first.map_or_else(String::new, |d| d.cause.clone()),
         )
@@ -212,77 +212,77 @@ fn checked(file: &str, text: &str, options: &Options, cancellation: &Cancellatio
         Ok(parsed) => parsed.program,
         Err(errors) => return refused(errors),
     };
-    match check(&program, options, &mut |_, _| cancellation.check()) {
-        Ok(report) => Outcome::Checked(Box::new(program), Box::new(report)),
+    match check(&program, options, &mut |_, _| cancellation.unwind_if_cancelled()) {
+        Ok(report) => TrialOutcome::Checked(Box::new(program), Box::new(report)),
         Err(errors) => refused(errors),
     }
 }
 
 /// Shrinks what was found and writes it down. What took too long stays as it is: every smaller program could leave another
 /// thread behind.
-fn finding(plan: &Plan, number: u64, drawn: &Program, options: &Options, kind: Fault, limit: Duration) -> Finding {
+fn make_finding(plan: &CampaignPlan, number: u64, drawn: &LadderProgram, options: &CheckOptions, kind: TrialFault, limit: Duration) -> CampaignFinding {
     let file = format!("fuzz-{}-{number}-{}.ld", plan.seed, options.mcu);
-    let mut shows = |program: &Program| {
-        let outcome = attempt(program, options, limit);
+    let mut shows = |program: &LadderProgram| {
+        let outcome = try_program(program, options, limit);
         let scan = match &outcome {
-            Outcome::Checked(_, report) => report.difference.as_ref().map(|difference| difference.scan),
+            TrialOutcome::Checked(_, report) => report.difference.as_ref().map(|difference| difference.scan),
             _ => None,
         };
-        (outcome.fault() == Some(kind)).then_some(scan.unwrap_or(options.scans))
+        (outcome.to_fault() == Some(kind)).then_some(scan.unwrap_or(options.scans))
     };
-    let timed_out = kind == Fault::Lost(Lost::TimedOut);
+    let timed_out = kind == TrialFault::Failed(WorkFailure::TimedOut);
     let (program, scans) =
-        if timed_out { (drawn.clone(), options.scans) } else { smallest(drawn, options.scans, &mut shows) };
+        if timed_out { (drawn.clone(), options.scans) } else { smallest_program(drawn, options.scans, &mut shows) };
     let command =
         |scans: u64| format!("emu check {file} --mcu {} --seed {} --scans {scans}", options.mcu, options.seed);
     let found = format!("found by emu fuzz --seed {} as program {number}", plan.seed);
-    let program = noted(&program, &[&found, &command(scans)]);
-    let last = Options { scans, explain: true, ..options.clone() };
-    let outcome = if timed_out { Outcome::Lost(Lost::TimedOut) } else { attempt(&program, &last, limit) };
+    let program = with_notes(&program, &[&found, &command(scans)]);
+    let last = CheckOptions { scans, explain: true, ..options.clone() };
+    let outcome = if timed_out { TrialOutcome::Failed(WorkFailure::TimedOut) } else { try_program(&program, &last, limit) };
     let what = match outcome {
-        Outcome::Checked(_, report) => report.text(),
-        Outcome::Refused(code, message) => format!("{code}: {message}"),
-        Outcome::Lost(Lost::Panicked) => "the compiler or the checker broke down".to_owned(),
-        Outcome::Lost(Lost::TimedOut) => {
+        TrialOutcome::Checked(_, report) => report.text(),
+        TrialOutcome::Refused(code, message) => format!("{code}: {message}"),
+        TrialOutcome::Failed(WorkFailure::Panicked) => "the compiler or the checker broke down".to_owned(),
+        TrialOutcome::Failed(WorkFailure::TimedOut) => {
             format!("compile and check took longer than {} s", limit.as_secs_f64())
         }
     };
     let mcu = options.mcu.clone();
-    Finding { number, mcu, what, program: ladder::write(&program), replay: command(scans), file }
+    CampaignFinding { number, mcu, what, program: ladder::write(&program), replay: command(scans), file }
 }
 
-impl Record {
+impl CampaignRecord {
     /// One with nothing done.
     #[must_use]
-    pub fn new(plan: Plan, shard: Shard) -> Record {
-        let tallies = plan.mcus.iter().map(|mcu| Tally::new(mcu)).collect();
+    pub fn new(plan: CampaignPlan, shard: CampaignShard) -> CampaignRecord {
+        let tallies = plan.mcus.iter().map(|mcu| ChipTally::new(mcu)).collect();
         let mut record =
-            Record { schema: FUZZ_SCHEMA, plan, shards: vec![shard], complete: false, tallies, findings: Vec::new() };
-        record.judge();
+            CampaignRecord { schema: FUZZ_SCHEMA, plan, shards: vec![shard], complete: false, tallies, findings: Vec::new() };
+        record.update_complete();
         record
     }
 
     /// Adds the next program of the only shard.
-    pub fn add(&mut self, trial: &Trial) {
+    pub fn add_trial(&mut self, trial: &ProgramTrial) {
         self.tallies.iter_mut().zip(&trial.tallies).for_each(|(mine, other)| mine.add(other));
         self.findings.extend(trial.findings.iter().cloned());
         if let [shard] = self.shards.as_mut_slice() {
             shard.done += 1;
         }
-        self.judge();
+        self.update_complete();
     }
 
-    fn judge(&mut self) {
+    fn update_complete(&mut self) {
         let programs = self.plan.programs;
         let of = self.shards.first().map_or(1, |shard| shard.of);
-        self.complete = self.shards.len() as u64 == of && self.shards.iter().all(|s| s.done == s.programs(programs));
+        self.complete = self.shards.len() as u64 == of && self.shards.iter().all(|s| s.done == s.program_count(programs));
     }
 
     /// Adds the records of shards of one plan.
     ///
     /// # Errors
     /// Why they do not belong together.
-    pub fn merge(records: Vec<Record>) -> Result<Record, String> {
+    pub fn merge_shards(records: Vec<CampaignRecord>) -> Result<CampaignRecord, String> {
         let mut records = records.into_iter();
         let mut sum = records.next().ok_or("there is nothing to add")?;
         for other in records {
@@ -294,15 +294,15 @@ impl Record {
             sum.shards.extend(other.shards);
         }
         sum.shards.sort();
-        sum.possible()?;
+        sum.check_shards()?;
         let programs = sum.plan.programs;
         for (n, shard) in sum.shards.iter().enumerate() {
             for other in sum.shards.iter().skip(n + 1) {
-                together(shard, other, programs)?;
+                check_mergeable(shard, other, programs)?;
             }
         }
         sum.findings.sort_by(|a, b| (a.number, &a.mcu).cmp(&(b.number, &b.mcu)));
-        sum.judge();
+        sum.update_complete();
         Ok(sum)
     }
 
@@ -310,12 +310,12 @@ impl Record {
     ///
     /// # Errors
     /// The shard that is none.
-    pub fn possible(&self) -> Result<(), String> {
+    pub fn check_shards(&self) -> Result<(), String> {
         let programs = self.plan.programs;
         let wrong =
-            |shard: &&Shard| shard.index == 0 || shard.index > shard.of || shard.done > shard.programs(programs);
+            |shard: &&CampaignShard| shard.index == 0 || shard.index > shard.of || shard.done > shard.program_count(programs);
         match self.shards.iter().find(wrong) {
-            Some(Shard { index, of, done }) => {
+            Some(CampaignShard { index, of, done }) => {
                 Err(format!("there is no shard {index}/{of} of {programs} programs with {done} of them done"))
             }
             None => Ok(()),
@@ -325,7 +325,7 @@ impl Record {
     /// The record for people.
     #[must_use]
     pub fn text(&self) -> String {
-        let Plan { seed, programs, scans, mcus } = &self.plan;
+        let CampaignPlan { seed, programs, scans, mcus } = &self.plan;
         let done: u64 = self.shards.iter().map(|shard| shard.done).sum();
         let state = if self.complete { "complete" } else { "not complete" };
         let mut out = format!(
@@ -334,7 +334,7 @@ impl Record {
         );
         self.tallies.iter().for_each(|tally| out += &tally.text());
         for finding in &self.findings {
-            let Finding { number, mcu, what, replay, .. } = finding;
+            let CampaignFinding { number, mcu, what, replay, .. } = finding;
             out += &format!("\nprogram {number} on {mcu}:\n{}\nreplay: {replay}\n", what.trim_end());
         }
         out += &match self.findings.len() {
@@ -347,12 +347,12 @@ impl Record {
 }
 
 /// Two shards can be added: they are of one split, and not the same.
-fn together(a: &Shard, b: &Shard, programs: u64) -> Result<(), String> {
-    let name = |shard: &Shard| format!("{}/{}", shard.index, shard.of);
+fn check_mergeable(a: &CampaignShard, b: &CampaignShard, programs: u64) -> Result<(), String> {
+    let name = |shard: &CampaignShard| format!("{}/{}", shard.index, shard.of);
     if a.of == b.of {
         return if a.index == b.index { Err(format!("shard {} is there twice", name(a))) } else { Ok(()) };
     }
-    Err(match a.shares(b, programs) {
+    Err(match a.first_shared_program(b, programs) {
         Some(number) => {
             format!("shards {} and {} hold the same programs, the first is program {number}", name(a), name(b))
         }

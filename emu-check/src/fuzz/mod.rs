@@ -9,14 +9,14 @@
 //! Program n of a seed is the same whatever shard or job draws it, and whatever chips it is for. See `docs/fuzz.md`.
 
 mod campaign;
-mod draw;
-mod element;
-mod smaller;
-mod style;
+mod generator;
+mod element_generator;
+mod shrink_program;
+mod program_style;
 mod tally;
 mod watchdog;
 
-pub use campaign::{FAMILIES, FUZZ_SCHEMA, Finding, Plan, Record, Shard, Trial, trial};
-pub use draw::{own_seed, program};
-pub use style::Profile;
-pub use tally::{Reason, Seen, Tally};
+pub use campaign::{FAMILIES, FUZZ_SCHEMA, CampaignFinding, CampaignPlan, CampaignRecord, CampaignShard, ProgramTrial, run_trial};
+pub use generator::{program_seed, generate_program};
+pub use program_style::ProgramProfile;
+pub use tally::{RefusalReason, ClassTotals, ChipTally};

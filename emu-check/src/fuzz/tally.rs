@@ -3,17 +3,17 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write;
 
-use ladder::{CounterKind, Element, Node, Operand, Program, TimerKind};
+use ladder::{CounterKind, Element, RungNode, LadderOperand, LadderProgram, TimerKind};
 use serde::{Deserialize, Serialize};
 
-use crate::Report;
+use crate::CheckReport;
 
 /// Words of a page of code memory of a PIC16; a call or jump to another page needs more than one instruction.
 const PAGE_BYTES: u64 = 4_096;
 
 /// A reason for refusals.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Reason {
+pub struct RefusalReason {
     /// How many programs.
     pub programs: u64,
     /// The message of the first of them.
@@ -22,7 +22,7 @@ pub struct Reason {
 
 /// Things of one class that were seen doing all that counts, of those that could.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Seen {
+pub struct ClassTotals {
     /// How many did everything that counts.
     pub covered: u64,
     /// How many there are that can.
@@ -31,7 +31,7 @@ pub struct Seen {
 
 /// What came of the programs on one chip.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Tally {
+pub struct ChipTally {
     /// The chip.
     pub mcu: String,
     /// Programs that were compared.
@@ -39,7 +39,7 @@ pub struct Tally {
     /// Programs with elements that this chip does not have; they are drawn for others.
     pub outside: u64,
     /// Programs that the compiler refused, by the code of the first message.
-    pub refused: BTreeMap<String, Reason>,
+    pub refused: BTreeMap<String, RefusalReason>,
     /// Programs whose chip and reference differed.
     pub differing: u64,
     /// Scans compared.
@@ -57,23 +57,23 @@ pub struct Tally {
     /// Programs by what is delicate about them: aliased operands, shared timers and counters, coils of one name, large code.
     pub delicate: BTreeMap<String, u64>,
     /// Outcomes by class, as in the coverage of a check.
-    pub outcomes: BTreeMap<String, Seen>,
+    pub outcomes: BTreeMap<String, ClassTotals>,
 }
 
-impl Tally {
+impl ChipTally {
     /// An empty one.
     #[must_use]
-    pub fn new(mcu: &str) -> Tally {
-        Tally { mcu: mcu.to_owned(), ..Tally::default() }
+    pub fn new(mcu: &str) -> ChipTally {
+        ChipTally { mcu: mcu.to_owned(), ..ChipTally::default() }
     }
 
     /// Counts a program that was refused.
-    pub(super) fn refuse(&mut self, code: &str, message: String) {
-        self.refused.entry(code.to_owned()).or_insert(Reason { programs: 0, first: message }).programs += 1;
+    pub(super) fn count_refusal(&mut self, code: &str, message: String) {
+        self.refused.entry(code.to_owned()).or_insert(RefusalReason { programs: 0, first: message }).programs += 1;
     }
 
     /// Counts a program that was compared.
-    pub(super) fn check(&mut self, program: &Program, report: &Report) {
+    pub(super) fn count_check(&mut self, program: &LadderProgram, report: &CheckReport) {
         self.checked += 1;
         self.differing += u64::from(!report.agreed);
         self.scans += report.scans;
@@ -82,9 +82,9 @@ impl Tally {
         self.code_bytes += bytes;
         self.code_bytes_max = self.code_bytes_max.max(bytes);
         for rung in &program.rungs {
-            self.series(&rung.series, 0);
+            self.count_elements(&rung.series, 0);
         }
-        let mut delicate = delicate(program);
+        let mut delicate = delicate_features(program);
         if bytes > PAGE_BYTES {
             delicate.push("over 2K words of code");
         }
@@ -98,24 +98,24 @@ impl Tally {
         }
     }
 
-    fn series(&mut self, series: &[Node], depth: u32) {
+    fn count_elements(&mut self, series: &[RungNode], depth: u32) {
         for node in series {
             match node {
-                Node::Leaf(element, _) => {
+                RungNode::Leaf(element, _) => {
                     *self.elements.entry(keyword(element)).or_default() += 1;
                     *self.depths.entry(depth).or_default() += 1;
                 }
-                Node::Parallel(branches, _) => branches.iter().for_each(|branch| self.series(branch, depth + 1)),
+                RungNode::Parallel(branches, _) => branches.iter().for_each(|branch| self.count_elements(branch, depth + 1)),
             }
         }
     }
 
     /// Adds another tally of the same chip.
-    pub(super) fn add(&mut self, other: &Tally) {
+    pub(super) fn add(&mut self, other: &ChipTally) {
         self.checked += other.checked;
         self.outside += other.outside;
         for (code, reason) in &other.refused {
-            let mine = self.refused.entry(code.clone()).or_insert(Reason { programs: 0, ..reason.clone() });
+            let mine = self.refused.entry(code.clone()).or_insert(RefusalReason { programs: 0, ..reason.clone() });
             mine.programs += reason.programs;
         }
         self.differing += other.differing;
@@ -123,9 +123,9 @@ impl Tally {
         self.compared += other.compared;
         self.code_bytes += other.code_bytes;
         self.code_bytes_max = self.code_bytes_max.max(other.code_bytes_max);
-        sum(&mut self.elements, &other.elements);
-        sum(&mut self.depths, &other.depths);
-        sum(&mut self.delicate, &other.delicate);
+        add_counts(&mut self.elements, &other.elements);
+        add_counts(&mut self.depths, &other.depths);
+        add_counts(&mut self.delicate, &other.delicate);
         for (class, seen) in &other.outcomes {
             let mine = self.outcomes.entry(class.clone()).or_default();
             mine.covered += seen.covered;
@@ -159,7 +159,7 @@ impl Tally {
     }
 }
 
-fn sum<K: Ord + Clone>(mine: &mut BTreeMap<K, u64>, other: &BTreeMap<K, u64>) {
+fn add_counts<K: Ord + Clone>(mine: &mut BTreeMap<K, u64>, other: &BTreeMap<K, u64>) {
     for (key, count) in other {
         *mine.entry(key.clone()).or_default() += count;
     }
@@ -180,11 +180,11 @@ fn keyword(element: &Element) -> String {
 }
 
 /// What of a program compilers get wrong easily.
-fn delicate(program: &Program) -> Vec<&'static str> {
+fn delicate_features(program: &LadderProgram) -> Vec<&'static str> {
     let (mut coils, mut modules): (HashMap<&str, u32>, HashMap<&str, u32>) = Default::default();
     let mut found = HashSet::new();
     for (_, element, _) in program.elements() {
-        let is = |operand: &Operand, name: &str| matches!(operand, Operand::Var(var) if var == name);
+        let is = |operand: &LadderOperand, name: &str| matches!(operand, LadderOperand::Var(var) if var == name);
         match element {
             Element::Coil { name, set: false, reset: false, .. } => *coils.entry(name).or_default() += 1,
             Element::Timer { name, kind: TimerKind::Ton | TimerKind::Tof | TimerKind::Rto, .. }

@@ -14,7 +14,7 @@ pub(super) struct Cancellation(Arc<AtomicBool>);
 
 impl Cancellation {
     /// Ends the work, by unwinding to [`within`], where nobody waits for it any more.
-    pub(super) fn check(&self) {
+    pub(super) fn unwind_if_cancelled(&self) {
         if self.0.load(Ordering::Relaxed) {
             resume_unwind(Box::new(()));
         }
@@ -23,7 +23,7 @@ impl Cancellation {
 
 /// How work ended that did not return.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Lost {
+pub(super) enum WorkFailure {
     /// It panicked.
     Panicked,
     /// The time was over. Its thread ends when it next asks, or with the process.
@@ -34,10 +34,10 @@ pub(super) enum Lost {
 ///
 /// # Errors
 /// Why there is none.
-pub(super) fn within<T: Send + 'static>(
+pub(super) fn run_with_limit<T: Send + 'static>(
     limit: Duration,
     work: impl FnOnce(&Cancellation) -> T + Send + 'static,
-) -> Result<T, Lost> {
+) -> Result<T, WorkFailure> {
     let (send, receive) = channel();
     let cancellation = Cancellation::default();
     let watched = cancellation.clone();
@@ -47,14 +47,14 @@ pub(super) fn within<T: Send + 'static>(
         let _ = send.send(result.map_err(drop));
     };
     if thread::Builder::new().spawn(body).is_err() {
-        return Err(Lost::TimedOut);
+        return Err(WorkFailure::TimedOut);
     }
     match receive.recv_timeout(limit) {
-        Ok(result) => result.map_err(|()| Lost::Panicked),
-        Err(RecvTimeoutError::Disconnected) => Err(Lost::Panicked),
+        Ok(result) => result.map_err(|()| WorkFailure::Panicked),
+        Err(RecvTimeoutError::Disconnected) => Err(WorkFailure::Panicked),
         Err(RecvTimeoutError::Timeout) => {
             cancellation.0.store(true, Ordering::Relaxed);
-            Err(Lost::TimedOut)
+            Err(WorkFailure::TimedOut)
         }
     }
 }
@@ -68,11 +68,11 @@ mod tests {
 
     #[test]
     fn a_value_a_panic_or_the_end_of_the_time() {
-        assert_eq!(within(LATE, |_| 7), Ok(7));
-        assert_eq!(within(LATE, |_| resume_unwind(Box::new("broke"))), Err::<(), _>(Lost::Panicked));
+        assert_eq!(run_with_limit(LATE, |_| 7), Ok(7));
+        assert_eq!(run_with_limit(LATE, |_| resume_unwind(Box::new("broke"))), Err::<(), _>(WorkFailure::Panicked));
         // Nothing is ever sent: only the time ends this.
         let (keep, never) = channel::<()>();
-        assert_eq!(within(SOON, move |_| never.recv()), Err(Lost::TimedOut));
+        assert_eq!(run_with_limit(SOON, move |_| never.recv()), Err(WorkFailure::TimedOut));
         drop(keep);
     }
 
@@ -82,11 +82,11 @@ mod tests {
         let work = move |cancellation: &Cancellation| {
             let _alive = alive;
             loop {
-                cancellation.check();
+                cancellation.unwind_if_cancelled();
                 thread::yield_now();
             }
         };
-        assert_eq!(within::<()>(SOON, work), Err(Lost::TimedOut));
+        assert_eq!(run_with_limit::<()>(SOON, work), Err(WorkFailure::TimedOut));
         // The thread is over when it has dropped its end.
         assert!(ended.recv().is_err());
     }

@@ -1,12 +1,12 @@
 //! The codes of checks by way of a source. One row is name, code, title and the text of `emu explain`.
 
-use diag::Code;
+use diag::DiagnosticCode;
 
 macro_rules! codes {
     ($($name:ident $code:literal $title:literal $explain:literal;)*) => {
         $(pub(crate) const $name: &str = $code;)*
         /// Every code of checks by way of a source, in order of its number.
-        pub const CODES: &[Code] = &[$(Code { code: $code, title: $title, explain: $explain }),*];
+        pub const CODES: &[DiagnosticCode] = &[$(DiagnosticCode { code: $code, title: $title, explain: $explain }),*];
     };
 }
 

@@ -1,10 +1,10 @@
 //! What a served program is told, and what it tells, as bytes: see `serve.c`.
 
-use ladder_compile::emit::{Source, SourceCell};
+use ladder_compile::emit::{EmittedSource, SourceCell};
 
 /// How a program's cells are numbered where it is served.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Slots {
+pub enum SlotNumbering {
     /// In the order of [`Source::cells`].
     InOrder,
     /// Bits by their numbers, then integers by theirs: the interpreter's.
@@ -13,22 +13,22 @@ pub enum Slots {
 
 /// What a served program is told. It begins with nothing; [`Script::reset`] comes before anything else.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Script {
+pub struct ServeScript {
     bytes: Vec<u8>,
     scans: u64,
 }
 
-impl Default for Script {
+impl Default for ServeScript {
     fn default() -> Self {
-        Script::new()
+        ServeScript::new()
     }
 }
 
-impl Script {
+impl ServeScript {
     /// Nothing yet.
     #[must_use]
-    pub fn new() -> Script {
-        Script { bytes: Vec::new(), scans: 0 }
+    pub fn new() -> ServeScript {
+        ServeScript { bytes: Vec::new(), scans: 0 }
     }
 
     /// Everything is filled with `garbage`, then set as after power-up.
@@ -88,7 +88,7 @@ impl Script {
 
 /// What a scan has left behind.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Record {
+pub struct ScanRecord {
     /// Cells, in the order of [`Source::cells`].
     pub cells: Vec<i32>,
     /// Outputs as they were written, in the order of [`Source::outputs`].
@@ -101,19 +101,19 @@ pub struct Record {
     pub eeprom: Vec<u8>,
 }
 
-impl Slots {
+impl SlotNumbering {
     /// What a record of `source` is made of.
     #[must_use]
-    pub fn shape(self, source: &Source) -> Shape {
+    pub fn record_shape(self, source: &EmittedSource) -> RecordShape {
         let slot = |(cell, n): (&SourceCell, u32)| match (self, cell.bytes) {
-            (Slots::InOrder, _) => n,
-            (Slots::Interpreter, None) => cell.index,
-            (Slots::Interpreter, Some(_)) => source.bits + cell.index,
+            (SlotNumbering::InOrder, _) => n,
+            (SlotNumbering::Interpreter, None) => cell.index,
+            (SlotNumbering::Interpreter, Some(_)) => source.bits + cell.index,
         };
-        Shape {
+        RecordShape {
             slots: match self {
-                Slots::InOrder => source.cells.len(),
-                Slots::Interpreter => (source.bits + source.words) as usize,
+                SlotNumbering::InOrder => source.cells.len(),
+                SlotNumbering::Interpreter => (source.bits + source.words) as usize,
             },
             cells: source.cells.iter().zip(0..).map(|cell| u16::try_from(slot(cell)).unwrap_or(u16::MAX)).collect(),
             outputs: source.outputs.len(),
@@ -124,7 +124,7 @@ impl Slots {
 
 /// How long a record is and where its parts stand.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Shape {
+pub struct RecordShape {
     /// All slots that are told.
     pub slots: usize,
     /// The slot of each cell.
@@ -135,7 +135,7 @@ pub struct Shape {
     pub eeprom: usize,
 }
 
-impl Shape {
+impl RecordShape {
     /// Bytes of a record.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -150,7 +150,7 @@ impl Shape {
 
     /// Reads one record; `None` where there are not as many bytes.
     #[must_use]
-    pub fn record(&self, bytes: &[u8]) -> Option<Record> {
+    pub fn read_record(&self, bytes: &[u8]) -> Option<ScanRecord> {
         let (slots, rest) = bytes.split_at_checked(4 * self.slots)?;
         let (outputs, rest) = rest.split_at_checked(self.outputs)?;
         let ([count, last, duty], rest) = rest.split_first_chunk()?;
@@ -158,7 +158,7 @@ impl Shape {
             let at = 4 * usize::from(*slot);
             Some(i32::from_le_bytes(slots.get(at..at + 4)?.try_into().ok()?))
         };
-        Some(Record {
+        Some(ScanRecord {
             cells: self.cells.iter().map(value).collect::<Option<_>>()?,
             outputs: outputs.iter().map(|&on| on != 0).collect(),
             sent: (*count, *last),

@@ -2,21 +2,21 @@
 
 use diag::Diagnostic;
 use emu_core::chip::Chip;
-use emu_core::cpu::{Cpu, Probe, RamInit, Stop};
+use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
 use emu_core::image::{self, ElfMachine, Image};
-use ladder_compile::emit::Source;
+use ladder_compile::emit::EmittedSource;
 
 use super::codes;
-use super::script::{Record, Script, Slots};
-use super::tools::{Scratch, compile, error, talk};
-use super::unit::{self, PLC_C, PLC_H};
+use super::script::{ScanRecord, ServeScript, SlotNumbering};
+use super::external_tools::{ScratchFolder, run_compiler, tool_error, run_with_input};
+use super::c_unit::{self, PLC_C, PLC_H};
 
 /// Machine cycles that a scan may take where it is served, its telling with it.
 const SCAN_CYCLES: u64 = 4_000_000;
 
-const STRICT: [&str; 5] = ["-std=c89", "-pedantic", "-Wall", "-Wextra", "-Werror"];
+const STRICT_FLAGS: [&str; 5] = ["-std=c89", "-pedantic", "-Wall", "-Wextra", "-Werror"];
 
-fn words(words: &[&str]) -> Vec<String> {
+fn to_strings(words: &[&str]) -> Vec<String> {
     words.iter().map(|word| (*word).to_owned()).collect()
 }
 
@@ -25,86 +25,86 @@ fn words(words: &[&str]) -> Vec<String> {
 ///
 /// # Errors
 /// A compiler that is missing or refuses a source, a file that cannot be written, a program that tells too little.
-pub fn native(programs: &[(Source, Script)], portable: bool) -> Result<Vec<Vec<Record>>, Diagnostic> {
-    let scratch = Scratch::new()?;
-    let mut args = words(&STRICT);
-    args.extend(words(if portable { &["-O0", "-DPLC_PORTABLE"] } else { &["-O1"] }));
-    args.extend(words(&["-o", "served"]));
+pub fn run_native(programs: &[(EmittedSource, ServeScript)], portable: bool) -> Result<Vec<Vec<ScanRecord>>, Diagnostic> {
+    let scratch = ScratchFolder::new()?;
+    let mut args = to_strings(&STRICT_FLAGS);
+    args.extend(to_strings(if portable { &["-O0", "-DPLC_PORTABLE"] } else { &["-O1"] }));
+    args.extend(to_strings(&["-o", "served"]));
     for ((source, _), n) in programs.iter().zip(0..) {
         let name = format!("program{n}.c");
-        scratch.write(&name, unit::member(source, n))?;
+        scratch.write(&name, c_unit::member_unit(source, n))?;
         args.push(name);
     }
-    scratch.write("main.c", unit::switchboard(programs.len()))?;
+    scratch.write("main.c", c_unit::switchboard(programs.len()))?;
     args.push("main.c".to_owned());
-    compile("gcc", "gcc", &args, &scratch)?;
-    let begin = |n: usize, _: &Source| vec![b'L', n as u8, (n >> 8) as u8];
-    converse(programs, Slots::InOrder, &scratch, begin)
+    run_compiler("gcc", "gcc", &args, &scratch)?;
+    let begin = |n: usize, _: &EmittedSource| vec![b'L', n as u8, (n >> 8) as u8];
+    exchange(programs, SlotNumbering::InOrder, &scratch, begin)
 }
 
 /// Runs programs as byte code on this computer, each by its script.
 ///
 /// # Errors
 /// As [`native`].
-pub fn interpreted(programs: &[(Source, Script)]) -> Result<Vec<Vec<Record>>, Diagnostic> {
-    let scratch = Scratch::new()?;
+pub fn run_interpreted(programs: &[(EmittedSource, ServeScript)]) -> Result<Vec<Vec<ScanRecord>>, Diagnostic> {
+    let scratch = ScratchFolder::new()?;
     scratch.write("plc.c", PLC_C)?;
     scratch.write("plc.h", PLC_H)?;
-    scratch.write("main.c", unit::interpreter())?;
-    let mut args = words(&STRICT);
-    args.extend(words(&["-O1", "-DPLC_MAX_BITS=65536", "-DPLC_MAX_WORDS=65536", "-o", "served", "main.c", "plc.c"]));
-    compile("gcc", "gcc", &args, &scratch)?;
-    let begin = |_: usize, source: &Source| {
+    scratch.write("main.c", c_unit::interpreter_unit())?;
+    let mut args = to_strings(&STRICT_FLAGS);
+    args.extend(to_strings(&["-O1", "-DPLC_MAX_BITS=65536", "-DPLC_MAX_WORDS=65536", "-o", "served", "main.c", "plc.c"]));
+    run_compiler("gcc", "gcc", &args, &scratch)?;
+    let begin = |_: usize, source: &EmittedSource| {
         let mut bytes = vec![b'L'];
         bytes.extend((source.image.len() as u32).to_le_bytes());
         bytes.extend(&source.image);
         bytes
     };
-    converse(programs, Slots::Interpreter, &scratch, begin)
+    exchange(programs, SlotNumbering::Interpreter, &scratch, begin)
 }
 
 /// Tells `served` all scripts in turn and reads what it answers.
-fn converse(
-    programs: &[(Source, Script)],
-    slots: Slots,
-    scratch: &Scratch,
-    begin: impl Fn(usize, &Source) -> Vec<u8>,
-) -> Result<Vec<Vec<Record>>, Diagnostic> {
-    let mut told = Vec::new();
+fn exchange(
+    programs: &[(EmittedSource, ServeScript)],
+    slots: SlotNumbering,
+    scratch: &ScratchFolder,
+    begin: impl Fn(usize, &EmittedSource) -> Vec<u8>,
+) -> Result<Vec<Vec<ScanRecord>>, Diagnostic> {
+    let mut input = Vec::new();
     for ((source, script), n) in programs.iter().zip(0..) {
-        told.extend(begin(n, source));
-        told.extend(script.bytes());
-        told.push(b'U');
+        input.extend(begin(n, source));
+        input.extend(script.bytes());
+        input.push(b'U');
     }
-    let answer = talk(&scratch.at("served"), &told, scratch)?;
+    let answer = run_with_input(&scratch.at("served"), &input, scratch)?;
     let mut rest = answer.as_slice();
     let mut all = Vec::new();
     for ((source, script), n) in programs.iter().zip(1..) {
-        let shape = slots.shape(source);
+        let shape = slots.record_shape(source);
         let mut records = Vec::new();
         for scan in 0..script.scans() {
-            let (Some(record), Some(more)) = (shape.record(rest), rest.get(shape.len()..)) else {
-                return Err(stopped(format!("program {n} ended in scan {} of {}", scan + 1, script.scans())));
+            let (Some(record), Some(more)) = (shape.read_record(rest), rest.get(shape.len()..)) else {
+                return Err(stopped_diagnostic(format!("program {n} ended in scan {} of {}", scan + 1, script.scans())));
             };
             records.push(record);
             rest = more;
         }
         rest = match rest.split_first() {
             Some((b'U', more)) => more,
-            _ => return Err(stopped(format!("program {n} did not end behind its last scan"))),
+            _ => return Err(stopped_diagnostic(format!("program {n} did not end behind its last scan"))),
         };
         all.push(records);
     }
     Ok(all)
 }
 
-fn stopped(cause: String) -> Diagnostic {
-    error(codes::STOPPED, cause, "please report this with the program")
+fn stopped_diagnostic(cause: String) -> Diagnostic {
+    tool_error(codes::STOPPED, cause, "please report this with the program")
 }
 
 /// How a source is served on a chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Form {
+pub enum ServedForm {
     /// As C.
     C,
     /// As byte code with its interpreter.
@@ -115,68 +115,68 @@ pub enum Form {
 ///
 /// # Errors
 /// As [`native`]; there is no such way to the chip.
-pub fn on_chip(source: &Source, script: &Script, form: Form, mcu: &str) -> Result<Vec<Record>, Diagnostic> {
+pub fn run_on_chip(source: &EmittedSource, script: &ServeScript, form: ServedForm, mcu: &str) -> Result<Vec<ScanRecord>, Diagnostic> {
     let mcu = mcu.to_ascii_lowercase();
-    let scratch = Scratch::new()?;
+    let scratch = ScratchFolder::new()?;
     let mut files = vec!["main.c".to_owned()];
     let slots = match form {
-        Form::C => {
-            scratch.write("main.c", unit::alone(source))?;
-            Slots::InOrder
+        ServedForm::C => {
+            scratch.write("main.c", c_unit::standalone_unit(source))?;
+            SlotNumbering::InOrder
         }
-        Form::Bytecode => {
-            scratch.write("main.c", unit::interpreted(source))?;
+        ServedForm::Bytecode => {
+            scratch.write("main.c", c_unit::interpreted_unit(source))?;
             scratch.write("plc.c", PLC_C)?;
             scratch.write("plc.h", PLC_H)?;
             files.push("plc.c".to_owned());
-            Slots::Interpreter
+            SlotNumbering::Interpreter
         }
     };
     let room = (format!("-DPLC_MAX_BITS={}", source.bits.max(1)), format!("-DPLC_MAX_WORDS={}", source.words.max(1)));
-    let answer = if let Some(chip) = emu_avr::chips::chip(&mcu).filter(|chip| has_gpior(chip.name)) {
-        let mut args = words(&STRICT);
+    let answer = if let Some(chip) = emu_avr::chips::chip(&mcu).filter(|chip| has_standard_gpior(chip.name)) {
+        let mut args = to_strings(&STRICT_FLAGS);
         args.extend([format!("-mmcu={mcu}"), room.0, room.1]);
-        args.extend(words(&["-Os", "-o", "served.elf"]));
+        args.extend(to_strings(&["-Os", "-o", "served.elf"]));
         args.extend(files);
-        compile("avr-gcc", "gcc-avr avr-libc", &args, &scratch)?;
-        let loaded = load(&scratch, "served.elf", chip, ElfMachine::AVR)?;
+        run_compiler("avr-gcc", "gcc-avr avr-libc", &args, &scratch)?;
+        let loaded = load_elf(&scratch, "served.elf", chip, ElfMachine::AVR)?;
         // DS40002061, 8.6: GPIOR1 and GPIOR0 in data memory.
-        let ports = Ports { space: "data", from_checker: 0x4A, to_checker: 0x3E };
-        serve(emu_avr::Avr::new(chip, &loaded, RamInit::Random(1)), ports, script)?
-    } else if let (Some(chip), Form::C) = (emu_8051::chips::chip(&mcu), form) {
-        let mut args = words(&["-mmcs51", "--model-large", "--std-c89", "--Werror", "--xram-size", "0x7F00"]);
+        let ports = ServePorts { space: "data", from_checker: 0x4A, to_checker: 0x3E };
+        serve_script(emu_avr::Avr::new(chip, &loaded, RamInit::Random(1)), ports, script)?
+    } else if let (Some(chip), ServedForm::C) = (emu_8051::chips::chip(&mcu), form) {
+        let mut args = to_strings(&["-mmcs51", "--model-large", "--std-c89", "--Werror", "--xram-size", "0x7F00"]);
         // Unreachable code behind endless loops, and comparisons that the optimiser decides: both are meant.
-        args.extend(words(&["--disable-warning", "126", "--disable-warning", "110", "-o", "served.ihx"]));
+        args.extend(to_strings(&["--disable-warning", "126", "--disable-warning", "110", "-o", "served.ihx"]));
         args.extend(files);
-        compile("sdcc", "sdcc", &args, &scratch)?;
-        let loaded = load(&scratch, "served.ihx", chip, ElfMachine::MCS51)?;
+        run_compiler("sdcc", "sdcc", &args, &scratch)?;
+        let loaded = load_elf(&scratch, "served.ihx", chip, ElfMachine::MCS51)?;
         // Programs are longer than what the chip has inside, so all of it lies outside.
         let options = emu_8051::Options { ea: false, ..emu_8051::Options::default() };
-        let ports = Ports { space: "xdata", from_checker: 0x7FFE, to_checker: 0x7FFF };
-        serve(emu_8051::Mcs51::with(chip, &loaded, RamInit::Random(1), options), ports, script)?
+        let ports = ServePorts { space: "xdata", from_checker: 0x7FFE, to_checker: 0x7FFF };
+        serve_script(emu_8051::Mcs51::with(chip, &loaded, RamInit::Random(1), options), ports, script)?
     } else {
         let cause = format!("emitted sources of this kind cannot be served on `{mcu}`");
-        return Err(error(codes::NO_WAY, cause, "name an ATmega48 to 328, or for C a chip of the 8051 family"));
+        return Err(tool_error(codes::NO_WAY, cause, "name an ATmega48 to 328, or for C a chip of the 8051 family"));
     };
-    let shape = slots.shape(source);
-    let records: Vec<Record> = answer.chunks(shape.len()).filter_map(|bytes| shape.record(bytes)).collect();
+    let shape = slots.record_shape(source);
+    let records: Vec<ScanRecord> = answer.chunks(shape.len()).filter_map(|bytes| shape.read_record(bytes)).collect();
     if records.len() as u64 == script.scans() {
         return Ok(records);
     }
-    Err(stopped(format!("the chip told {} of {} scans", records.len(), script.scans())))
+    Err(stopped_diagnostic(format!("the chip told {} of {} scans", records.len(), script.scans())))
 }
 
 /// The chips whose general purpose registers stand at the same addresses.
-fn has_gpior(name: &str) -> bool {
+fn has_standard_gpior(name: &str) -> bool {
     ["atmega48", "atmega88", "atmega168", "atmega328"].iter().any(|family| name.starts_with(family))
 }
 
 /// Reads what a compiler has made.
-pub(super) fn load(scratch: &Scratch, name: &str, chip: &Chip, machine: ElfMachine) -> Result<Image, Diagnostic> {
-    let loaded = image::load(name, &scratch.read(name)?, chip.hex, chip.elf, machine);
+pub(super) fn load_elf(scratch: &ScratchFolder, name: &str, chip: &Chip, machine: ElfMachine) -> Result<Image, Diagnostic> {
+    let loaded = image::load(name, &scratch.read(name)?, chip.hex_spaces, chip.elf_spaces, machine);
     loaded.map(|loaded| loaded.image).map_err(|faults| {
         let first = faults.into_iter().next().map_or_else(String::new, |fault| fault.to_string());
-        error(
+        tool_error(
             codes::TOOL_FAILED,
             format!("the image does not load: {first}"),
             "the program may be too large for the chip",
@@ -186,39 +186,39 @@ pub(super) fn load(scratch: &Scratch, name: &str, chip: &Chip, machine: ElfMachi
 
 /// The two cells by which a chip is served.
 #[derive(Clone, Copy)]
-struct Ports {
+struct ServePorts {
     space: &'static str,
     from_checker: u16,
     to_checker: u16,
 }
 
 /// Keeps what is told, and stops the chip when it has taken a byte.
-struct Watch {
+struct ServeProbe {
     space: u8,
-    ports: Ports,
-    told: Vec<u8>,
+    ports: ServePorts,
+    output: Vec<u8>,
 }
 
-impl Probe for Watch {
+impl Probe for ServeProbe {
     const DATA: bool = true;
-    fn data(&mut self, _: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+    fn on_data_access(&mut self, _: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
         if space == self.space && addr == self.ports.to_checker && write {
-            self.told.push(value);
+            self.output.push(value);
         }
         space == self.space && addr == self.ports.from_checker && !write
     }
 }
 
 /// Gives a chip its script byte by byte: the next byte lies ready before the chip takes it.
-fn serve<C: Cpu>(mut cpu: C, ports: Ports, script: &Script) -> Result<Vec<u8>, Diagnostic> {
+fn serve_script<C: Cpu>(mut cpu: C, ports: ServePorts, script: &ServeScript) -> Result<Vec<u8>, Diagnostic> {
     let space = cpu.chip().spaces.iter().position(|(name, ..)| *name == ports.space).unwrap_or(0) as u8;
-    let mut watch = Watch { space, ports, told: Vec::new() };
+    let mut watch = ServeProbe { space, ports, output: Vec::new() };
     for (byte, n) in script.bytes().iter().chain(b"U").zip(1..) {
         cpu.poke(ports.space, ports.from_checker.into(), *byte);
         let stop = cpu.run(cpu.cycle() + SCAN_CYCLES, &mut watch);
-        if stop != Stop::Probe {
-            return Err(stopped(format!("byte {n} of the script was not taken: {stop:?} at 0x{:04X}", cpu.pc())));
+        if stop != StopReason::Probe {
+            return Err(stopped_diagnostic(format!("byte {n} of the script was not taken: {stop:?} at 0x{:04X}", cpu.pc())));
         }
     }
-    Ok(watch.told)
+    Ok(watch.output)
 }

@@ -2,9 +2,9 @@
 //! of random programs is in the map, in order and without gaps. EMU_MAPS_SEED chooses other programs.
 
 use crate::common;
-use emu_check::fuzz::{FAMILIES, program};
-use ladder::Program;
-use ladder_compile::{Compiled, Map, Options, compile};
+use emu_check::fuzz::{FAMILIES, generate_program};
+use ladder::LadderProgram;
+use ladder_compile::{CompiledProgram, ImageMap, CompileOptions, compile};
 
 /// Random programs.
 const PROGRAMS: u64 = 300;
@@ -12,7 +12,7 @@ const PROGRAMS: u64 = 300;
 #[test]
 fn every_element_of_the_examples_is_in_the_map() {
     let programs = common::folder("../examples").into_iter().chain(common::folder("tests/programs"));
-    let programs: Vec<(String, Program)> =
+    let programs: Vec<(String, LadderProgram)> =
         programs.map(|path| (path.display().to_string(), common::read(&path))).collect();
     assert!(programs.len() >= 9, "only {} programs", programs.len());
     for (name, program) in &programs {
@@ -25,7 +25,7 @@ fn every_element_of_random_programs_is_in_the_map() {
     let seed = std::env::var("EMU_MAPS_SEED").ok().and_then(|text| text.parse().ok()).unwrap_or(1);
     let mut complete = [0; FAMILIES.len()];
     for number in 0..PROGRAMS {
-        let (program, _) = program(seed, number);
+        let (program, _) = generate_program(seed, number);
         let compiled = on_every_family(&format!("seed {seed}, program {number}"), &program);
         complete.iter_mut().zip(compiled).for_each(|(all, one)| *all += u64::from(one));
     }
@@ -37,11 +37,11 @@ fn every_element_of_random_programs_is_in_the_map() {
 }
 
 /// Whether each family compiles the program, in both ways.
-fn on_every_family(name: &str, program: &Program) -> [bool; FAMILIES.len()] {
+fn on_every_family(name: &str, program: &LadderProgram) -> [bool; FAMILIES.len()] {
     FAMILIES.map(|mcu| {
         [true, false].into_iter().all(|optimise| {
             let of = format!("{name} on {mcu}, optimised {optimise}\n{}", ladder::write(program));
-            match compile(program, &Options { mcu: mcu.to_owned(), optimise, ..Options::default() }) {
+            match compile(program, &CompileOptions { mcu: mcu.to_owned(), optimise, ..CompileOptions::default() }) {
                 Ok(compiled) => {
                     complete(&of, program, &compiled);
                     true
@@ -57,7 +57,7 @@ fn on_every_family(name: &str, program: &Program) -> [bool; FAMILIES.len()] {
     })
 }
 
-fn complete(of: &str, program: &Program, compiled: &Compiled) {
+fn complete(of: &str, program: &LadderProgram, compiled: &CompiledProgram) {
     let map = &compiled.map;
     let listed: Vec<(u32, u32, &str)> =
         map.elements.iter().map(|e| (e.rung - 1, e.element - 1, e.text.as_str())).collect();
@@ -83,5 +83,5 @@ fn complete(of: &str, program: &Program, compiled: &Compiled) {
     }
     assert!(at <= map.scan_end && map.scan_end < map.code_bytes, "{of}: rungs behind the scan");
     let text = serde_json::to_string(map).expect("JSON");
-    assert_eq!(&serde_json::from_str::<Map>(&text).expect("reads back"), map, "{of}");
+    assert_eq!(&serde_json::from_str::<ImageMap>(&text).expect("reads back"), map, "{of}");
 }

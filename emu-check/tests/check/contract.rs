@@ -1,35 +1,35 @@
 //! Compilers that are wrong about time or pins and say so in their map: what counts is the program.
 
 use crate::common;
-use emu_check::{Options, Report, What, check_compiled};
-use ladder::Program;
-use ladder_compile::{Compiled, compile};
+use emu_check::{CheckOptions, CheckReport, DifferenceKind, check_compiled};
+use ladder::LadderProgram;
+use ladder_compile::{CompiledProgram, compile};
 
 const RUNGS: &str = "
     RUNG\n CONTACTS Xa 0\n TON Ta 50000\n COIL Ya 0 0 0\n END
     RUNG\n CONTACTS Xb 0\n COIL Yb 0 0 0\n END";
 
 /// 10 ms at 1 MHz, with pins PB0, PD2 and PC0 in the list; Yb has none.
-fn program(cycle_us: u64) -> Program {
+fn program(cycle_us: u64) -> LadderProgram {
     let io = "Xa at 14\n Xb at 4\n Ya at 23\n Yb at 0";
     let head = format!("LDmicro0.1\nMICRO=Atmel AVR ATmega328 28-PDIP\nCYCLE={cycle_us}\nCRYSTAL=1000000");
     common::parse("pace.ld", &format!("{head}\nIO LIST\n{io}\nEND\nPROGRAM\n{RUNGS}\n"))
 }
 
-fn compiled(program: &Program, pins: &[(&str, &str)], clock_hz: Option<u64>) -> Compiled {
+fn compiled(program: &LadderProgram, pins: &[(&str, &str)], clock_hz: Option<u64>) -> CompiledProgram {
     let pins = pins.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect();
-    let options = ladder_compile::Options { mcu: "atmega328p".to_owned(), pins, clock_hz, optimise: true };
+    let options = ladder_compile::CompileOptions { mcu: "atmega328p".to_owned(), pins, clock_hz, optimise: true };
     compile(program, &options).unwrap_or_else(|faults| panic!("{faults:?}"))
 }
 
-fn checked(image: &Compiled, options: &Options) -> Report {
+fn checked(image: &CompiledProgram, options: &CheckOptions) -> CheckReport {
     check_compiled(&program(10_000), image, options, &mut |_, _| {}).unwrap_or_else(|faults| panic!("{faults:?}"))
 }
 
-type Fake = fn(&mut Compiled);
+type FalsifyMap = fn(&mut CompiledProgram);
 
 /// What is wrong with the map of a good image, and what the report says: expected, found.
-const MAPS: &[(Fake, &str, &str)] = &[
+const MAPS: &[(FalsifyMap, &str, &str)] = &[
     (|c| c.map.mcu = "atmega8".to_owned(), "the chip atmega328p", "atmega8"),
     (|c| c.map.clock_hz = 2_000_000, "a clock of 1000000 Hz", "2000000 Hz"),
     (|c| c.map.cycle.num = 20_000, "a period of 10000 cycles (10000 us at 1000000 Hz)", "20000 cycles"),
@@ -38,16 +38,16 @@ const MAPS: &[(Fake, &str, &str)] = &[
     (|c| c.map.poll_cycles = 1_000_000, "at most 5 cycles from a match to the start of its scan", "1000000 cycles"),
     (|c| move_pin(c, "Xa", "PB1"), "Xa at PB0", "at PB1"),
     (|c| move_pin(c, "Yb", "PB0"), "a pin of its own for Yb", "PB0 as Xa"),
-    (|c| c.map.pins.push(again(c, "Xb", "PD5")), "one pin for Xb; Xb at PD2", "2 pins PD2 PD5; at PD2 PD5"),
-    (|c| c.map.pins.push(again(c, "Yz", "PD5")), "pins for inputs and outputs only", "PD5 for `Yz`"),
+    (|c| c.map.pins.push(duplicate_pin(c, "Xb", "PD5")), "one pin for Xb; Xb at PD2", "2 pins PD2 PD5; at PD2 PD5"),
+    (|c| c.map.pins.push(duplicate_pin(c, "Yz", "PD5")), "pins for inputs and outputs only", "PD5 for `Yz`"),
 ];
 
-fn move_pin(compiled: &mut Compiled, name: &str, pin: &str) {
+fn move_pin(compiled: &mut CompiledProgram, name: &str, pin: &str) {
     let found = compiled.map.pins.iter_mut().find(|p| p.name == name);
     found.expect("a symbol with a pin").pin = pin.to_owned();
 }
 
-fn again(compiled: &Compiled, name: &str, pin: &str) -> ladder_compile::PinMap {
+fn duplicate_pin(compiled: &CompiledProgram, name: &str, pin: &str) -> ladder_compile::PinMap {
     let first = compiled.map.pins.first().expect("a pin").clone();
     ladder_compile::PinMap { name: name.to_owned(), pin: pin.to_owned(), ..first }
 }
@@ -55,13 +55,13 @@ fn again(compiled: &Compiled, name: &str, pin: &str) -> ladder_compile::PinMap {
 #[test]
 fn a_map_that_says_otherwise_is_a_difference() {
     let good = compiled(&program(10_000), &[], None);
-    assert!(checked(&good, &Options::default()).agreed);
+    assert!(checked(&good, &CheckOptions::default()).agreed);
     for (fake, expected, found) in MAPS {
         let mut image = good.clone();
         fake(&mut image);
-        let report = checked(&image, &Options::default());
+        let report = checked(&image, &CheckOptions::default());
         let difference = report.difference.as_ref().unwrap_or_else(|| panic!("agrees instead of {expected}"));
-        assert_eq!((difference.what, difference.code), (What::Map, "EC016"), "{expected}");
+        assert_eq!((difference.what, difference.code), (DifferenceKind::Map, "EC016"), "{expected}");
         assert_eq!((difference.expected.as_str(), difference.found.as_str()), (*expected, *found));
         assert!(report.text().contains("  what      the compiler's map [EC016]\n"), "{}", report.text());
         assert!(!report.agreed && difference.smallest.is_empty(), "{}", report.text());
@@ -75,17 +75,17 @@ fn whole_compilers_that_are_wrong_are_found() {
     let fast_clock = compiled(&program(10_000), &[], Some(16_000_000));
     let moved = compiled(&program(10_000), &[("Xa", "PB3")], None);
     for image in [&slow, &fast_clock, &moved] {
-        let report = checked(image, &Options::default());
-        assert_eq!(report.difference.map(|d| d.what), Some(What::Map));
+        let report = checked(image, &CheckOptions::default());
+        assert_eq!(report.difference.map(|d| d.what), Some(DifferenceKind::Map));
     }
     // Where the map is right the chip is judged.
     let mut lies = slow.clone();
     lies.map.cycle = compiled(&program(10_000), &[], None).map.cycle;
-    let report = checked(&lies, &Options::default());
-    assert_eq!(report.difference.map(|d| (d.what, d.scan)), Some((What::Period, 1)));
+    let report = checked(&lies, &CheckOptions::default());
+    assert_eq!(report.difference.map(|d| (d.what, d.scan)), Some((DifferenceKind::Period, 1)));
     // What the command line asks for wins over the program.
     let pins = vec![("Xa".to_owned(), "pb3".to_owned())];
-    assert!(checked(&moved, &Options { pins: pins.clone(), ..Options::default() }).agreed);
-    assert!(!checked(&compiled(&program(10_000), &[], None), &Options { pins, ..Options::default() }).agreed);
-    assert!(checked(&fast_clock, &Options { clock_hz: Some(16_000_000), ..Options::default() }).agreed);
+    assert!(checked(&moved, &CheckOptions { pins: pins.clone(), ..CheckOptions::default() }).agreed);
+    assert!(!checked(&compiled(&program(10_000), &[], None), &CheckOptions { pins, ..CheckOptions::default() }).agreed);
+    assert!(checked(&fast_clock, &CheckOptions { clock_hz: Some(16_000_000), ..CheckOptions::default() }).agreed);
 }

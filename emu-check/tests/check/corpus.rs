@@ -6,11 +6,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use emu_avr::Avr;
-use emu_check::Options;
-use emu_core::cpu::{Cpu, RamInit, Stop};
+use emu_check::CheckOptions;
+use emu_core::cpu::{Cpu, RamInit, StopReason};
 use emu_core::image::load_hex;
-use emu_core::pins::{Level, Time};
-use ladder_compile::{Compiled, Place, compile};
+use emu_core::pins::{PinLevel, CycleTime};
+use ladder_compile::{CompiledProgram, CellLocation, compile};
 
 /// The programs that a check must agree on.
 const AGREE: &[&str] = &[
@@ -54,7 +54,7 @@ fn checks_agree() {
     let Some(folder) = corpus() else { return };
     for name in AGREE {
         let program = common::read(&folder.join(format!("{name}.ld")));
-        let report = common::report(&program, &Options::default());
+        let report = common::report(&program, &CheckOptions::default());
         println!("{}", report.text());
         assert!(report.agreed && report.coverage.full, "{}", report.text());
     }
@@ -68,12 +68,12 @@ fn the_chip_gives_the_columns_of_the_traces() {
 
 fn trace(folder: &Path, name: &str) {
     let program = common::read(&folder.join(format!("{name}.ld")));
-    let options = ladder_compile::Options { mcu: "atmega328p".to_owned(), ..Default::default() };
+    let options = ladder_compile::CompileOptions { mcu: "atmega328p".to_owned(), ..Default::default() };
     let compiled = compile(&program, &options).unwrap_or_else(|faults| panic!("{name}: {faults:?}"));
     let chip = emu_avr::chips::chip("atmega328p").expect("the chip");
-    let image = load_hex(name, compiled.hex.as_bytes(), chip.hex).expect("an image").image;
+    let image = load_hex(name, compiled.hex.as_bytes(), chip.hex_spaces).expect("an image").image;
     let mut avr = Avr::new(chip, &image, RamInit::Random(7));
-    avr.trap(compiled.map.scan_end / 2, true);
+    avr.set_breakpoint(compiled.map.scan_end / 2, true);
 
     let csv = fs::read_to_string(folder.join("traces").join(format!("{name}.csv"))).expect("a trace");
     let mut lines = csv.lines();
@@ -83,22 +83,22 @@ fn trace(folder: &Path, name: &str) {
         let values: Vec<i32> = line.split(',').map(|v| v.parse().expect("a number")).collect();
         scans += 1;
         assert_eq!(values[0], scans, "{name}: scans are numbered from 1");
-        let now = Time::at(avr.cycle());
+        let now = CycleTime::at(avr.cycle());
         let pin = |symbol: &str| {
             let pin = compiled.map.pins.iter().find(|p| p.name == symbol)?;
             chip.pin(&pin.pin)
         };
         for (symbol, value) in header.iter().zip(&values).filter(|(symbol, _)| symbol.starts_with('X')) {
-            avr.drive(now, pin(symbol).expect("a pin"), Level::of(*value != 0));
+            avr.drive(now, pin(symbol).expect("a pin"), PinLevel::from_bit(*value != 0));
         }
         let limit = avr.cycle() + 3 * compiled.map.cycle.num / compiled.map.cycle.den;
-        assert!(matches!(avr.run(limit, &mut ()), Stop::Trap { .. }), "{name}: no end of scan {scans}");
+        assert!(matches!(avr.run(limit, &mut ()), StopReason::Breakpoint { .. }), "{name}: no end of scan {scans}");
         for (symbol, &value) in header.iter().zip(&values).skip(1) {
             assert_eq!(read(&compiled, &avr, symbol), value, "{name}, scan {scans}, {symbol}");
             if symbol.starts_with('Y') {
                 assert_eq!(
-                    avr.level(pin(symbol).expect("a pin")),
-                    Level::of(value != 0),
+                    avr.pin_level(pin(symbol).expect("a pin")),
+                    PinLevel::from_bit(value != 0),
                     "{name}, scan {scans}, {symbol}"
                 );
             }
@@ -109,11 +109,11 @@ fn trace(folder: &Path, name: &str) {
     assert_eq!(scans as u64, SCANS, "{name}");
 }
 
-fn read(compiled: &Compiled, avr: &Avr, symbol: &str) -> i32 {
+fn read(compiled: &CompiledProgram, avr: &Avr, symbol: &str) -> i32 {
     let found = compiled.map.symbols.iter().find(|s| s.name == symbol);
     match &found.unwrap_or_else(|| panic!("no place for {symbol}")).place {
-        Place::Bit { space, addr, bit } => i32::from(avr.peek(space, *addr).expect("a byte") >> bit & 1),
-        Place::Word { space, addr, .. } => {
+        CellLocation::Bit { space, addr, bit } => i32::from(avr.peek(space, *addr).expect("a byte") >> bit & 1),
+        CellLocation::Word { space, addr, .. } => {
             let byte = |addr| avr.peek(space, addr).expect("a byte");
             i32::from(i16::from_le_bytes([byte(*addr), byte(addr + 1)]))
         }

@@ -2,14 +2,14 @@
 //! covered that can be. The corpus has a test of its own.
 
 use crate::common;
-use emu_check::Options;
+use emu_check::CheckOptions;
 
 #[test]
 fn examples_agree() {
     let folder = common::folder("../examples");
     for path in folder.into_iter().chain(common::folder("tests/programs")) {
         let program = common::read(&path);
-        let report = common::report(&program, &Options::default());
+        let report = common::report(&program, &CheckOptions::default());
         println!("{}", report.text());
         assert!(report.agreed && report.coverage.full, "{}", report.text());
     }

@@ -1,10 +1,10 @@
 //! Broken images must be found, told for what they are, and replayed by the command that the report prints.
 
 use crate::common;
-use emu_check::{Options, Report, check_compiled};
+use emu_check::{CheckOptions, CheckReport, check_compiled};
 use emu_core::image::write_hex;
-use ladder::Program;
-use ladder_compile::{Compiled, compile};
+use ladder::LadderProgram;
+use ladder_compile::{CompiledProgram, compile};
 
 /// What `faults.txt` breaks. The second rung is a dozen words, which leaves room for mischief.
 const RUNGS: &str = "
@@ -12,17 +12,17 @@ const RUNGS: &str = "
     RUNG\n MUL a b c\n END
     RUNG\n CONTACTS Xa 0\n TON Ta 5000\n COIL Ra 0 0 0\n END";
 
-fn compiled(program: &Program) -> Compiled {
-    let options = ladder_compile::Options { mcu: "atmega328p".to_owned(), ..Default::default() };
+fn compiled(program: &LadderProgram) -> CompiledProgram {
+    let options = ladder_compile::CompileOptions { mcu: "atmega328p".to_owned(), ..Default::default() };
     compile(program, &options).unwrap_or_else(|faults| panic!("{faults:?}"))
 }
 
-fn checked(program: &Program, compiled: &Compiled, options: &Options) -> Report {
+fn checked(program: &LadderProgram, compiled: &CompiledProgram, options: &CheckOptions) -> CheckReport {
     check_compiled(program, compiled, options, &mut |_, _| {}).expect("a report")
 }
 
 /// Overwrites code from byte address `at` on.
-fn patch(compiled: &mut Compiled, at: usize, words: &str) {
+fn patch(compiled: &mut CompiledProgram, at: usize, words: &str) {
     for (n, word) in words.split_whitespace().enumerate() {
         let word = u16::from_str_radix(word, 16).expect("a word");
         compiled.code[at + 2 * n..][..2].copy_from_slice(&word.to_le_bytes());
@@ -31,7 +31,7 @@ fn patch(compiled: &mut Compiled, at: usize, words: &str) {
 }
 
 /// The byte address that a row of the table means.
-fn place(compiled: &Compiled, place: &str) -> usize {
+fn place(compiled: &CompiledProgram, place: &str) -> usize {
     if let Some(word) = place.strip_prefix("find ") {
         let word = u16::from_str_radix(word, 16).expect("a word").to_le_bytes();
         let found = compiled.code.chunks_exact(2).position(|code| code == word);
@@ -51,7 +51,7 @@ fn faults_are_told_for_what_they_are() {
         let mut image = compiled(&program);
         let at = place(&image, at);
         patch(&mut image, at, words);
-        let report = checked(&program, &image, &Options::default());
+        let report = checked(&program, &image, &CheckOptions::default());
         let json = serde_json::to_value(&report).expect("JSON");
         let of = |field: &str| match &json["difference"][field] {
             serde_json::Value::Null => "-".to_owned(),
@@ -76,14 +76,14 @@ fn faults_are_told_for_what_they_are() {
 }
 
 /// The scans that the replay command gives end with the same difference, and a shorter check agrees.
-fn replays(name: &str, program: &Program, image: &Compiled, report: &Report) {
+fn replays(name: &str, program: &LadderProgram, image: &CompiledProgram, report: &CheckReport) {
     let Some(difference) = &report.difference else { return };
     let scans = difference.scan;
     assert_eq!(difference.replay, format!("emu check faults.ld --mcu atmega328p --seed 1 --scans {scans}"), "{name}");
-    let options = Options { scans, ..Options::default() };
+    let options = CheckOptions { scans, ..CheckOptions::default() };
     assert_eq!(checked(program, image, &options).difference.as_ref(), Some(difference), "{name}");
     if scans > 1 {
-        let options = Options { scans: scans - 1, ..Options::default() };
+        let options = CheckOptions { scans: scans - 1, ..CheckOptions::default() };
         assert!(checked(program, image, &options).agreed, "{name}");
     }
 }
@@ -91,9 +91,9 @@ fn replays(name: &str, program: &Program, image: &Compiled, report: &Report) {
 #[test]
 fn replay_repeats_the_options() {
     let mut program = common::rungs("my program's.ld", RUNGS);
-    program.format = ladder::Format::V02;
+    program.format = ladder::LdFormat::V02;
     let pins = vec![("Xa".to_owned(), "PD2".to_owned())];
-    let options = Options { pins, clock_hz: Some(1_000_000), seed: 9, ..Options::default() };
+    let options = CheckOptions { pins, clock_hz: Some(1_000_000), seed: 9, ..CheckOptions::default() };
     let mut image = compiled(&program);
     let at = place(&image, "2.1");
     patch(&mut image, at, "CFFF");
@@ -120,9 +120,9 @@ fn periods_may_not_drift() {
         let (low, high) = (place(&image, "find EE87"), place(&image, "find E083"));
         patch(&mut image, low, &period[0]);
         patch(&mut image, high, &period[1]);
-        let report = checked(&program, &image, &Options::default());
+        let report = checked(&program, &image, &CheckOptions::default());
         let found = report.difference.as_ref().map(|d| d.what);
-        assert_eq!(found, differs.then_some(emu_check::What::Period), "{cycle} us:\n{}", report.text());
+        assert_eq!(found, differs.then_some(emu_check::DifferenceKind::Period), "{cycle} us:\n{}", report.text());
         // One cycle a scan leaves the window of a few cycles within as many scans.
         assert!(report.difference.is_none_or(|d| d.scan < 12), "{cycle} us");
     }
@@ -139,7 +139,7 @@ fn swapped_bytes_are_found() {
         let mut broken = image.clone();
         broken.code.swap(at, at + 1);
         broken.hex = write_hex(&[(0, &broken.code)]);
-        if checked(&program, &broken, &Options::default()).agreed {
+        if checked(&program, &broken, &CheckOptions::default()).agreed {
             missed.push(format!("{at:04X}"));
         }
     }

@@ -2,26 +2,26 @@
 //! with the habits of other compilers must be judged rightly.
 
 use crate::common;
-use emu_check::{Foreign, ForeignReport, Options, check_foreign};
+use emu_check::{ForeignImage, ForeignReport, CheckOptions, check_foreign};
 use emu_core::image::{Image, load_hex};
-use ladder::Program;
+use ladder::LadderProgram;
 
 /// Pins of the map as those of the command line.
-fn own(program: &Program, mcu: &str, with_map: bool, scans: u64) -> Option<ForeignReport> {
+fn check_own_image(program: &LadderProgram, mcu: &str, with_map: bool, scans: u64) -> Option<ForeignReport> {
     let compiled = ladder_compile::compile(
         program,
-        &ladder_compile::Options { mcu: mcu.to_owned(), ..ladder_compile::Options::default() },
+        &ladder_compile::CompileOptions { mcu: mcu.to_owned(), ..ladder_compile::CompileOptions::default() },
     )
     .ok()?;
-    let chip = ladder_compile::chip(mcu)?;
-    let image = load_hex("own.hex", compiled.hex.as_bytes(), chip.hex).expect("an image").image;
+    let chip = ladder_compile::find_chip(mcu)?;
+    let image = load_hex("own.hex", compiled.hex.as_bytes(), chip.hex_spaces).expect("an image").image;
     let mut pins: Vec<_> = compiled.map.pins.iter().map(|pin| (pin.name.clone(), pin.pin.clone())).collect();
     pins.extend(compiled.map.specials.iter().filter_map(|special| match special {
-        ladder_compile::Special::Analog { pin, name } => Some((name.clone(), pin.clone())),
+        ladder_compile::SpecialPin::Analog { pin, name } => Some((name.clone(), pin.clone())),
         _ => None,
     }));
-    let options = Options { mcu: mcu.to_owned(), pins, ..Options::default() };
-    let foreign = Foreign {
+    let options = CheckOptions { mcu: mcu.to_owned(), pins, ..CheckOptions::default() };
+    let foreign = ForeignImage {
         file: "own.hex",
         image: &image,
         map: with_map.then_some(("own.json", &compiled.map)),
@@ -37,7 +37,7 @@ fn own_images_agree() {
     for path in common::folder("../examples").into_iter().chain(common::folder("tests/programs")) {
         let program = common::read(&path);
         for (mcu, with_map) in [("atmega328p", true), ("atmega8", false), ("at89s52", false), ("pic16f877", false)] {
-            let Some(report) = own(&program, mcu, with_map, 400) else { continue };
+            let Some(report) = check_own_image(&program, mcu, with_map, 400) else { continue };
             assert!(report.agreed, "{}", report.text());
             assert!(report.compared >= report.scans, "{}", report.text());
             checked += 1;
@@ -55,13 +55,13 @@ fn peripherals_of_own_images_agree() {
         RUNG\n DIV duty Av 11\nEND\nRUNG\n SET_PWM duty 1000\nEND\nRUNG\n PERSIST n\nEND\n";
     let program = common::parse("parts.ld", text);
     for mcu in ["atmega16", "pic16f877"] {
-        let report = own(&program, mcu, false, 1_200).expect("an image");
+        let report = check_own_image(&program, mcu, false, 1_200).expect("an image");
         assert!(report.agreed, "{}", report.text());
     }
 }
 
 /// An AVR program in the manner of others: contacts read the pin, coils write the port at once, `top` is OCR1A.
-fn manner(top: u32, setup: &str, scan: &str) -> String {
+fn avr_in_foreign_style(top: u32, setup: &str, scan: &str) -> String {
     format!(
         "ldi r16, 0x04\nout 0x3e, r16\nldi r16, 0x5f\nout 0x3d, r16\n{setup}\nldi r16, {hi}\nsts 0x89, r16\nldi r16, {lo}\n\
          sts 0x88, r16\nldi r16, 0x09\nsts 0x81, r16\nclr r10\n\
@@ -76,11 +76,11 @@ const GOOD_SETUP: &str = "sbi 0x04, 5\nsbi 0x0b, 2";
 const GOOD_SCAN: &str = "sbic 0x09, 2\nsbi 0x05, 5\nsbis 0x09, 2\ncbi 0x05, 5";
 
 fn assembled(mcu: &str, source: &str) -> Image {
-    emu_asm::image(ladder_compile::chip(mcu).expect("a chip"), source).unwrap_or_else(|why| panic!("{why}"))
+    emu_asm::assemble_text(ladder_compile::find_chip(mcu).expect("a chip"), source).unwrap_or_else(|why| panic!("{why}"))
 }
 
 /// The same for a PIC16 of 4 MHz: `top` is CCPR1, timer 1 begins anew at each match.
-fn manner_of_pic(top: u32, setup: &str, scan: &str) -> String {
+fn pic16_in_foreign_style(top: u32, setup: &str, scan: &str) -> String {
     format!(
         "bsf 0x03, 5\nmovlw 0x06\nmovwf 0x1f\nbcf 0x03, 5\n{setup}\nmovlw 0x{hi:x}\nmovwf 0x16\nmovlw 0x{lo:x}\nmovwf 0x15\n\
          movlw 0x0b\nmovwf 0x17\nclrf 0x0f\nclrf 0x0e\nclrf 0x20\nmovlw 0x01\nmovwf 0x10\n\
@@ -91,7 +91,7 @@ fn manner_of_pic(top: u32, setup: &str, scan: &str) -> String {
 }
 
 /// The same for an 8052 of 12 MHz: timer 2 counts `count` machine cycles and loads itself anew.
-fn manner_of_8052(count: u32, setup: &str, scan: &str) -> String {
+fn mcs51_in_foreign_style(count: u32, setup: &str, scan: &str) -> String {
     let from = 0x1_0000 - count;
     format!(
         "{setup}\nmov 0xcb, #{hi}\nmov 0xca, #{lo}\nmov 0xcd, #{hi}\nmov 0xcc, #{lo}\nmov 0x20, #0\nsetb 0xca\n\
@@ -107,17 +107,17 @@ const PIC_SCAN: &str = "btfsc 0x06, 2\nbsf 0x06, 5\nbtfss 0x06, 2\nbcf 0x06, 5";
 const MCS51_SCAN: &str = "mov c, 0x92\nmov 0x95, c";
 
 /// Rungs under a head with a cycle of 1 ms at `hz`.
-fn own_head(file: &str, hz: u32, rungs: &str) -> Program {
+fn with_head(file: &str, hz: u32, rungs: &str) -> LadderProgram {
     let head = format!("LDmicro0.1\nCYCLE=1000\nCRYSTAL={hz}\nBAUD=2400\nIO LIST\nEND\nPROGRAM");
     common::parse(file, &format!("{head}\n{rungs}\n"))
 }
 
 /// What the image of `source` comes to: codes of findings and of the difference.
-fn codes(program: &Program, mcu: &str, source: &str, pins: [(&str, &str); 2]) -> (Vec<&'static str>, ForeignReport) {
+fn codes(program: &LadderProgram, mcu: &str, source: &str, pins: [(&str, &str); 2]) -> (Vec<&'static str>, ForeignReport) {
     let image = assembled(mcu, source);
     let pins = pins.map(|(name, pin)| (name.to_owned(), pin.to_owned())).to_vec();
-    let options = Options { mcu: mcu.to_owned(), pins, ..Options::default() };
-    let foreign = Foreign { file: "theirs.hex", image: &image, map: None, scans: Some(600) };
+    let options = CheckOptions { mcu: mcu.to_owned(), pins, ..CheckOptions::default() };
+    let foreign = ForeignImage { file: "theirs.hex", image: &image, map: None, scans: Some(600) };
     let report = check_foreign(program, &foreign, &options, &mut |_, _| {})
         .unwrap_or_else(|faults| panic!("{mcu}: {faults:?}\n{source}"));
     let mut codes: Vec<&str> = report.findings.iter().map(|finding| finding.code).collect();
@@ -136,29 +136,29 @@ fn images_of_others_are_judged() {
     let mcs51_late = "mov c, 0x00\nmov 0x95, c\nmov c, 0x92\nmov 0x00, c";
     let (avr, pic, mcs51) = ("atmega328p", "pic16f873", "at89s52");
     let cases: [(&str, &str, String, &[&str]); 18] = [
-        ("as it should be", avr, manner(999, GOOD_SETUP, GOOD_SCAN), &[]),
-        ("a tick short", avr, manner(998, GOOD_SETUP, GOOD_SCAN), &["EC053"]),
-        ("a tick long", avr, manner(1000, GOOD_SETUP, GOOD_SCAN), &["EC053"]),
-        ("no pull-up", avr, manner(999, "sbi 0x04, 5", GOOD_SCAN), &["EC054"]),
+        ("as it should be", avr, avr_in_foreign_style(999, GOOD_SETUP, GOOD_SCAN), &[]),
+        ("a tick short", avr, avr_in_foreign_style(998, GOOD_SETUP, GOOD_SCAN), &["EC053"]),
+        ("a tick long", avr, avr_in_foreign_style(1000, GOOD_SETUP, GOOD_SCAN), &["EC053"]),
+        ("no pull-up", avr, avr_in_foreign_style(999, "sbi 0x04, 5", GOOD_SCAN), &["EC054"]),
         (
             "a glitch",
             avr,
-            manner(999, "sbi 0x0b, 2\nsbi 0x05, 5\nsbi 0x04, 5\nnop\ncbi 0x05, 5", GOOD_SCAN),
+            avr_in_foreign_style(999, "sbi 0x0b, 2\nsbi 0x05, 5\nsbi 0x04, 5\nnop\ncbi 0x05, 5", GOOD_SCAN),
             &["EC055"],
         ),
-        ("inverted", avr, manner(999, GOOD_SETUP, &avr_inverted), &["EC011"]),
-        ("a scan late", avr, manner(999, GOOD_SETUP, avr_late), &["EC011"]),
-        ("as it should be", pic, manner_of_pic(999, PIC_SETUP, PIC_SCAN), &[]),
-        ("a tick short", pic, manner_of_pic(998, PIC_SETUP, PIC_SCAN), &["EC053"]),
-        ("a tick long", pic, manner_of_pic(1000, PIC_SETUP, PIC_SCAN), &["EC053"]),
-        ("a glitch", pic, manner_of_pic(999, &pic_glitch, PIC_SCAN), &["EC055"]),
-        ("inverted", pic, manner_of_pic(999, PIC_SETUP, pic_inverted), &["EC011"]),
-        ("a scan late", pic, manner_of_pic(999, PIC_SETUP, pic_late), &["EC011"]),
-        ("as it should be", mcs51, manner_of_8052(1000, "clr 0x95", MCS51_SCAN), &[]),
-        ("a tick short", mcs51, manner_of_8052(999, "clr 0x95", MCS51_SCAN), &["EC053"]),
-        ("a tick long", mcs51, manner_of_8052(1001, "clr 0x95", MCS51_SCAN), &["EC053"]),
-        ("inverted", mcs51, manner_of_8052(1000, "clr 0x95", "mov c, 0x92\ncpl c\nmov 0x95, c"), &["EC011"]),
-        ("a scan late", mcs51, manner_of_8052(1000, "clr 0x95", mcs51_late), &["EC011"]),
+        ("inverted", avr, avr_in_foreign_style(999, GOOD_SETUP, &avr_inverted), &["EC011"]),
+        ("a scan late", avr, avr_in_foreign_style(999, GOOD_SETUP, avr_late), &["EC011"]),
+        ("as it should be", pic, pic16_in_foreign_style(999, PIC_SETUP, PIC_SCAN), &[]),
+        ("a tick short", pic, pic16_in_foreign_style(998, PIC_SETUP, PIC_SCAN), &["EC053"]),
+        ("a tick long", pic, pic16_in_foreign_style(1000, PIC_SETUP, PIC_SCAN), &["EC053"]),
+        ("a glitch", pic, pic16_in_foreign_style(999, &pic_glitch, PIC_SCAN), &["EC055"]),
+        ("inverted", pic, pic16_in_foreign_style(999, PIC_SETUP, pic_inverted), &["EC011"]),
+        ("a scan late", pic, pic16_in_foreign_style(999, PIC_SETUP, pic_late), &["EC011"]),
+        ("as it should be", mcs51, mcs51_in_foreign_style(1000, "clr 0x95", MCS51_SCAN), &[]),
+        ("a tick short", mcs51, mcs51_in_foreign_style(999, "clr 0x95", MCS51_SCAN), &["EC053"]),
+        ("a tick long", mcs51, mcs51_in_foreign_style(1001, "clr 0x95", MCS51_SCAN), &["EC053"]),
+        ("inverted", mcs51, mcs51_in_foreign_style(1000, "clr 0x95", "mov c, 0x92\ncpl c\nmov 0x95, c"), &["EC011"]),
+        ("a scan late", mcs51, mcs51_in_foreign_style(1000, "clr 0x95", mcs51_late), &["EC011"]),
     ];
     for (what, mcu, source, wanted) in cases {
         let (hz, pins) = match mcu {
@@ -166,7 +166,7 @@ fn images_of_others_are_judged() {
             "at89s52" => (12_000_000, [("Xa", "P1.2"), ("Ya", "P1.5")]),
             _ => (1_000_000, [("Xa", "PD2"), ("Ya", "PB5")]),
         };
-        let (codes, report) = codes(&own_head("lift.ld", hz, LIFT), mcu, &source, pins);
+        let (codes, report) = codes(&with_head("lift.ld", hz, LIFT), mcu, &source, pins);
         assert_eq!(codes, wanted, "{what} on {mcu}: {}", report.text());
         if let Some(period) = report.period.filter(|_| what == "a tick short") {
             assert!((period.mean_clocks * 1000.0 / f64::from(hz) - 0.999).abs() < 0.0001, "{mcu}: {period:?}");
@@ -197,17 +197,17 @@ fn known_faults_of_others_are_found() {
         // r11 is Xa now, r10 what it was in the scan before; r12 tells that a byte was sent, TXC0 that it is out.
         let scan = "in r11, 0x09\nsbrs r11, 2\nrjmp no\nsbrc r10, 2\nrjmp no\nlds r18, 0xc0\nsbrs r12, 0\nrjmp send\n\
             sbrs r18, 6\nrjmp no\nsend:\nldi r18, 0x42\nsts 0xc0, r18\nsts 0xc6, r17\nmov r12, r17\nno:\nmov r10, r11";
-        manner(999, &setup, &format!("{GOOD_SCAN}\n{scan}"))
+        avr_in_foreign_style(999, &setup, &format!("{GOOD_SCAN}\n{scan}"))
     };
     let cases: [(&str, &str, String, &[&str]); 4] = [
-        ("a look-up", table, manner(999, GOOD_SETUP, &chained("rjmp over\n")), &[]),
-        ("a chained look-up", table, manner(999, GOOD_SETUP, &chained("")), &["EC011"]),
+        ("a look-up", table, avr_in_foreign_style(999, GOOD_SETUP, &chained("rjmp over\n")), &[]),
+        ("a chained look-up", table, avr_in_foreign_style(999, GOOD_SETUP, &chained("")), &["EC011"]),
         ("a byte", sends, edge(""), &[]),
         ("a byte at power-up", sends, edge("sts 0xc6, r17"), &["EC056", "EC017"]),
     ];
     for (what, rungs, source, wanted) in cases {
         let (codes, report) =
-            codes(&own_head("habit.ld", 1_000_000, rungs), "atmega328p", &source, [("Xa", "PD2"), ("Ya", "PB5")]);
+            codes(&with_head("habit.ld", 1_000_000, rungs), "atmega328p", &source, [("Xa", "PD2"), ("Ya", "PB5")]);
         assert_eq!(codes, wanted, "{what}: {}", report.text());
     }
 }
@@ -218,16 +218,16 @@ fn unusable_images_are_refused() {
     let program = common::rungs("lift.ld", LIFT);
     let cases = [
         ("nothing is cleared", "atmega328p", "wait: rjmp wait\n".to_owned(), true, "EC050"),
-        ("twice as fast", "atmega328p", manner(499, GOOD_SETUP, GOOD_SCAN), true, "EC050"),
+        ("twice as fast", "atmega328p", avr_in_foreign_style(499, GOOD_SETUP, GOOD_SCAN), true, "EC050"),
         ("no instruction", "atmega328p", ".word 0xffff\n".to_owned(), true, "EC050"),
-        ("no pins", "atmega328p", manner(999, GOOD_SETUP, GOOD_SCAN), false, "EC051"),
+        ("no pins", "atmega328p", avr_in_foreign_style(999, GOOD_SETUP, GOOD_SCAN), false, "EC051"),
     ];
     for (what, mcu, source, pinned, code) in cases {
         let image = assembled(mcu, &source);
         let pins = [("Xa", "PD2"), ("Ya", "PB5")].map(|(name, pin)| (name.to_owned(), pin.to_owned()));
         let pins = if pinned { pins.to_vec() } else { Vec::new() };
-        let options = Options { mcu: mcu.to_owned(), pins, ..Options::default() };
-        let foreign = Foreign { file: "theirs.hex", image: &image, map: None, scans: Some(50) };
+        let options = CheckOptions { mcu: mcu.to_owned(), pins, ..CheckOptions::default() };
+        let foreign = ForeignImage { file: "theirs.hex", image: &image, map: None, scans: Some(50) };
         let faults = check_foreign(&program, &foreign, &options, &mut |_, _| {}).expect_err(what);
         assert!(faults.iter().any(|fault| fault.code == code), "{what}: {faults:?}");
     }
@@ -245,13 +245,13 @@ fn slow_faults_are_found_by_default() {
         [("CTC Cday 14", "CTC Cday 13"), ("GEQ Cday 9", "GEQ Cday 10"), ("LES Cday 13", "LES Cday 14"), ("", "")];
     for (right, wrong) in cases {
         let other = common::parse("day.ld", &text.replace(right, wrong));
-        let wanted = ladder_compile::Options { mcu: "atmega128".to_owned(), ..ladder_compile::Options::default() };
+        let wanted = ladder_compile::CompileOptions { mcu: "atmega128".to_owned(), ..ladder_compile::CompileOptions::default() };
         let compiled = ladder_compile::compile(&other, &wanted).expect("an image");
-        let chip = ladder_compile::chip("atmega128").expect("a chip");
-        let image = load_hex("own.hex", compiled.hex.as_bytes(), chip.hex).expect("an image").image;
+        let chip = ladder_compile::find_chip("atmega128").expect("a chip");
+        let image = load_hex("own.hex", compiled.hex.as_bytes(), chip.hex_spaces).expect("an image").image;
         let pins = compiled.map.pins.iter().map(|pin| (pin.name.clone(), pin.pin.clone())).collect();
-        let options = Options { mcu: "atmega128".to_owned(), pins, ..Options::default() };
-        let foreign = Foreign { file: "own.hex", image: &image, map: None, scans: None };
+        let options = CheckOptions { mcu: "atmega128".to_owned(), pins, ..CheckOptions::default() };
+        let foreign = ForeignImage { file: "own.hex", image: &image, map: None, scans: None };
         let report = check_foreign(&program, &foreign, &options, &mut |_, _| {}).expect("a report");
         assert_eq!(report.agreed, right.is_empty(), "{wrong}: {}", report.text());
         assert!(report.difference.is_some() || report.scans >= 20_000, "{}", report.text());

@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use emu_check::fuzz::{FAMILIES, Plan, Profile, Record, Shard, program, trial};
-use ladder_compile::target;
+use emu_check::fuzz::{FAMILIES, CampaignPlan, ProgramProfile, CampaignRecord, CampaignShard, generate_program, run_trial};
+use ladder_compile::find_target;
 
 /// Longest time for a program, far beyond what one takes on a busy machine.
 const LIMIT: Duration = Duration::from_secs(600);
@@ -15,17 +15,17 @@ fn number(name: &str) -> Option<u64> {
     std::env::var(name).ok()?.parse().ok()
 }
 
-fn plan() -> Plan {
+fn plan() -> CampaignPlan {
     let (seed, programs) = (number("EMU_FUZZ_SEED").unwrap_or(1), number("EMU_FUZZ_PROGRAMS").unwrap_or(150));
-    Plan { seed, programs, scans: 40, mcus: FAMILIES.map(str::to_owned).to_vec() }
+    CampaignPlan { seed, programs, scans: 40, mcus: FAMILIES.map(str::to_owned).to_vec() }
 }
 
-fn run(plan: &Plan, index: u64, of: u64) -> Record {
-    let shard = Shard { index, of, done: 0 };
-    let mut record = Record::new(plan.clone(), shard);
-    for k in 0..shard.programs(plan.programs) {
+fn run(plan: &CampaignPlan, index: u64, of: u64) -> CampaignRecord {
+    let shard = CampaignShard { index, of, done: 0 };
+    let mut record = CampaignRecord::new(plan.clone(), shard);
+    for k in 0..shard.program_count(plan.programs) {
         assert!(!record.complete);
-        record.add(&trial(plan, shard.number(k), LIMIT));
+        record.add_trial(&run_trial(plan, shard.program_number(k), LIMIT));
     }
     record
 }
@@ -86,9 +86,9 @@ p   | PERSIST           | 10
 #[test]
 fn a_small_campaign_finds_nothing_and_has_everything() {
     let plan = plan();
-    let shards: Vec<Record> = [3, 1, 2].map(|index| run(&plan, index, 3)).into_iter().collect();
-    assert!(!Record::merge(shards[..2].to_vec()).expect("two shards").complete);
-    let record = Record::merge(shards).expect("three shards");
+    let shards: Vec<CampaignRecord> = [3, 1, 2].map(|index| run(&plan, index, 3)).into_iter().collect();
+    assert!(!CampaignRecord::merge_shards(shards[..2].to_vec()).expect("two shards").complete);
+    let record = CampaignRecord::merge_shards(shards).expect("three shards");
     println!("{}", record.text());
     assert!(record.complete);
     assert!(record.findings.is_empty(), "{}", record.text());
@@ -121,9 +121,9 @@ fn a_small_campaign_finds_nothing_and_has_everything() {
         assert!(covered * 6 >= total, "{}: {covered} of {total} outcomes", tally.mcu);
     }
     // In one piece it is the same.
-    let small = Plan { programs: 8, scans: 10, ..plan };
+    let small = CampaignPlan { programs: 8, scans: 10, ..plan };
     let pieces = (1..=5).map(|index| run(&small, index, 5)).collect();
-    let mut whole = Record::merge(pieces).expect("five shards");
+    let mut whole = CampaignRecord::merge_shards(pieces).expect("five shards");
     let one = run(&small, 1, 1);
     whole.shards.clone_from(&one.shards);
     assert_eq!(whole, one);
@@ -134,8 +134,8 @@ fn shards_share_all_programs() {
     for (programs, of) in [(1, 1), (10, 3), (3, 10), (1_000, 7), (0, 4), (2, 9)] {
         let mut all: Vec<u64> = Vec::new();
         for index in 1..=of {
-            let shard = Shard { index, of, done: 0 };
-            all.extend((0..shard.programs(programs)).map(|k| shard.number(k)));
+            let shard = CampaignShard { index, of, done: 0 };
+            all.extend((0..shard.program_count(programs)).map(|k| shard.program_number(k)));
         }
         all.sort_unstable();
         assert_eq!(all, (0..programs).collect::<Vec<_>>(), "{programs} in {of}");
@@ -144,11 +144,11 @@ fn shards_share_all_programs() {
 
 #[test]
 fn records_that_do_not_belong_together() {
-    let plan = Plan { programs: 10, ..plan() };
-    let other = Plan { seed: 99, ..plan.clone() };
-    let record = |plan: &Plan, index, of, done| Record::new(plan.clone(), Shard { index, of, done });
+    let plan = CampaignPlan { programs: 10, ..plan() };
+    let other = CampaignPlan { seed: 99, ..plan.clone() };
+    let record = |plan: &CampaignPlan, index, of, done| CampaignRecord::new(plan.clone(), CampaignShard { index, of, done });
     #[rustfmt::skip]
-    let cases: [(&str, Vec<Record>); 9] = [
+    let cases: [(&str, Vec<CampaignRecord>); 9] = [
         ("nothing to add",       vec![]),
         ("different campaigns",  vec![record(&plan, 1, 2, 0), record(&other, 2, 2, 0)]),
         ("first is program 0",   vec![record(&plan, 1, 3, 0), record(&plan, 1, 1, 0)]),
@@ -160,7 +160,7 @@ fn records_that_do_not_belong_together() {
         ("is there twice",       vec![record(&plan, 2, 3, 0), record(&plan, 1, 3, 0), record(&plan, 2, 3, 1)]),
     ];
     for (why, records) in cases {
-        let told = Record::merge(records).expect_err(why);
+        let told = CampaignRecord::merge_shards(records).expect_err(why);
         assert!(told.contains(why), "{told}");
     }
 }
@@ -170,7 +170,7 @@ fn records_that_do_not_belong_together() {
 fn programs_are_valid_and_written_as_they_are() {
     let mut profiles = BTreeMap::new();
     for number in 0..600 {
-        let (drawn, profile) = program(5, number);
+        let (drawn, profile) = generate_program(5, number);
         let text = ladder::write(&drawn);
         let parsed = ladder::parse("fuzz.ld", &text).unwrap_or_else(|faults| panic!("{number}: {faults:?}\n{text}"));
         assert_eq!(ladder::write(&parsed.program), text, "{number}");
@@ -179,6 +179,6 @@ fn programs_are_valid_and_written_as_they_are() {
         *profiles.entry(profile).or_insert(0) += 1;
     }
     // A part is for all families.
-    assert!(profiles[&Profile::Bits] >= 60 && profiles.len() == 4, "{profiles:?}");
-    assert!(FAMILIES.iter().all(|mcu| Profile::Bits.fits(target(mcu).expect("a chip"))));
+    assert!(profiles[&ProgramProfile::Bits] >= 60 && profiles.len() == 4, "{profiles:?}");
+    assert!(FAMILIES.iter().all(|mcu| ProgramProfile::Bits.is_supported_by(find_target(mcu).expect("a chip"))));
 }

@@ -2,11 +2,11 @@
 //! found in them, right images agree, and faults planted in them are found.
 
 use crate::common;
-use emu_check::{Foreign, Options, check_foreign};
+use emu_check::{ForeignImage, CheckOptions, check_foreign};
 
 /// How a program waits: its main loop around a scan.
 #[derive(Debug, Clone, Copy)]
-enum Way {
+enum WaitStyle {
     /// A short loop between two polls.
     LoopInside,
     /// A delay between two polls that lasts a quarter of the period.
@@ -20,32 +20,32 @@ enum Way {
 /// Scans of 1 ms until a timer of 5 ms is over.
 const LIMIT: u32 = 5;
 
-const WAYS: [Way; 4] = [Way::LoopInside, Way::DelayInside, Way::Function, Way::DelayBehind];
+const WAYS: [WaitStyle; 4] = [WaitStyle::LoopInside, WaitStyle::DelayInside, WaitStyle::Function, WaitStyle::DelayBehind];
 
 /// A chip, its clock, and the pins of input and output.
-type Place = (&'static str, u32, [(&'static str, &'static str); 2]);
+type ChipPins = (&'static str, u32, [(&'static str, &'static str); 2]);
 
-const PLACES: [Place; 3] = [
+const PLACES: [ChipPins; 3] = [
     ("atmega328p", 1_000_000, [("Xa", "PD2"), ("Ya", "PB5")]),
     ("at89s52", 12_000_000, [("Xa", "P1.2"), ("Ya", "P1.5")]),
     ("pic16f873", 4_000_000, [("Xa", "RB2"), ("Ya", "RB5")]),
 ];
 
 /// A program for an ATmega328P of 1 MHz; timer 1 matches every `count` cycles.
-fn avr(way: Way, count: u32, scan: &str) -> String {
+fn avr_source(way: WaitStyle, count: u32, scan: &str) -> String {
     let top = count - 1;
     let main = match way {
-        Way::LoopInside => {
+        WaitStyle::LoopInside => {
             "w:\nsbic 0x16, 1\nrjmp go\nldi r20, 10\nd:\ndec r20\nbrne d\nwdr\nrjmp w\ngo:\nldi r16, 2\nout 0x16, r16\nSCAN\nrjmp w\n"
         }
-        Way::DelayInside => {
+        WaitStyle::DelayInside => {
             "w:\nsbic 0x16, 1\nrjmp go\nldi r20, 83\nd:\ndec r20\nbrne d\nrjmp w\ngo:\nldi r16, 2\nout 0x16, r16\nSCAN\nrjmp w\n"
         }
-        Way::Function => {
+        WaitStyle::Function => {
             "w:\nrcall due\ntst r24\nbreq w\nSCAN\nrjmp w\n\
              due:\nsbis 0x16, 1\nrjmp not\nldi r24, 2\nout 0x16, r24\nret\nnot:\nldi r24, 0\nret\n"
         }
-        Way::DelayBehind => {
+        WaitStyle::DelayBehind => {
             "w:\nsbis 0x16, 1\nrjmp w\nldi r16, 2\nout 0x16, r16\nSCAN\nldi r20, 230\nd:\nnop\ndec r20\nbrne d\nrjmp w\n"
         }
     };
@@ -59,13 +59,13 @@ fn avr(way: Way, count: u32, scan: &str) -> String {
 }
 
 /// A program for an AT89S52 of 12 MHz; timer 2 overflows every `count` machine cycles.
-fn mcs51(way: Way, count: u32, scan: &str) -> String {
+fn mcs51_source(way: WaitStyle, count: u32, scan: &str) -> String {
     let from = 0x1_0000 - count;
     let main = match way {
-        Way::LoopInside => "w: jb 0xcf, go\nmov r2, #10\nd: djnz r2, d\nsjmp w\ngo: clr 0xcf\nSCAN\nsjmp w\n",
-        Way::DelayInside => "w: jb 0xcf, go\nmov r2, #120\nd: djnz r2, d\nsjmp w\ngo: clr 0xcf\nSCAN\nsjmp w\n",
-        Way::Function => "w: lcall due\njnc w\nSCAN\nsjmp w\ndue: jbc 0xcf, seen\nclr c\nret\nseen: setb c\nret\n",
-        Way::DelayBehind => {
+        WaitStyle::LoopInside => "w: jb 0xcf, go\nmov r2, #10\nd: djnz r2, d\nsjmp w\ngo: clr 0xcf\nSCAN\nsjmp w\n",
+        WaitStyle::DelayInside => "w: jb 0xcf, go\nmov r2, #120\nd: djnz r2, d\nsjmp w\ngo: clr 0xcf\nSCAN\nsjmp w\n",
+        WaitStyle::Function => "w: lcall due\njnc w\nSCAN\nsjmp w\ndue: jbc 0xcf, seen\nclr c\nret\nseen: setb c\nret\n",
+        WaitStyle::DelayBehind => {
             "w: jnb 0xcf, w\nclr 0xcf\nSCAN\nmov r3, #2\ne: mov r2, #230\nd: djnz r2, d\ndjnz r3, e\nsjmp w\n"
         }
     };
@@ -78,20 +78,20 @@ fn mcs51(way: Way, count: u32, scan: &str) -> String {
 }
 
 /// A program for a PIC16F873 of 4 MHz; timer 1 begins anew every `count` machine cycles.
-fn pic(way: Way, count: u32, scan: &str) -> String {
+fn pic16_source(way: WaitStyle, count: u32, scan: &str) -> String {
     let top = count - 1;
     let main = match way {
-        Way::LoopInside => {
+        WaitStyle::LoopInside => {
             "w: btfsc 0x0c, 2\ngoto go\nmovlw 10\nmovwf 0x21\nd: decfsz 0x21, f\ngoto d\nclrwdt\ngoto w\ngo: bcf 0x0c, 2\nSCAN\ngoto w\n"
         }
-        Way::DelayInside => {
+        WaitStyle::DelayInside => {
             "w: btfsc 0x0c, 2\ngoto go\nmovlw 0x53\nmovwf 0x21\nd: decfsz 0x21, f\ngoto d\nclrwdt\ngoto w\ngo: bcf 0x0c, 2\nSCAN\ngoto w\n"
         }
-        Way::Function => {
+        WaitStyle::Function => {
             "w: clrwdt\ncall due\nandlw 1\nbtfsc 3, 2\ngoto w\nSCAN\ngoto w\n\
              due: btfss 0x0c, 2\nretlw 0\nbcf 0x0c, 2\nretlw 1\n"
         }
-        Way::DelayBehind => {
+        WaitStyle::DelayBehind => {
             "w: clrwdt\nbtfss 0x0c, 2\ngoto w\nbcf 0x0c, 2\nSCAN\nmovlw 0xe6\nmovwf 0x21\nd: nop\ndecfsz 0x21, f\ngoto d\ngoto w\n"
         }
     };
@@ -107,7 +107,7 @@ fn pic(way: Way, count: u32, scan: &str) -> String {
 
 /// A scan of `TON 5 ms` from Xa to Ya: it counts true scans to `limit`, and its output is on from there, or off if
 /// `inverted`.
-fn scan(mcu: &str, limit: u32, inverted: bool) -> String {
+fn scan_source(mcu: &str, limit: u32, inverted: bool) -> String {
     let text = match mcu {
         "at89s52" => {
             "jb 0x92, t\nmov 0x30, #0\nsjmp out\nt: mov a, 0x30\ncjne a, #LIMIT, up\nsjmp out\nup: inc 0x30\n\
@@ -140,9 +140,9 @@ fn scans_are_found_whatever_else_a_wait_does() {
             "LDmicro0.1\nCYCLE=1000\nCRYSTAL={hz}\nIO LIST\nEND\nPROGRAM\nRUNG\n CONTACTS Xa 0\n TON Ta 5000\n COIL Ya 0 0 0\nEND\n"
         );
         let program = common::parse("wait.ld", &text);
-        let chip = ladder_compile::chip(mcu).expect("a chip");
+        let chip = ladder_compile::find_chip(mcu).expect("a chip");
         let pins = pins.map(|(name, pin)| (name.to_owned(), pin.to_owned())).to_vec();
-        let options = Options { mcu: mcu.to_owned(), pins, ..Options::default() };
+        let options = CheckOptions { mcu: mcu.to_owned(), pins, ..CheckOptions::default() };
         for way in WAYS {
             let faults: [(&str, u32, u32, bool, &[&str]); 5] = [
                 ("as it should be", 1000, LIMIT, false, &[]),
@@ -152,16 +152,16 @@ fn scans_are_found_whatever_else_a_wait_does() {
                 ("a tick short", 999, LIMIT, false, &["EC053"]),
             ];
             for (what, count, limit, inverted, wanted) in faults {
-                let scan = scan(mcu, limit, inverted);
+                let scan = scan_source(mcu, limit, inverted);
                 // A period that is a tick short adds up to more than the time between two polls.
                 let scans = if count == 1000 { 400 } else { 1_500 };
                 let source = match mcu {
-                    "at89s52" => mcs51(way, count, &scan),
-                    "pic16f873" => pic(way, count, &scan),
-                    _ => avr(way, count, &scan),
+                    "at89s52" => mcs51_source(way, count, &scan),
+                    "pic16f873" => pic16_source(way, count, &scan),
+                    _ => avr_source(way, count, &scan),
                 };
-                let image = emu_asm::image(chip, &source).unwrap_or_else(|why| panic!("{way:?} on {mcu}: {why}"));
-                let foreign = Foreign { file: "theirs.hex", image: &image, map: None, scans: Some(scans) };
+                let image = emu_asm::assemble_text(chip, &source).unwrap_or_else(|why| panic!("{way:?} on {mcu}: {why}"));
+                let foreign = ForeignImage { file: "theirs.hex", image: &image, map: None, scans: Some(scans) };
                 let report = check_foreign(&program, &foreign, &options, &mut |_, _| {})
                     .unwrap_or_else(|faults| panic!("{way:?}, {what}, on {mcu}: {faults:?}\n{source}"));
                 let differs = report.difference.iter().map(|difference| difference.code);
@@ -178,15 +178,15 @@ fn images_whose_scans_are_not_found_are_refused() {
     let text =
         "LDmicro0.1\nCYCLE=1000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\nRUNG\n CONTACTS Xa 0\n COIL Ya 0 0 0\nEND\n";
     let program = common::parse("wait.ld", text);
-    let setup = avr(Way::LoopInside, 1000, "").split("w:\n").next().unwrap_or("").to_owned();
+    let setup = avr_source(WaitStyle::LoopInside, 1000, "").split("w:\n").next().unwrap_or("").to_owned();
     let scan = "ldi r16, 2\nout 0x16, r16\nsbic 0x09, 2\nsbi 0x05, 5\nsbis 0x09, 2\ncbi 0x05, 5\nrjmp w\n";
     let cases = [("does not wait", "w:\nldi r20, 247\nd:\nnop\ndec r20\nbrne d\n")];
-    let chip = ladder_compile::chip("atmega328p").expect("a chip");
+    let chip = ladder_compile::find_chip("atmega328p").expect("a chip");
     let pins = [("Xa", "PD2"), ("Ya", "PB5")].map(|(name, pin)| (name.to_owned(), pin.to_owned())).to_vec();
-    let options = Options { mcu: "atmega328p".to_owned(), pins, ..Options::default() };
+    let options = CheckOptions { mcu: "atmega328p".to_owned(), pins, ..CheckOptions::default() };
     for (says, wait) in cases {
-        let image = emu_asm::image(chip, &format!("{setup}{wait}{scan}")).expect("an image");
-        let foreign = Foreign { file: "theirs.hex", image: &image, map: None, scans: Some(200) };
+        let image = emu_asm::assemble_text(chip, &format!("{setup}{wait}{scan}")).expect("an image");
+        let foreign = ForeignImage { file: "theirs.hex", image: &image, map: None, scans: Some(200) };
         let faults = check_foreign(&program, &foreign, &options, &mut |_, _| {}).expect_err("nothing to compare");
         assert!(faults.iter().all(|fault| fault.code == "EC050" && fault.cause.contains(says)), "{faults:?}");
     }

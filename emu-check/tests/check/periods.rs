@@ -1,7 +1,7 @@
 //! Periods that no timer counts in one turn: image and evaluator agree, and every scan starts with its match.
 
 use crate::common;
-use emu_check::{Options, check};
+use emu_check::{CheckOptions, check};
 
 /// Chip, clock in Hz, cycle in microseconds.
 #[rustfmt::skip]
@@ -32,13 +32,13 @@ const REFUSED: &[(&str, u64, u64, &str)] = &[
     ("pic16f873",   4_000_000, 4_300_000_000, "at most 4294967294 us"),
 ];
 
-fn checked(mcu: &str, clock: u64, cycle: u64) -> Result<emu_check::Report, Vec<diag::Diagnostic>> {
+fn checked(mcu: &str, clock: u64, cycle: u64) -> Result<emu_check::CheckReport, Vec<diag::Diagnostic>> {
     let text = format!(
         "LDmicro0.1\nCYCLE={cycle}\nCRYSTAL={clock}\nIO LIST\nEND\nPROGRAM\nRUNG\nCONTACTS Xa 0\nTON Ta {}\nCOIL Yb 0 0 0\nEND\n\
          RUNG\nCONTACTS Xb 0\nOSR\nADD d d 3\nEND\nRUNG\nGRT d 6\nCOIL Yc 0 0 0\nEND\n",
         3 * cycle
     );
-    let options = Options { mcu: mcu.to_owned(), scans: 5, ..Options::default() };
+    let options = CheckOptions { mcu: mcu.to_owned(), scans: 5, ..CheckOptions::default() };
     check(&common::parse("period.ld", &text), &options, &mut |_, _| {})
 }
 

@@ -1,15 +1,15 @@
 //! The serial line, the converter, PWM and EEPROM on every chip that has them, and images that are wrong about them.
 
 use crate::common;
-use emu_check::{Options, Report, What, check_compiled};
-use ladder::Program;
+use emu_check::{CheckOptions, CheckReport, DifferenceKind, check_compiled};
+use ladder::LadderProgram;
 use ladder_compile::{CHIPS, compile};
 
 /// Scans of a check on one chip: enough to send a string and to write a cell.
 const SCANS: u64 = 120;
 
 /// A program with a clock that suits serial rates and that all chips run at.
-fn program(rungs: &str) -> Program {
+fn program(rungs: &str) -> LadderProgram {
     let head = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=3686400\nBAUD=2400\nIO LIST\nEND\nPROGRAM";
     common::parse("peripherals.ld", &format!("{head}\n{rungs}\n"))
 }
@@ -54,8 +54,8 @@ const PROGRAMS: &[(&str, &str)] = &[
     ),
 ];
 
-fn checked(rungs: &str, mcu: &str, scans: u64) -> Result<Report, Vec<diag::Diagnostic>> {
-    let options = Options { mcu: mcu.to_owned(), scans, ..Options::default() };
+fn checked(rungs: &str, mcu: &str, scans: u64) -> Result<CheckReport, Vec<diag::Diagnostic>> {
+    let options = CheckOptions { mcu: mcu.to_owned(), scans, ..CheckOptions::default() };
     emu_check::check(&program(rungs), &options, &mut |_, _| {})
 }
 
@@ -88,34 +88,34 @@ fn every_chip_that_has_the_part_agrees() {
 }
 
 /// The same rungs but for one thing: what is checked, what the image does, where, and what is told.
-const FAULTS: &[(&str, &str, &str, What)] = &[
+const FAULTS: &[(&str, &str, &str, DifferenceKind)] = &[
     (
         "another byte",
         "RUNG\n CONTACTS Xa 0\n UART_SEND v\n COIL Ya 0 0 0\nEND\nRUNG\n MOVE v 65\nEND",
         "RUNG\n CONTACTS Xa 0\n UART_SEND w\n COIL Ya 0 0 0\nEND\nRUNG\n MOVE v 65\nEND",
-        What::Serial,
+        DifferenceKind::Serial,
     ),
     (
         "another string",
         "RUNG\n CONTACTS Xgo 0\n FORMATTED_STRING (none) 2 118 61\nEND",
         "RUNG\n CONTACTS Xgo 0\n FORMATTED_STRING (none) 2 118 62\nEND",
-        What::Serial,
+        DifferenceKind::Serial,
     ),
-    ("another frequency", "RUNG\n SET_PWM 50 2000\nEND", "RUNG\n SET_PWM 50 2300\nEND", What::Map),
-    ("another duty", "RUNG\n SET_PWM 50 2000\nEND", "RUNG\n SET_PWM 52 2000\nEND", What::Pwm),
-    ("no pulses", "RUNG\n SET_PWM 50 2000\nEND", "RUNG\n SET_PWM 0 2000\nEND", What::Pwm),
+    ("another frequency", "RUNG\n SET_PWM 50 2000\nEND", "RUNG\n SET_PWM 50 2300\nEND", DifferenceKind::Map),
+    ("another duty", "RUNG\n SET_PWM 50 2000\nEND", "RUNG\n SET_PWM 52 2000\nEND", DifferenceKind::Pwm),
+    ("no pulses", "RUNG\n SET_PWM 50 2000\nEND", "RUNG\n SET_PWM 0 2000\nEND", DifferenceKind::Pwm),
     (
         "a duty too early",
         "RUNG\n CONTACTS Xa 0\n SET_PWM 100 2000\nEND",
         "RUNG\n CONTACTS Xa 1\n SET_PWM 100 2000\nEND",
-        What::Pwm,
+        DifferenceKind::Pwm,
     ),
 ];
 
 /// The first chip that takes both programs.
-fn first_chip(good: &Program, bad: &Program) -> Option<(&'static str, ladder_compile::Compiled)> {
+fn first_chip(good: &LadderProgram, bad: &LadderProgram) -> Option<(&'static str, ladder_compile::CompiledProgram)> {
     CHIPS.iter().find_map(|chip| {
-        let target = ladder_compile::Options { mcu: chip.name.to_owned(), ..Default::default() };
+        let target = ladder_compile::CompileOptions { mcu: chip.name.to_owned(), ..Default::default() };
         compile(good, &target).ok()?;
         Some((chip.name, compile(bad, &target).ok()?))
     })
@@ -135,7 +135,7 @@ fn wrong_images_are_found() {
                 image.map.symbols.push(other);
             }
         }
-        let options = Options { mcu: mcu.to_owned(), scans: 400, ..Options::default() };
+        let options = CheckOptions { mcu: mcu.to_owned(), scans: 400, ..CheckOptions::default() };
         let report =
             check_compiled(&good, &image, &options, &mut |_, _| {}).unwrap_or_else(|f| panic!("{name}: {f:?}"));
         let difference = report.difference.as_ref().unwrap_or_else(|| panic!("{name}: {}", report.text()));
@@ -153,12 +153,12 @@ fn a_rate_that_is_off_is_found() {
     let (mcu, mut image) = first_chip(&good, &fast).expect("a chip with a serial line");
     // The map lies; the line does not.
     for special in &mut image.map.specials {
-        if let ladder_compile::Special::Transmit { baud, .. } | ladder_compile::Special::Receive { baud, .. } = special
+        if let ladder_compile::SpecialPin::Transmit { baud, .. } | ladder_compile::SpecialPin::Receive { baud, .. } = special
         {
             *baud = 2_400;
         }
     }
-    let options = Options { mcu: mcu.to_owned(), scans: 400, ..Options::default() };
+    let options = CheckOptions { mcu: mcu.to_owned(), scans: 400, ..CheckOptions::default() };
     let report = check_compiled(&good, &image, &options, &mut |_, _| {}).expect("a report");
-    assert_eq!(report.difference.as_ref().map(|d| d.what), Some(What::Serial), "{}", report.text());
+    assert_eq!(report.difference.as_ref().map(|d| d.what), Some(DifferenceKind::Serial), "{}", report.text());
 }

@@ -2,7 +2,7 @@
 //! unset), EMU_RANDOM_SEED where they start; a failure prints seed and text.
 
 use crate::common;
-use emu_check::Options;
+use emu_check::CheckOptions;
 use emu_core::rng::Rng;
 
 /// A number from the environment.
@@ -15,9 +15,9 @@ fn random_programs_agree() {
     let (first, count) = (number("EMU_RANDOM_SEED", 1), number("EMU_RANDOM_PROGRAMS", 100));
     let (mut checked, mut compared) = (0, 0);
     for seed in first..first + count {
-        let text = Generator(Rng::new(seed)).program();
+        let text = RandomLadder(Rng::new(seed)).program();
         let program = common::parse("random.ld", &text);
-        let options = Options { seed, scans: 400, ..Options::default() };
+        let options = CheckOptions { seed, scans: 400, ..CheckOptions::default() };
         match emu_check::check(&program, &options, &mut |_, _| {}) {
             Ok(report) => {
                 assert!(report.agreed, "program {seed}:\n{text}\n{}", report.text());
@@ -34,9 +34,9 @@ fn random_programs_agree() {
     assert!(checked * 10 >= count * 9, "only {checked} of {count} programs could be checked");
 }
 
-struct Generator(Rng);
+struct RandomLadder(Rng);
 
-impl Generator {
+impl RandomLadder {
     fn pick<'a>(&mut self, from: &[&'a str]) -> &'a str {
         from[self.0.below(from.len() as u64) as usize]
     }

@@ -1,13 +1,13 @@
 //! What a check says: its text, its JSON, and what it refuses.
 
 use crate::common;
-use emu_check::{CODES, Options, check};
+use emu_check::{CODES, CheckOptions, check};
 
 const TOGGLE: &str = "RUNG\n CONTACTS Xa 0\n OSR\n COIL Ypulse 0 0 0\nEND";
 
 #[test]
 fn text_of_an_agreement() {
-    let report = common::report(&common::rungs("toggle.ld", TOGGLE), &Options { scans: 100, ..Options::default() });
+    let report = common::report(&common::rungs("toggle.ld", TOGGLE), &CheckOptions { scans: 100, ..CheckOptions::default() });
     let text = report.text();
     let lines: Vec<&str> = text.lines().collect();
     assert!(lines[0].starts_with("toggle.ld on atmega328p agrees: 100 scans in 4 runs from reset, "), "{text}");
@@ -19,7 +19,7 @@ fn text_of_an_agreement() {
 
 #[test]
 fn json_has_its_fields() {
-    let report = common::report(&common::rungs("toggle.ld", TOGGLE), &Options { scans: 3, ..Options::default() });
+    let report = common::report(&common::rungs("toggle.ld", TOGGLE), &CheckOptions { scans: 3, ..CheckOptions::default() });
     let json = serde_json::to_value(&report).expect("JSON");
     let keys: Vec<&str> = json.as_object().expect("an object").keys().map(String::as_str).collect();
     let wanted = "schema program mcu seed scans runs compared agreed difference coverage figures notes";
@@ -45,9 +45,9 @@ fn json_has_its_fields() {
 fn refusals() {
     let good = common::rungs("toggle.ld", TOGGLE);
     let cases = [
-        (&good, Options { scans: 0, ..Options::default() }, "EC001"),
-        (&good, Options { mcu: "z80".to_owned(), ..Options::default() }, "LC"),
-        (&good, Options { pins: vec![("Xa".to_owned(), "PZ9".to_owned())], ..Options::default() }, "LC"),
+        (&good, CheckOptions { scans: 0, ..CheckOptions::default() }, "EC001"),
+        (&good, CheckOptions { mcu: "z80".to_owned(), ..CheckOptions::default() }, "LC"),
+        (&good, CheckOptions { pins: vec![("Xa".to_owned(), "PZ9".to_owned())], ..CheckOptions::default() }, "LC"),
     ];
     for (program, options, code) in cases {
         let faults = check(program, &options, &mut |_, _| {}).expect_err("a refusal");
@@ -58,10 +58,10 @@ fn refusals() {
 #[test]
 fn maps_that_do_not_fit_are_refused() {
     let program = common::rungs("toggle.ld", TOGGLE);
-    let target = ladder_compile::Options { mcu: "atmega328p".to_owned(), ..Default::default() };
+    let target = ladder_compile::CompileOptions { mcu: "atmega328p".to_owned(), ..Default::default() };
     let compiled = ladder_compile::compile(&program, &target).expect("an image");
-    type Break = fn(&mut ladder_compile::Compiled);
-    let cases: [(&str, Break); 3] = [
+    type BreakImage = fn(&mut ladder_compile::CompiledProgram);
+    let cases: [(&str, BreakImage); 3] = [
         ("EC004", |c| c.hex = "oops".to_owned()),
         ("EC005", |c| c.map.symbols.clear()),
         ("EC005", |c| c.map.pins.clear()),
@@ -69,11 +69,11 @@ fn maps_that_do_not_fit_are_refused() {
     for (code, change) in cases {
         let mut broken = compiled.clone();
         change(&mut broken);
-        let faults = emu_check::check_compiled(&program, &broken, &Options::default(), &mut |_, _| {});
+        let faults = emu_check::check_compiled(&program, &broken, &CheckOptions::default(), &mut |_, _| {});
         let faults = faults.expect_err("a refusal");
         assert!(faults.iter().any(|fault| fault.code == code), "wanted {code}: {faults:?}");
     }
-    let z80 = Options { mcu: "z80".to_owned(), ..Options::default() };
+    let z80 = CheckOptions { mcu: "z80".to_owned(), ..CheckOptions::default() };
     let faults = emu_check::check_compiled(&program, &compiled, &z80, &mut |_, _| {}).expect_err("a refusal");
     assert!(faults.iter().any(|fault| fault.code == "EC003"), "{faults:?}");
 }
@@ -82,7 +82,7 @@ fn maps_that_do_not_fit_are_refused() {
 fn progress_ends_with_all_scans() {
     let program = common::rungs("toggle.ld", TOGGLE);
     let mut told = Vec::new();
-    let options = Options { scans: 200, ..Options::default() };
+    let options = CheckOptions { scans: 200, ..CheckOptions::default() };
     check(&program, &options, &mut |done, total| told.push((done, total))).expect("a report");
     assert_eq!((told.first(), told.last()), (Some(&(0, 200)), Some(&(200, 200))));
     assert!(told.is_sorted());
@@ -100,7 +100,7 @@ fn rungs_that_were_not_timed_have_no_time() {
     let text = "RUNG\n CONTACTS Xa 0\n COIL Yb 0 0 0\nEND\nRUNG\n CONTACTS Xb 0\n OSR\n ADD n n 1\nEND";
     for mcu in ["atmega328p", "at89s52", "pic16f873", "pic16f877"] {
         for rungs in [true, false] {
-            let options = Options { mcu: mcu.to_owned(), scans: 30, rungs, ..Options::default() };
+            let options = CheckOptions { mcu: mcu.to_owned(), scans: 30, rungs, ..CheckOptions::default() };
             let report = common::report(&common::rungs("timed.ld", text), &options);
             let timed = report.figures.rungs.iter().filter(|rung| rung.cycles_max.is_some()).count();
             assert_eq!(timed, if rungs { 2 } else { 0 }, "{mcu}, timed {rungs}");

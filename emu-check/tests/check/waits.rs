@@ -6,13 +6,13 @@ use emu_core::cpu::{Cpu, Probe, RamInit};
 use emu_pic16::Pic16;
 
 /// Counts the instructions that are carried out one by one.
-struct Seen(u64);
+struct InstructionCounter(u64);
 
-impl Probe for Seen {
+impl Probe for InstructionCounter {
     const INSN: bool = true;
-    const EVERY: bool = false;
+    const EVERY_ITERATION: bool = false;
 
-    fn insn(&mut self, _: u64, _: u32) -> bool {
+    fn on_instruction(&mut self, _: u64, _: u32) -> bool {
         self.0 += 1;
         false
     }
@@ -62,9 +62,9 @@ const PROGRAMS: &[(&str, &str, &str)] = &[
     ("at89s52", "and clears the watchdog", "w: mov 0xa6, #0x1e\nmov 0xa6, #0xe1\njnb 0xcf, w\nsjmp w"),
 ];
 
-fn seen<C: Cpu>(mut cpu: C) -> (u64, u64) {
-    let mut seen = Seen(0);
-    cpu.insist(true);
+fn count_instructions<C: Cpu>(mut cpu: C) -> (u64, u64) {
+    let mut seen = InstructionCounter(0);
+    cpu.set_run_while_halted(true);
     cpu.run(SPAN, &mut seen);
     assert!(cpu.cycle() >= SPAN, "it stops in cycle {}", cpu.cycle());
     (seen.0, cpu.instructions())
@@ -73,12 +73,12 @@ fn seen<C: Cpu>(mut cpu: C) -> (u64, u64) {
 #[test]
 fn waits_are_jumped_over() {
     for &(mcu, what, source) in PROGRAMS {
-        let chip = ladder_compile::chip(mcu).expect("a chip");
-        let image = emu_asm::image(chip, source).unwrap_or_else(|why| panic!("{what} on {mcu}: {why}"));
+        let chip = ladder_compile::find_chip(mcu).expect("a chip");
+        let image = emu_asm::assemble_text(chip, source).unwrap_or_else(|why| panic!("{what} on {mcu}: {why}"));
         let (seen, all) = match &mcu[..2] {
-            "at" if mcu == "at89s52" => seen(Mcs51::new(chip, &image, RamInit::Zero)),
-            "at" => seen(Avr::new(chip, &image, RamInit::Zero)),
-            _ => seen(Pic16::new(chip, &image, RamInit::Zero)),
+            "at" if mcu == "at89s52" => count_instructions(Mcs51::new(chip, &image, RamInit::Zero)),
+            "at" => count_instructions(Avr::new(chip, &image, RamInit::Zero)),
+            _ => count_instructions(Pic16::new(chip, &image, RamInit::Zero)),
         };
         assert!(seen < MOST && all > 10 * MOST, "{what} on {mcu}: {seen} of {all} instructions were carried out");
     }

@@ -3,14 +3,14 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use ladder::Program;
+use ladder::LadderProgram;
 
 mod parse;
 
 pub use parse::parse;
 
 /// A program from a file.
-pub fn read(path: &Path) -> Program {
+pub fn read(path: &Path) -> LadderProgram {
     let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     parse(&path.display().to_string(), &text)
 }

@@ -6,7 +6,7 @@ use std::fs;
 
 use emu_check::fuzz::FAMILIES;
 
-use crate::campaign::{Case, KINDS, Sample, Verdict};
+use crate::campaign::{FaultCase, KINDS, ProgramSample, FaultVerdict};
 use crate::common;
 
 /// Begin and end of the part of the page that is written.
@@ -19,19 +19,19 @@ const NONE: &str = "?";
 const EQUIVALENT: &str = "equivalent: ";
 
 /// Of one that other checks find.
-const LATER: &str = "gap: checks with other seeds and 6,000 scans find it";
+const LATER_REASON: &str = "gap: checks with other seeds and 6,000 scans find it";
 
 /// Faults that were not found, with the reasons: the lines of kill.txt.
-pub struct Survivors {
+pub struct SurvivorList {
     head: String,
     /// `chip | program | fault`, and the reason.
     rows: BTreeMap<String, String>,
 }
 
-impl Survivors {
-    pub fn read() -> Survivors {
+impl SurvivorList {
+    pub fn read() -> SurvivorList {
         let text = fs::read_to_string(common::beside("tests/kill.txt")).expect("kill.txt");
-        let mut survivors = Survivors { head: String::new(), rows: BTreeMap::new() };
+        let mut survivors = SurvivorList { head: String::new(), rows: BTreeMap::new() };
         for line in text.lines().filter(|line| !line.is_empty()) {
             if line.starts_with('#') {
                 survivors.head += &format!("{line}\n");
@@ -54,11 +54,11 @@ impl Survivors {
     }
 
     /// Lists those that survive now; the reasons that are known stay.
-    pub fn renew<'a>(&mut self, cases: impl Iterator<Item = &'a Case>) {
-        let survive = cases.filter(|case| case.verdict == Verdict::Survives);
+    pub fn update<'a>(&mut self, cases: impl Iterator<Item = &'a FaultCase>) {
+        let survive = cases.filter(|case| case.verdict == FaultVerdict::Survives);
         self.rows = survive
             .map(|case| {
-                let unknown = if case.later { LATER } else { NONE };
+                let unknown = if case.found_by_recheck { LATER_REASON } else { NONE };
                 (case.name.clone(), self.reason(&case.name).unwrap_or(unknown).to_owned())
             })
             .collect();
@@ -76,7 +76,7 @@ impl Survivors {
 
 /// What came of the faults of one sort.
 #[derive(Default)]
-struct Sum {
+struct KindTotals {
     /// The scans of the first differences.
     found: Vec<u64>,
     survive: usize,
@@ -86,7 +86,7 @@ struct Sum {
     refused: usize,
 }
 
-impl Sum {
+impl KindTotals {
     fn faults(&self) -> usize {
         self.found.len() + self.survive + self.equivalent
     }
@@ -98,23 +98,23 @@ impl Sum {
 }
 
 /// The sums of each chip: of each sort, and of all.
-fn sums(samples: &[Sample], survivors: &Survivors, mcu: &str) -> Vec<(String, Sum)> {
-    let mut sums: Vec<(String, Sum)> = KINDS.iter().map(|kind| (format!("{kind:?}"), Sum::default())).collect();
-    sums.push(("all".to_owned(), Sum::default()));
+fn sums(samples: &[ProgramSample], survivors: &SurvivorList, mcu: &str) -> Vec<(String, KindTotals)> {
+    let mut sums: Vec<(String, KindTotals)> = KINDS.iter().map(|kind| (format!("{kind:?}"), KindTotals::default())).collect();
+    sums.push(("all".to_owned(), KindTotals::default()));
     for sample in samples.iter().filter(|sample| sample.mcu == mcu) {
-        let mut of = |kind: &dyn Fn(usize) -> bool, add: &dyn Fn(&mut Sum)| {
+        let mut of = |kind: &dyn Fn(usize) -> bool, add: &dyn Fn(&mut KindTotals)| {
             let chosen = sums.iter_mut().enumerate().filter(|(n, _)| *n == KINDS.len() || kind(*n));
             chosen.for_each(|(_, (_, sum))| add(sum));
         };
         for case in &sample.cases {
             of(&|n| KINDS[n] == case.kind, &|sum| match case.verdict {
-                Verdict::Found(scan, _) => sum.found.push(scan),
-                Verdict::Survives if survivors.is_equivalent(&case.name) => sum.equivalent += 1,
-                Verdict::Survives => sum.survive += 1,
+                FaultVerdict::Found(scan, _) => sum.found.push(scan),
+                FaultVerdict::Survives if survivors.is_equivalent(&case.name) => sum.equivalent += 1,
+                FaultVerdict::Survives => sum.survive += 1,
             });
         }
-        sample.same.iter().for_each(|(kind, count)| of(&|n| KINDS[n] == *kind, &|sum| sum.same += count));
-        sample.proved.iter().for_each(|(kind, count)| of(&|n| KINDS[n] == *kind, &|sum| sum.proved += count));
+        sample.identical_images.iter().for_each(|(kind, count)| of(&|n| KINDS[n] == *kind, &|sum| sum.same += count));
+        sample.proved_equivalent.iter().for_each(|(kind, count)| of(&|n| KINDS[n] == *kind, &|sum| sum.proved += count));
         sample.refused.iter().for_each(|(kind, count)| of(&|n| KINDS[n] == *kind, &|sum| sum.refused += count));
     }
     sums.iter_mut().for_each(|(_, sum)| sum.found.sort_unstable());
@@ -122,13 +122,13 @@ fn sums(samples: &[Sample], survivors: &Survivors, mcu: &str) -> Vec<(String, Su
 }
 
 /// Faults and share found, in percent, chip by chip.
-pub fn shares(samples: &[Sample], survivors: &Survivors) -> Vec<(&'static str, (usize, f64))> {
+pub fn shares(samples: &[ProgramSample], survivors: &SurvivorList) -> Vec<(&'static str, (usize, f64))> {
     let all = |mcu| sums(samples, survivors, mcu).pop().map(|(_, sum)| (mcu, (sum.faults(), sum.share())));
     FAMILIES.into_iter().filter_map(all).collect()
 }
 
 /// The table, for people.
-pub fn table(samples: &[Sample], survivors: &Survivors) -> String {
+pub fn table(samples: &[ProgramSample], survivors: &SurvivorList) -> String {
     let mut out = "| chip | sort | faults | found | equivalent | gaps | % | scan: half | 9 of 10 | last | same image | same meaning | refused |\n".to_owned();
     out += "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
     for mcu in FAMILIES {
@@ -157,13 +157,13 @@ pub fn table(samples: &[Sample], survivors: &Survivors) -> String {
 }
 
 /// The share that the page tells of a chip, in percent.
-pub fn told(page: &str, mcu: &str) -> Option<f64> {
+pub fn stated_share(page: &str, mcu: &str) -> Option<f64> {
     let row = page.lines().find_map(|line| line.strip_prefix(&format!("| {mcu} | all | ")))?;
     row.split(" | ").nth(4)?.parse().ok()
 }
 
 /// The page with these figures in place of its own.
-pub fn with_figures(page: &str, table: &str, survivors: &Survivors) -> String {
+pub fn with_figures(page: &str, table: &str, survivors: &SurvivorList) -> String {
     let [begin, end] = FIGURES;
     let (head, rest) = page.split_once(begin).expect("where the figures begin");
     let (_, tail) = rest.split_once(end).expect("where the figures end");

@@ -6,14 +6,14 @@
 
 use std::collections::{HashMap, HashSet};
 
-use ladder_compile::ir::{Bit, BitRole, Compare, Cond, Ir, Logic, Math, Op, Rel, Value, Word, WordRole};
+use ladder_compile::ir::{BitId, BitRole, WordComparison, BranchCondition, Ir, LogicOp, ArithmeticOp, IrOp, RelationOp, WordOperand, WordId, WordRole};
 
 /// Nodes after which a proof is given up.
-const NODES: usize = 400_000;
+const MAX_NODES: usize = 400_000;
 
 /// What a node of a decision diagram asks.
 #[derive(Clone, PartialEq, Eq, Hash)]
-enum Question {
+enum DiagramQuestion {
     /// A bit at the scan's start; the owner is [`BOTH`] unless it is of no meaning then.
     Bit(u32, usize),
     Acc(usize),
@@ -24,7 +24,7 @@ enum Question {
 }
 
 #[derive(Clone, PartialEq, Eq, Hash)]
-enum Term {
+enum IntegerTerm {
     /// A cell at the scan's start, with its bytes, and whose it is.
     Cell(u32, u8, usize),
     Const(i32),
@@ -38,24 +38,24 @@ enum Term {
 const BOTH: usize = 2;
 
 /// All diagrams and terms, each only once, so that the same number is the same meaning.
-struct Space {
+struct ProofSpace {
     /// Question, diagram for no, diagram for yes. 0 is false and 1 is true.
     nodes: Vec<(usize, usize, usize)>,
     known: HashMap<(usize, usize, usize), usize>,
     chosen: HashMap<(usize, usize, usize), usize>,
-    questions: HashMap<Question, usize>,
-    terms: Vec<Term>,
-    numbers: HashMap<Term, usize>,
+    questions: HashMap<DiagramQuestion, usize>,
+    terms: Vec<IntegerTerm>,
+    numbers: HashMap<IntegerTerm, usize>,
     related: HashMap<(usize, usize, bool), usize>,
     fitted: HashMap<(usize, u8), usize>,
     /// Timers and counters are modules, which notice that their integer is written.
     modules: bool,
-    over: bool,
+    gave_up: bool,
 }
 
 /// Everything in the course of a scan.
 #[derive(Clone, PartialEq, Eq)]
-struct State {
+struct SymbolicState {
     acc: usize,
     bits: Vec<usize>,
     words: Vec<usize>,
@@ -67,8 +67,8 @@ struct State {
 
 /// True when the two codes of one program are proved to mean the same.
 pub fn same_meaning(sound: &Ir, faulty: &Ir) -> bool {
-    let modules = sound.rungs.iter().flat_map(|rung| &rung.steps).any(|step| matches!(step.op, Op::Module { .. }));
-    let mut space = Space {
+    let modules = sound.rungs.iter().flat_map(|rung| &rung.steps).any(|step| matches!(step.op, IrOp::Module { .. }));
+    let mut space = ProofSpace {
         nodes: vec![(usize::MAX, 0, 0), (usize::MAX, 1, 1)],
         known: HashMap::new(),
         chosen: HashMap::new(),
@@ -78,18 +78,18 @@ pub fn same_meaning(sound: &Ir, faulty: &Ir) -> bool {
         related: HashMap::new(),
         fitted: HashMap::new(),
         modules,
-        over: false,
+        gave_up: false,
     };
     let known = space.known_of(sound);
     // Memories that the faulty code keeps otherwise are of no meaning, as long as nothing else hangs on what they hold.
     let mut loose = HashSet::new();
     loop {
         let (one, other) = (space.scan(sound, BOTH, &known, &loose), space.scan(faulty, 1, &known, &loose));
-        if space.over {
+        if space.gave_up {
             return false;
         }
-        let (one, other) = (lasting(sound, &one), lasting(sound, &other));
-        let more: HashSet<Cell> = one
+        let (one, other) = (lasting_values(sound, &one), lasting_values(sound, &other));
+        let more: HashSet<LastingCell> = one
             .iter()
             .filter(|(cell, holds)| !loose.contains(*cell) && other.get(*cell) != Some(*holds))
             .map(|(cell, _)| *cell)
@@ -106,37 +106,37 @@ pub fn same_meaning(sound: &Ir, faulty: &Ir) -> bool {
 
 /// Something that outlasts the scan.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum Cell {
+enum LastingCell {
     Bit(usize),
     Word(usize),
     Module(usize),
     Parts,
 }
 
-impl Cell {
+impl LastingCell {
     /// Nobody sees it but the code itself.
     fn is_memory(self, ir: &Ir) -> bool {
         match self {
-            Cell::Bit(n) => ir.bits[n].role == BitRole::Memory,
-            Cell::Word(n) => ir.words[n].role == WordRole::Memory,
-            Cell::Module(_) | Cell::Parts => false,
+            LastingCell::Bit(n) => ir.bits[n].role == BitRole::Memory,
+            LastingCell::Word(n) => ir.words[n].role == WordRole::Memory,
+            LastingCell::Module(_) | LastingCell::Parts => false,
         }
     }
 }
 
 /// What outlasts the scan.
-fn lasting(ir: &Ir, state: &State) -> HashMap<Cell, usize> {
+fn lasting_values(ir: &Ir, state: &SymbolicState) -> HashMap<LastingCell, usize> {
     let bits = ir.bits.iter().zip(&state.bits).enumerate().filter(|(_, (cell, _))| cell.role != BitRole::Temporary);
     let words = ir.words.iter().zip(&state.words).enumerate().filter(|(_, (cell, _))| cell.role != WordRole::Temporary);
-    let modules = state.modules.iter().enumerate().map(|(n, holds)| (Cell::Module(n), *holds));
-    bits.map(|(n, (_, holds))| (Cell::Bit(n), *holds))
-        .chain(words.map(|(n, (_, holds))| (Cell::Word(n), *holds)))
+    let modules = state.modules.iter().enumerate().map(|(n, holds)| (LastingCell::Module(n), *holds));
+    bits.map(|(n, (_, holds))| (LastingCell::Bit(n), *holds))
+        .chain(words.map(|(n, (_, holds))| (LastingCell::Word(n), *holds)))
         .chain(modules)
-        .chain([(Cell::Parts, state.parts)])
+        .chain([(LastingCell::Parts, state.parts)])
         .collect()
 }
 
-impl Space {
+impl ProofSpace {
     /// What is known of the memories at the start of every scan: those that are 0 (nothing), and those that are equal to another one.
     fn known_of(&mut self, ir: &Ir) -> HashMap<usize, Option<usize>> {
         let memory = |n: &usize| ir.bits[*n].role == BitRole::Memory;
@@ -151,7 +151,7 @@ impl Space {
                 let is = if was.is_none() && holds == 0 { None } else { Some(*first.entry((was, holds)).or_insert(n)) };
                 next.insert(n, is);
             }
-            if next == known || self.over {
+            if next == known || self.gave_up {
                 return known;
             }
             known = next;
@@ -159,219 +159,219 @@ impl Space {
     }
 
     /// One scan of `ir`. What is of no meaning at its start is `own`: temporaries, and the cells of `loose`.
-    fn scan(&mut self, ir: &Ir, own: usize, known: &HashMap<usize, Option<usize>>, loose: &HashSet<Cell>) -> State {
+    fn scan(&mut self, ir: &Ir, own: usize, known: &HashMap<usize, Option<usize>>, loose: &HashSet<LastingCell>) -> SymbolicState {
         let mut bits = Vec::new();
         for (n, cell) in ir.bits.iter().enumerate() {
             let is = known.get(&n).copied().unwrap_or(Some(n));
             let bit = match is {
-                _ if loose.contains(&Cell::Bit(n)) && own != BOTH => self.ask(Question::Bit(n as u32, own)),
+                _ if loose.contains(&LastingCell::Bit(n)) && own != BOTH => self.question_diagram(DiagramQuestion::Bit(n as u32, own)),
                 None => 0,
-                Some(_) if cell.role == BitRole::Temporary => self.ask(Question::Bit(n as u32, own)),
-                Some(n) => self.ask(Question::Bit(n as u32, BOTH)),
+                Some(_) if cell.role == BitRole::Temporary => self.question_diagram(DiagramQuestion::Bit(n as u32, own)),
+                Some(n) => self.question_diagram(DiagramQuestion::Bit(n as u32, BOTH)),
             };
             bits.push(bit);
         }
         let (mut words, mut modules) = (Vec::new(), Vec::new());
         for (cell, n) in ir.words.iter().zip(0..) {
-            let loose = cell.role == WordRole::Temporary || loose.contains(&Cell::Word(n as usize));
-            words.push(self.term(Term::Cell(n, cell.bytes, if loose { own } else { BOTH })));
-            modules.push(self.of(&format!("module {n}"), &[]));
+            let loose = cell.role == WordRole::Temporary || loose.contains(&LastingCell::Word(n as usize));
+            words.push(self.term(IntegerTerm::Cell(n, cell.bytes, if loose { own } else { BOTH })));
+            modules.push(self.opaque_term(&format!("module {n}"), &[]));
         }
-        let mut state = State { acc: self.ask(Question::Acc(own)), bits, words, modules, parts: self.of("parts", &[]) };
+        let mut state = SymbolicState { acc: self.question_diagram(DiagramQuestion::Acc(own)), bits, words, modules, parts: self.opaque_term("parts", &[]) };
         let rungs = ir.rungs.iter().flat_map(|rung| &rung.steps).map(|step| &step.op);
-        for op in ir.begin.iter().chain(rungs).chain(&ir.end) {
-            if !self.over {
+        for op in ir.prologue.iter().chain(rungs).chain(&ir.epilogue) {
+            if !self.gave_up {
                 self.run(ir, op, &mut state);
             }
         }
         state
     }
 
-    fn run(&mut self, ir: &Ir, op: &Op, s: &mut State) {
+    fn run(&mut self, ir: &Ir, op: &IrOp, s: &mut SymbolicState) {
         match op {
-            Op::Acc(value) => s.acc = usize::from(*value),
-            Op::Load { bit, negated } => s.acc = self.bit(s, *bit, *negated),
-            Op::And { bit, negated } => {
+            IrOp::SetAccumulator(value) => s.acc = usize::from(*value),
+            IrOp::Load { bit, negated } => s.acc = self.bit(s, *bit, *negated),
+            IrOp::And { bit, negated } => {
                 let bit = self.bit(s, *bit, *negated);
-                s.acc = self.choose(s.acc, bit, 0);
+                s.acc = self.choose_diagram(s.acc, bit, 0);
             }
-            Op::Or { bit, negated } => {
+            IrOp::Or { bit, negated } => {
                 let bit = self.bit(s, *bit, *negated);
-                s.acc = self.choose(s.acc, 1, bit);
+                s.acc = self.choose_diagram(s.acc, 1, bit);
             }
-            Op::Store { bit, negated } => {
-                s.bits[bit.0 as usize] = if *negated { self.choose(s.acc, 0, 1) } else { s.acc };
+            IrOp::Store { bit, negated } => {
+                s.bits[bit.0 as usize] = if *negated { self.choose_diagram(s.acc, 0, 1) } else { s.acc };
             }
-            Op::Put { bit, value } => s.bits[bit.0 as usize] = usize::from(*value),
-            Op::Rising(bit) => {
+            IrOp::SetBit { bit, value } => s.bits[bit.0 as usize] = usize::from(*value),
+            IrOp::Rising(bit) => {
                 let was = std::mem::replace(&mut s.bits[bit.0 as usize], s.acc);
-                let not = self.choose(was, 0, 1);
-                s.acc = self.choose(s.acc, not, 0);
+                let not = self.choose_diagram(was, 0, 1);
+                s.acc = self.choose_diagram(s.acc, not, 0);
             }
-            Op::Falling(bit) => {
+            IrOp::Falling(bit) => {
                 let was = std::mem::replace(&mut s.bits[bit.0 as usize], s.acc);
-                s.acc = self.choose(s.acc, 0, was);
+                s.acc = self.choose_diagram(s.acc, 0, was);
             }
-            Op::AndCompare(compare) => {
+            IrOp::AndCompare(compare) => {
                 let holds = self.compare(s, compare);
-                s.acc = self.choose(s.acc, holds, 0);
+                s.acc = self.choose_diagram(s.acc, holds, 0);
             }
-            Op::Move { dst, src } => {
+            IrOp::Move { dst, src } => {
                 let value = self.value(s, *src);
                 if self.modules {
                     let module = &mut s.modules[dst.0 as usize];
-                    *module = self.of("moved", &[*module, value]);
+                    *module = self.opaque_term("moved", &[*module, value]);
                 }
                 self.set(ir, s, *dst, value);
             }
-            Op::Math { op, dst, a, b } => {
+            IrOp::Math { op, dst, a, b } => {
                 let width = ir.width(*op, *dst, *a, *b);
                 let (a, b) = (self.value(s, *a), self.value(s, *b));
                 let value = self.math(*op, a, b, width);
                 self.set(ir, s, *dst, value);
             }
-            Op::Logic { dst, is } => {
+            IrOp::Logic { dst, function: is } => {
                 s.bits[dst.0 as usize] = match *is {
-                    Logic::Copy(a) => self.bit(s, a, false),
-                    Logic::Not(a) => self.bit(s, a, true),
-                    Logic::And(a, b) => self.choose(s.bits[a.0 as usize], s.bits[b.0 as usize], 0),
-                    Logic::Or(a, b) => self.choose(s.bits[a.0 as usize], 1, s.bits[b.0 as usize]),
+                    LogicOp::Copy(a) => self.bit(s, a, false),
+                    LogicOp::Not(a) => self.bit(s, a, true),
+                    LogicOp::And(a, b) => self.choose_diagram(s.bits[a.0 as usize], s.bits[b.0 as usize], 0),
+                    LogicOp::Or(a, b) => self.choose_diagram(s.bits[a.0 as usize], 1, s.bits[b.0 as usize]),
                 };
             }
-            Op::Lookup { dst, index, table } => {
+            IrOp::Lookup { dst, index, table } => {
                 let table = &ir.tables[*table as usize];
-                let value = self.of(&format!("{} {:?}", table.bytes, table.values), &[s.words[index.0 as usize]]);
+                let value = self.opaque_term(&format!("{} {:?}", table.bytes, table.values), &[s.words[index.0 as usize]]);
                 self.set(ir, s, *dst, value);
             }
             // A voltage stays the same for a scan.
-            Op::ReadAdc { dst, input } => {
-                let value = self.of(&format!("adc {input}"), &[]);
+            IrOp::ReadAdc { dst, input } => {
+                let value = self.opaque_term(&format!("adc {input}"), &[]);
                 self.set(ir, s, *dst, value);
             }
-            Op::SetPwm { duty } => self.happens("duty", *duty, s),
-            Op::Send { value } => self.happens("send", *value, s),
-            Op::Receive { dst } => {
-                let (waits, byte) = (self.of("waits", &[s.parts]), self.of("byte", &[s.parts]));
-                s.acc = self.ask(Question::True(waits));
-                let value = self.either(s.acc, byte, s.words[dst.0 as usize]);
+            IrOp::SetPwm { duty } => self.record_output("duty", *duty, s),
+            IrOp::Send { value } => self.record_output("send", *value, s),
+            IrOp::Receive { dst } => {
+                let (waits, byte) = (self.opaque_term("waits", &[s.parts]), self.opaque_term("byte", &[s.parts]));
+                s.acc = self.question_diagram(DiagramQuestion::True(waits));
+                let value = self.choose_term(s.acc, byte, s.words[dst.0 as usize]);
                 self.set(ir, s, *dst, value);
-                s.parts = self.of("received", &[s.parts]);
+                s.parts = self.opaque_term("received", &[s.parts]);
             }
-            Op::Recall { dst, addr } => {
-                let value = self.of(&format!("cell {addr} {}", ir.words[dst.0 as usize].bytes), &[s.parts]);
+            IrOp::ReadEeprom { dst, addr } => {
+                let value = self.opaque_term(&format!("cell {addr} {}", ir.words[dst.0 as usize].bytes), &[s.parts]);
                 self.set(ir, s, *dst, value);
             }
-            Op::Persist { src, addr, busy, scans } => {
+            IrOp::WriteEeprom { src, addr, busy, scans } => {
                 let how = format!("{addr} {scans} {}", ir.words[src.0 as usize].bytes);
                 let from = [s.words[src.0 as usize], s.words[busy.0 as usize], s.parts];
-                let value = self.of(&format!("busy {how}"), &from);
+                let value = self.opaque_term(&format!("busy {how}"), &from);
                 self.set(ir, s, *busy, value);
-                s.parts = self.of(&format!("persist {how}"), &from);
+                s.parts = self.opaque_term(&format!("persist {how}"), &from);
             }
-            Op::Module { is, word, limit } => {
-                let (one, none) = (self.term(Term::Const(1)), self.term(Term::Const(0)));
-                let acc = self.either(s.acc, one, none);
+            IrOp::Module { module: is, word, limit } => {
+                let (one, none) = (self.term(IntegerTerm::Const(1)), self.term(IntegerTerm::Const(0)));
+                let acc = self.choose_term(s.acc, one, none);
                 let at = word.0 as usize;
                 let from = [acc, s.words[at], s.modules[at], self.value(s, *limit)];
-                let [q, value, module] = ["q", "value", "state"].map(|part| self.of(&format!("{part} {is:?}"), &from));
-                s.acc = self.ask(Question::True(q));
+                let [q, value, module] = ["q", "value", "state"].map(|part| self.opaque_term(&format!("{part} {is:?}"), &from));
+                s.acc = self.question_diagram(DiagramQuestion::True(q));
                 self.set(ir, s, *word, value);
                 s.modules[at] = module;
             }
-            Op::If { cond, then, otherwise } => {
+            IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 let holds = match cond {
-                    Cond::Acc => s.acc,
-                    Cond::Bit(bit) => self.bit(s, *bit, false),
-                    Cond::Compare(compare) => self.compare(s, compare),
+                    BranchCondition::Acc => s.acc,
+                    BranchCondition::Bit(bit) => self.bit(s, *bit, false),
+                    BranchCondition::Compare(compare) => self.compare(s, compare),
                 };
                 let mut no = s.clone();
                 then.iter().for_each(|op| self.run(ir, op, s));
                 otherwise.iter().for_each(|op| self.run(ir, op, &mut no));
-                s.acc = self.choose(holds, s.acc, no.acc);
-                s.bits.iter_mut().zip(no.bits).for_each(|(yes, no)| *yes = self.choose(holds, *yes, no));
-                s.words.iter_mut().zip(no.words).for_each(|(yes, no)| *yes = self.either(holds, *yes, no));
-                s.modules.iter_mut().zip(no.modules).for_each(|(yes, no)| *yes = self.either(holds, *yes, no));
-                s.parts = self.either(holds, s.parts, no.parts);
+                s.acc = self.choose_diagram(holds, s.acc, no.acc);
+                s.bits.iter_mut().zip(no.bits).for_each(|(yes, no)| *yes = self.choose_diagram(holds, *yes, no));
+                s.words.iter_mut().zip(no.words).for_each(|(yes, no)| *yes = self.choose_term(holds, *yes, no));
+                s.modules.iter_mut().zip(no.modules).for_each(|(yes, no)| *yes = self.choose_term(holds, *yes, no));
+                s.parts = self.choose_term(holds, s.parts, no.parts);
             }
         }
     }
 
     /// Something goes out by a part of the chip.
-    fn happens(&mut self, what: &str, value: Value, s: &mut State) {
+    fn record_output(&mut self, what: &str, value: WordOperand, s: &mut SymbolicState) {
         let value = self.value(s, value);
-        s.parts = self.of(what, &[s.parts, value]);
+        s.parts = self.opaque_term(what, &[s.parts, value]);
     }
 
-    fn bit(&mut self, s: &State, bit: Bit, negated: bool) -> usize {
+    fn bit(&mut self, s: &SymbolicState, bit: BitId, negated: bool) -> usize {
         let bit = s.bits[bit.0 as usize];
-        if negated { self.choose(bit, 0, 1) } else { bit }
+        if negated { self.choose_diagram(bit, 0, 1) } else { bit }
     }
 
-    fn value(&mut self, s: &State, value: Value) -> usize {
+    fn value(&mut self, s: &SymbolicState, value: WordOperand) -> usize {
         match value {
-            Value::Cell(word) => s.words[word.0 as usize],
-            Value::Const(value) => self.term(Term::Const(value)),
+            WordOperand::Cell(word) => s.words[word.0 as usize],
+            WordOperand::Const(value) => self.term(IntegerTerm::Const(value)),
         }
     }
 
-    fn set(&mut self, ir: &Ir, s: &mut State, word: Word, value: usize) {
-        s.words[word.0 as usize] = self.fit(value, ir.words[word.0 as usize].bytes);
+    fn set(&mut self, ir: &Ir, s: &mut SymbolicState, word: WordId, value: usize) {
+        s.words[word.0 as usize] = self.truncate_term(value, ir.words[word.0 as usize].bytes);
     }
 
     /// A term in so many bytes.
-    fn fit(&mut self, term: usize, bytes: u8) -> usize {
+    fn truncate_term(&mut self, term: usize, bytes: u8) -> usize {
         if let Some(known) = self.fitted.get(&(term, bytes)) {
             return *known;
         }
         let fitted = match self.terms[term].clone() {
-            Term::Const(value) => self.term(Term::Const(wrapped(value.into(), bytes))),
-            Term::Cell(_, own, _) if own <= bytes => term,
-            Term::If(by, yes, no) => {
-                let (yes, no) = (self.fit(yes, bytes), self.fit(no, bytes));
-                self.either(by, yes, no)
+            IntegerTerm::Const(value) => self.term(IntegerTerm::Const(wrapped(value.into(), bytes))),
+            IntegerTerm::Cell(_, own, _) if own <= bytes => term,
+            IntegerTerm::If(by, yes, no) => {
+                let (yes, no) = (self.truncate_term(yes, bytes), self.truncate_term(no, bytes));
+                self.choose_term(by, yes, no)
             }
-            Term::Cell(..) | Term::Of(..) => self.of(&format!("bytes {bytes}"), &[term]),
+            IntegerTerm::Cell(..) | IntegerTerm::Of(..) => self.opaque_term(&format!("bytes {bytes}"), &[term]),
         };
         self.fitted.insert((term, bytes), fitted);
         fitted
     }
 
-    fn math(&mut self, op: Math, a: usize, b: usize, bytes: u8) -> usize {
-        let (Term::Const(x), Term::Const(y)) = (&self.terms[a], &self.terms[b]) else {
-            return self.of(&format!("{op:?} {bytes}"), &[a, b]);
+    fn math(&mut self, op: ArithmeticOp, a: usize, b: usize, bytes: u8) -> usize {
+        let (IntegerTerm::Const(x), IntegerTerm::Const(y)) = (&self.terms[a], &self.terms[b]) else {
+            return self.opaque_term(&format!("{op:?} {bytes}"), &[a, b]);
         };
         let (x, y) = (i64::from(*x), i64::from(*y));
         let value = match op {
-            Math::Add => x + y,
-            Math::Sub => x - y,
-            Math::Mul => x * y,
-            Math::Div if y == 0 => {
+            ArithmeticOp::Add => x + y,
+            ArithmeticOp::Sub => x - y,
+            ArithmeticOp::Mul => x * y,
+            ArithmeticOp::Div if y == 0 => {
                 if x >= 0 {
                     -1
                 } else {
                     1
                 }
             }
-            Math::Div => x / y,
+            ArithmeticOp::Div => x / y,
         };
-        self.term(Term::Const(wrapped(value, bytes)))
+        self.term(IntegerTerm::Const(wrapped(value, bytes)))
     }
 
-    fn compare(&mut self, s: &State, compare: &Compare) -> usize {
+    fn compare(&mut self, s: &SymbolicState, compare: &WordComparison) -> usize {
         let (a, b) = (s.words[compare.a.0 as usize], self.value(s, compare.b));
         match compare.rel {
-            Rel::Eq => self.related(a, b, true),
-            Rel::Lt => self.related(a, b, false),
-            Rel::Ne | Rel::Ge => {
-                let other = self.related(a, b, compare.rel == Rel::Ne);
-                self.choose(other, 0, 1)
+            RelationOp::Eq => self.related(a, b, true),
+            RelationOp::Lt => self.related(a, b, false),
+            RelationOp::Ne | RelationOp::Ge => {
+                let other = self.related(a, b, compare.rel == RelationOp::Ne);
+                self.choose_diagram(other, 0, 1)
             }
         }
     }
 
     /// a = b, or a < b.
     fn related(&mut self, a: usize, b: usize, equal: bool) -> usize {
-        if self.over {
+        if self.gave_up {
             return 0;
         }
         if let Some(known) = self.related.get(&(a, b, equal)) {
@@ -379,45 +379,45 @@ impl Space {
         }
         let related = match (self.terms[a].clone(), self.terms[b].clone()) {
             _ if a == b => usize::from(equal),
-            (Term::Const(x), Term::Const(y)) => usize::from(if equal { x == y } else { x < y }),
-            (Term::If(by, yes, no), _) => {
+            (IntegerTerm::Const(x), IntegerTerm::Const(y)) => usize::from(if equal { x == y } else { x < y }),
+            (IntegerTerm::If(by, yes, no), _) => {
                 let (yes, no) = (self.related(yes, b, equal), self.related(no, b, equal));
-                self.choose(by, yes, no)
+                self.choose_diagram(by, yes, no)
             }
-            (_, Term::If(by, yes, no)) => {
+            (_, IntegerTerm::If(by, yes, no)) => {
                 let (yes, no) = (self.related(a, yes, equal), self.related(a, no, equal));
-                self.choose(by, yes, no)
+                self.choose_diagram(by, yes, no)
             }
-            _ if equal => self.ask(Question::Equal(a.min(b), a.max(b))),
-            _ => self.ask(Question::Less(a, b)),
+            _ if equal => self.question_diagram(DiagramQuestion::Equal(a.min(b), a.max(b))),
+            _ => self.question_diagram(DiagramQuestion::Less(a, b)),
         };
         self.related.insert((a, b, equal), related);
         related
     }
 
-    fn of(&mut self, what: &str, terms: &[usize]) -> usize {
-        self.term(Term::Of(what.to_owned(), terms.to_vec()))
+    fn opaque_term(&mut self, what: &str, terms: &[usize]) -> usize {
+        self.term(IntegerTerm::Of(what.to_owned(), terms.to_vec()))
     }
 
-    fn either(&mut self, by: usize, yes: usize, no: usize) -> usize {
+    fn choose_term(&mut self, by: usize, yes: usize, no: usize) -> usize {
         match by {
             0 => no,
             1 => yes,
             _ if yes == no => yes,
-            _ => self.term(Term::If(by, yes, no)),
+            _ => self.term(IntegerTerm::If(by, yes, no)),
         }
     }
 
-    fn term(&mut self, term: Term) -> usize {
+    fn term(&mut self, term: IntegerTerm) -> usize {
         let next = self.terms.len();
-        self.over |= next > NODES;
+        self.gave_up |= next > MAX_NODES;
         *self.numbers.entry(term.clone()).or_insert_with(|| {
             self.terms.push(term);
             next
         })
     }
 
-    fn ask(&mut self, question: Question) -> usize {
+    fn question_diagram(&mut self, question: DiagramQuestion) -> usize {
         let next = self.questions.len();
         let question = *self.questions.entry(question).or_insert(next);
         self.node(question, 0, 1)
@@ -428,7 +428,7 @@ impl Space {
             return no;
         }
         let next = self.nodes.len();
-        self.over |= next > NODES;
+        self.gave_up |= next > MAX_NODES;
         *self.known.entry((question, no, yes)).or_insert_with(|| {
             self.nodes.push((question, no, yes));
             next
@@ -436,13 +436,13 @@ impl Space {
     }
 
     /// Where `by` holds `yes`, else `no`.
-    fn choose(&mut self, by: usize, yes: usize, no: usize) -> usize {
+    fn choose_diagram(&mut self, by: usize, yes: usize, no: usize) -> usize {
         match (by, yes, no) {
             (0, ..) => return no,
             (1, ..) => return yes,
             (_, 1, 0) => return by,
             _ if yes == no => return yes,
-            _ if self.over => return 0,
+            _ if self.gave_up => return 0,
             _ => {}
         }
         if let Some(known) = self.chosen.get(&(by, yes, no)) {
@@ -461,8 +461,8 @@ impl Space {
                 _ => n,
             })
         });
-        let low = self.choose(lows[0], lows[1], lows[2]);
-        let high = self.choose(highs[0], highs[1], highs[2]);
+        let low = self.choose_diagram(lows[0], lows[1], lows[2]);
+        let high = self.choose_diagram(highs[0], highs[1], highs[2]);
         let chosen = self.node(first, low, high);
         self.chosen.insert((by, yes, no), chosen);
         chosen

@@ -1,10 +1,10 @@
 //! The codes of the image loaders, one row each: code, title, explanation.
 
-use diag::Code;
+use diag::DiagnosticCode;
 
 /// All codes that [`super::load`], [`super::load_hex`] and [`super::load_elf`] give, for `emu explain`.
 #[rustfmt::skip]
-pub const CODES: &[Code] = &[
+pub const IMAGE_CODES: &[DiagnosticCode] = &[
     row("HEX001", "a line does not begin with a colon",
         "Every line of Intel HEX begins with ':', behind spaces at most; a line that begins with ';' is a comment. Other \
          characters before the colon are refused, and so is a line of text. The rest of the line is still checked. Mend: remove \
@@ -142,7 +142,7 @@ pub const CODES: &[Code] = &[
 
 /// All codes of the warnings of [`super::Lines`], for `emu explain`.
 #[rustfmt::skip]
-pub const LINE_CODES: &[Code] = &[
+pub const LINE_CODES: &[DiagnosticCode] = &[
     row("ELF012", "damaged debugging information",
         "A warning: source lines were asked for, and what the file says of them (DWARF, in .debug_info and .debug_line) contradicts \
          itself or goes beyond its end. What can be read is used, so lines may be missing. The program itself is not touched by \
@@ -157,7 +157,7 @@ pub const LINE_CODES: &[Code] = &[
 
 /// All codes that [`super::load_symbols`] gives, for `emu explain`.
 #[rustfmt::skip]
-pub const SYMBOL_CODES: &[Code] = &[
+pub const SYMBOL_CODES: &[DiagnosticCode] = &[
     row("SYM001", "not a file of symbols",
         "Symbols are read from what SDCC's tools write for the 8051: the linker's .map, the .cdb of a build with --debug, \
          the .rst listings that the linker updates, and .lst listings whose areas are absolute; from the map of Keil's linkers (.m51, \
@@ -219,6 +219,6 @@ pub const SYMBOL_CODES: &[Code] = &[
          file. Compilers and linkers stay far below. Fix: build anew; the file is damaged, or no tool wrote it."),
 ];
 
-pub(super) const fn row(code: &'static str, title: &'static str, explain: &'static str) -> Code {
-    Code { code, title, explain }
+pub(super) const fn row(code: &'static str, title: &'static str, explain: &'static str) -> DiagnosticCode {
+    DiagnosticCode { code, title, explain }
 }

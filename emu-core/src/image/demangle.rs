@@ -12,11 +12,11 @@ use std::ops::Range;
 use cpp_demangle::{BorrowedSymbol, DemangleOptions};
 
 /// Longest name that is taken apart, and longest that is made, in bytes.
-const LONGEST: usize = 4096;
+const MAX_NAME: usize = 4096;
 
 /// A name in the language of the program, and parts of it.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Mangled {
+pub struct DemangledName {
     /// The name as the linker wrote it: `_ZN3app7computeER5Shapei`.
     pub linkage: String,
     /// Namespaces and name without parameters: `app::compute`.
@@ -27,26 +27,26 @@ pub struct Mangled {
 /// names that no compiler has mangled.
 #[must_use]
 pub(super) fn demangle(name: &str) -> Option<(String, String)> {
-    if name.len() > LONGEST || !name.starts_with("_Z") && !name.starts_with("_R") {
+    if name.len() > MAX_NAME || !name.starts_with("_Z") && !name.starts_with("_R") {
         return None;
     }
     if let Ok(rust) = rustc_demangle::try_demangle(name) {
         // Without the hash, which no source names.
-        let whole = limited(|out| write!(out, "{rust:#}"))?;
+        let whole = write_limited(|out| write!(out, "{rust:#}"))?;
         return Some((whole.clone(), whole));
     }
     let symbol = BorrowedSymbol::new(name.as_bytes()).ok()?;
     let options = DemangleOptions::new().no_return_type();
-    let whole = limited(|out| symbol.structured_demangle(out, &options).map_err(|_| fmt::Error))?;
-    if let Some(special) = special(name, &whole) {
+    let whole = write_limited(|out| symbol.structured_demangle(out, &options).map_err(|_| fmt::Error))?;
+    if let Some(special) = describe_special_symbol(name, &whole) {
         return Some((special.clone(), special));
     }
-    let path = limited(|out| symbol.structured_demangle(out, &options.no_params()).map_err(|_| fmt::Error))?;
+    let path = write_limited(|out| symbol.structured_demangle(out, &options.no_params()).map_err(|_| fmt::Error))?;
     Some((whole, path))
 }
 
 /// What compilers make of a class, as c++filt prints it: `vtable for Shape` where `cpp_demangle` has `{vtable(Shape)}`.
-fn special(name: &str, whole: &str) -> Option<String> {
+fn describe_special_symbol(name: &str, whole: &str) -> Option<String> {
     let (what, of) = whole.strip_prefix('{')?.strip_suffix(")}")?.split_once('(')?;
     Some(match what {
         "virtual override thunk" => {
@@ -95,12 +95,12 @@ pub(super) fn without_outer_parameters(path: &str) -> Cow<'_, str> {
         });
         space.map_or(0, |(at, _)| at + 1)
     });
-    if returned == 0 { cut(path, &groups) } else { cut(path, &[iter::once(0..returned).collect(), groups].concat()) }
+    if returned == 0 { without_ranges(path, &groups) } else { without_ranges(path, &[iter::once(0..returned).collect(), groups].concat()) }
 }
 
 /// A path without the arguments of the templates in which its last name lies: `Stack::push` for `Stack<int>::push`.
 pub(super) fn without_outer_arguments(path: &str) -> Cow<'_, str> {
-    cut(path, &groups_before_names(path, ['<', '>']))
+    without_ranges(path, &groups_before_names(path, ['<', '>']))
 }
 
 /// The groups in brackets that belong to a name and have another name behind them, with what qualifies a method: `(int) const` in
@@ -133,7 +133,7 @@ fn groups_before_names(path: &str, [open, close]: [char; 2]) -> Vec<Range<usize>
 }
 
 /// What is left of a text without these parts, which ascend.
-fn cut<'p>(text: &'p str, parts: &[Range<usize>]) -> Cow<'p, str> {
+fn without_ranges<'p>(text: &'p str, parts: &[Range<usize>]) -> Cow<'p, str> {
     if parts.is_empty() {
         return Cow::Borrowed(text);
     }
@@ -143,18 +143,18 @@ fn cut<'p>(text: &'p str, parts: &[Range<usize>]) -> Cow<'p, str> {
 }
 
 /// What is written, if it is short enough.
-fn limited(write: impl FnOnce(&mut Limited) -> fmt::Result) -> Option<String> {
-    let mut out = Limited(String::new());
+fn write_limited(write: impl FnOnce(&mut LimitedString) -> fmt::Result) -> Option<String> {
+    let mut out = LimitedString(String::new());
     write(&mut out).ok()?;
     (!out.0.is_empty()).then_some(out.0)
 }
 
 /// A text that refuses to become longer than [`LONGEST`].
-struct Limited(String);
+struct LimitedString(String);
 
-impl Write for Limited {
+impl Write for LimitedString {
     fn write_str(&mut self, text: &str) -> fmt::Result {
-        if self.0.len() + text.len() > LONGEST {
+        if self.0.len() + text.len() > MAX_NAME {
             return Err(fmt::Error);
         }
         self.0.push_str(text);
@@ -189,7 +189,7 @@ mod tests {
         }
     }
 
-    fn both(name: &str) -> String {
+    fn demangled_pair(name: &str) -> String {
         demangle(name).map_or("-".to_owned(), |(whole, path)| format!("{whole} | {path}"))
     }
 
@@ -219,7 +219,7 @@ mod tests {
             ("__vector_16", "- | -"),
         ];
         for (name, wanted) in table {
-            assert_eq!(both(name), wanted.replace("- | -", "-"), "{name}");
+            assert_eq!(demangled_pair(name), wanted.replace("- | -", "-"), "{name}");
         }
     }
 
@@ -240,7 +240,7 @@ mod tests {
             let earlier = if depth == 0 { "S_".to_owned() } else { format!("S{}_", depth - 1) };
             name.push_str(&format!("St4pairI{earlier}{earlier}E"));
         }
-        assert!(demangle(&name).is_none_or(|(whole, _)| whole.len() <= super::LONGEST));
+        assert!(demangle(&name).is_none_or(|(whole, _)| whole.len() <= super::MAX_NAME));
         assert_eq!(demangle(&format!("_Z{}", "N".repeat(5000))), None);
         assert_eq!(demangle(&format!("_Z1f{}i", "P".repeat(4000))), None);
     }
@@ -273,7 +273,7 @@ mod tests {
             }
             let name = String::from_utf8_lossy(&name).into_owned();
             if let Some((whole, path)) = demangle(&name) {
-                assert!(whole.len() <= super::LONGEST && path.len() <= super::LONGEST, "{name}");
+                assert!(whole.len() <= super::MAX_NAME && path.len() <= super::MAX_NAME, "{name}");
             }
         }
     }

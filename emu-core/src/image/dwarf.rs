@@ -26,10 +26,10 @@ use gimli::{
 };
 
 use super::elf::{self, DebugSection};
-use super::lines::{Found, LineAt, LineKind};
-use dropped::{Scan, Sequence};
+use super::source_lines::{LineTable, SourceLine, SourceKind};
+use dropped::{DroppedScan, LowSequence};
 
-type Slice<'b> = EndianSlice<'b, Le>;
+type DwarfSlice<'b> = EndianSlice<'b, Le>;
 
 /// Code of the warning about what is damaged.
 const DAMAGED: &str = "ELF012";
@@ -38,29 +38,29 @@ const COMPRESSED: &str = "ELF013";
 /// Code of the warning about another format.
 const OTHER_FORMAT: &str = "ELF014";
 /// Longest name of a source file; longer ones are of a damaged file.
-const MOST_NAME: usize = 4096;
+const MAX_NAME: usize = 4096;
 
 /// The lines of an ELF file; none and no warning where it has none.
-pub(super) fn read(file: &str, bytes: &[u8]) -> Found {
+pub(super) fn read_line_table(file: &str, bytes: &[u8]) -> LineTable {
     let warn = |code, cause, hint| Diagnostic::new(Severity::Warning, code, file, Pos::default(), cause, hint);
     let bytes = elf::aligned(bytes);
     let sections = elf::debug_sections(&bytes);
     let Some(sections) = sections else {
         let hint = "the file is cut off or damaged: build or get it again";
-        return only(warn(DAMAGED, "the debugging information cannot be found".to_owned(), hint));
+        return with_only_warning(warn(DAMAGED, "the debugging information cannot be found".to_owned(), hint));
     };
     if sections.iter().any(|(_, section)| matches!(section, DebugSection::Compressed)) {
         let cause = "the debugging information is compressed, so source lines are not known".to_owned();
         let hint = "link without -gz, or avr-objcopy --decompress-debug-sections";
-        return only(warn(COMPRESSED, cause, hint));
+        return with_only_warning(warn(COMPRESSED, cause, hint));
     }
-    let section = |id: SectionId| -> Result<Slice<'_>, Error> {
+    let section = |id: SectionId| -> Result<DwarfSlice<'_>, Error> {
         let named = sections.iter().find(|(name, _)| *name == id.name());
         Ok(EndianSlice::new(named.map_or(&[], |(_, section)| section.bytes()), Le))
     };
-    let mut reader = Reader::default();
+    let mut reader = DwarfLineReader::default();
     if let Ok(dwarf) = Dwarf::load(section) {
-        reader.read(&dwarf, &bytes);
+        reader.read_units(&dwarf, &bytes);
     }
     let damaged = reader.fault.map(|fault| {
         let cause = format!("the debugging information is damaged, so source lines may be missing: {fault}");
@@ -72,29 +72,29 @@ pub(super) fn read(file: &str, bytes: &[u8]) -> Found {
         let cause = "the debugging information is stabs, so source lines are not known".to_owned();
         warn(OTHER_FORMAT, cause, "compile with -gdwarf-4 in place of -g")
     });
-    Found::of(reader.lines, reader.folders, damaged.into_iter().chain(other).collect())
+    LineTable::from_lines(reader.lines, reader.folders, damaged.into_iter().chain(other).collect())
 }
 
 /// No lines, and why.
-fn only(warning: Diagnostic) -> Found {
-    Found::of(Vec::new(), Vec::new(), vec![warning])
+fn with_only_warning(warning: Diagnostic) -> LineTable {
+    LineTable::from_lines(Vec::new(), Vec::new(), vec![warning])
 }
 
 /// A line program that units name.
-struct Program<'b> {
-    program: IncompleteLineProgram<Slice<'b>>,
+struct LineProgram<'b> {
+    program: IncompleteLineProgram<DwarfSlice<'b>>,
     folder: String,
     /// Where the units have code; empty where they do not tell.
     ranges: Vec<Range<u64>>,
     /// True when a unit tells where it has code, be it nowhere.
     told: bool,
     /// The units.
-    units: Vec<Unit<Slice<'b>>>,
+    units: Vec<Unit<DwarfSlice<'b>>>,
 }
 
 #[derive(Default)]
-struct Reader {
-    lines: Vec<LineAt>,
+struct DwarfLineReader {
+    lines: Vec<SourceLine>,
     /// Names of files that occurred.
     names: HashMap<String, Arc<str>>,
     /// The folders of their compilations.
@@ -103,33 +103,33 @@ struct Reader {
     fault: Option<String>,
 }
 
-impl Reader {
-    fn damaged(&mut self, why: impl ToString) {
+impl DwarfLineReader {
+    fn warn_damaged(&mut self, why: impl ToString) {
         self.fault.get_or_insert_with(|| why.to_string());
     }
 
-    fn read(&mut self, dwarf: &Dwarf<Slice<'_>>, elf: &[u8]) {
-        let mut programs: BTreeMap<usize, Program<'_>> = BTreeMap::new();
-        let mut budget = Budget { heads: dwarf.debug_line.reader().len() * 4 + (1 << 20), ranges: 1 << 16 };
+    fn read_units(&mut self, dwarf: &Dwarf<DwarfSlice<'_>>, elf: &[u8]) {
+        let mut programs: BTreeMap<usize, LineProgram<'_>> = BTreeMap::new();
+        let mut budget = ReadBudget { heads: dwarf.debug_line.reader().len() * 4 + (1 << 20), ranges: 1 << 16 };
         each_unit(dwarf, &mut |unit| {
             if let Err(error) = unit.and_then(|unit| add_unit(dwarf, unit, &mut programs, &mut budget)) {
-                self.damaged(error);
+                self.warn_damaged(error);
             }
             if budget.is_spent() {
-                self.damaged("its units have more ranges, or heads of line programs, than a program can have");
+                self.warn_damaged("its units have more ranges, or heads of line programs, than a program can have");
             }
             !budget.is_spent()
         });
         let mut rows = dwarf.debug_line.reader().len();
-        let (mut scan, mut doubtful) = (Scan::new(dwarf, elf), Vec::new());
+        let (mut scan, mut doubtful) = (DroppedScan::new(dwarf, elf), Vec::new());
         for mut program in programs.into_values() {
             let units = std::mem::take(&mut program.units);
             let mut low = Vec::new();
-            if let Err(error) = self.program(dwarf, program, &mut rows, &mut low) {
-                self.damaged(error);
+            if let Err(error) = self.read_line_program(dwarf, program, &mut rows, &mut low) {
+                self.warn_damaged(error);
             }
             if !low.is_empty() {
-                let (kept, unsure) = scan.judge(low, &units);
+                let (kept, unsure) = scan.split_dropped(low, &units);
                 self.lines.extend(kept);
                 doubtful.extend(unsure);
             }
@@ -139,36 +139,36 @@ impl Reader {
 
     /// Adds the rows of a line program; those of sequences that begin where dropped code is put go to `low`. A row takes a byte of the
     /// program at least, so that `most` rows of all programs suffice.
-    fn program(
+    fn read_line_program(
         &mut self,
-        dwarf: &Dwarf<Slice<'_>>,
-        program: Program<'_>,
+        dwarf: &Dwarf<DwarfSlice<'_>>,
+        program: LineProgram<'_>,
         most: &mut usize,
-        low: &mut Vec<Sequence>,
+        low: &mut Vec<LowSequence>,
     ) -> Result<(), Error> {
-        let Program { program, folder, ranges, told, .. } = program;
+        let LineProgram { program, folder, ranges, told, .. } = program;
         let mut files: HashMap<u64, Option<Arc<str>>> = HashMap::new();
         let mut rows = program.rows();
         let mut last: Option<(u64, u64, u32)> = None;
-        let mut sequence: Option<Sequence> = None;
+        let mut sequence: Option<LowSequence> = None;
         while let Some((header, row)) = rows.next_row()? {
             let Some(left) = most.checked_sub(1) else {
-                self.damaged("its line programs overlap");
+                self.warn_damaged("its line programs overlap");
                 return Ok(());
             };
             *most = left;
             let (addr, index) = (row.address(), row.file_index());
-            let current = sequence.get_or_insert_with(|| Sequence::new(addr));
+            let current = sequence.get_or_insert_with(|| LowSequence::new(addr));
             current.end = addr;
             if let Some((start, file, line)) = last.take().filter(|(start, ..)| *start < addr) {
                 let known = !told || ranges.iter().any(|range| range.contains(&start));
-                let name = files.entry(file).or_insert_with(|| self.file(dwarf, header, file, &folder));
+                let name = files.entry(file).or_insert_with(|| self.file_name(dwarf, header, file, &folder));
                 if let (true, Some(file), Ok(at), Ok(len)) =
                     (known && line > 0, name, u32::try_from(start), u32::try_from(addr - start))
                 {
-                    let (kind, file) = (kind(file), Arc::clone(file));
+                    let (kind, file) = (source_kind(file), Arc::clone(file));
                     let into = if current.is_low() { &mut current.lines } else { &mut self.lines };
-                    into.push(LineAt { addr: at, kind, file, line, len });
+                    into.push(SourceLine { addr: at, kind, file, line, len });
                 }
             }
             // Of several rows at one address the last is that of the code.
@@ -182,14 +182,14 @@ impl Reader {
     }
 
     /// The name of a file of a line program, below the folder of the compilation or absolute.
-    fn file(
+    fn file_name(
         &mut self,
-        dwarf: &Dwarf<Slice<'_>>,
-        header: &LineProgramHeader<Slice<'_>>,
+        dwarf: &Dwarf<DwarfSlice<'_>>,
+        header: &LineProgramHeader<DwarfSlice<'_>>,
         index: u64,
         folder: &str,
     ) -> Option<Arc<str>> {
-        let text = |value| dwarf.attr_line_string(value).ok().map(short);
+        let text = |value| dwarf.attr_line_string(value).ok().map(lossy_text);
         let file = header.file(index)?;
         let name = text(file.path_name())?;
         // Folder 0 is that of the compilation; before DWARF 5 it does not stand in the table.
@@ -197,7 +197,7 @@ impl Reader {
             (0, _) => String::new(),
             _ => file.directory(header).and_then(text)?,
         };
-        let path = join(&inner, &name);
+        let path = join_path(&inner, &name);
         let below = path.strip_prefix(folder).filter(|_| !folder.is_empty()).and_then(|path| path.strip_prefix('/'));
         let path = below.unwrap_or(&path);
         let path = path.strip_prefix("./").unwrap_or(path);
@@ -214,7 +214,7 @@ impl Reader {
 }
 
 /// Hands out the units one by one, and what is wrong with those that are damaged, until `each` answers with false.
-pub(super) fn each_unit<'b>(dwarf: &Dwarf<Slice<'b>>, each: &mut dyn FnMut(Result<Unit<Slice<'b>>, Error>) -> bool) {
+pub(super) fn each_unit<'b>(dwarf: &Dwarf<DwarfSlice<'b>>, each: &mut dyn FnMut(Result<Unit<DwarfSlice<'b>>, Error>) -> bool) {
     let mut headers = Vec::new();
     let mut units = dwarf.units();
     let damaged = loop {
@@ -249,14 +249,14 @@ pub(super) fn each_unit<'b>(dwarf: &Dwarf<Slice<'b>>, each: &mut dyn FnMut(Resul
 }
 
 /// What units together may still name.
-struct Budget {
+struct ReadBudget {
     /// Bytes of heads of line programs, which are read once a unit.
     heads: usize,
     /// Ranges of code.
     ranges: usize,
 }
 
-impl Budget {
+impl ReadBudget {
     fn is_spent(&self) -> bool {
         self.heads == 0 || self.ranges == 0
     }
@@ -264,17 +264,17 @@ impl Budget {
 
 /// Adds what a unit says to its line program.
 fn add_unit<'b>(
-    dwarf: &Dwarf<Slice<'b>>,
-    unit: Unit<Slice<'b>>,
-    programs: &mut BTreeMap<usize, Program<'b>>,
-    budget: &mut Budget,
+    dwarf: &Dwarf<DwarfSlice<'b>>,
+    unit: Unit<DwarfSlice<'b>>,
+    programs: &mut BTreeMap<usize, LineProgram<'b>>,
+    budget: &mut ReadBudget,
 ) -> Result<(), Error> {
     let Some(program) = unit.line_program.clone() else { return Ok(()) };
     let DebugLineOffset(offset) = program.header().offset();
     budget.heads = budget.heads.saturating_sub(program.header().header_length());
-    let folder = unit.comp_dir.map(short).unwrap_or_default();
+    let folder = unit.comp_dir.map(lossy_text).unwrap_or_default();
     let ranges = ranges(dwarf, &unit, budget)?;
-    let known = programs.entry(offset).or_insert_with(|| Program {
+    let known = programs.entry(offset).or_insert_with(|| LineProgram {
         program,
         folder: String::new(),
         ranges: Vec::new(),
@@ -292,9 +292,9 @@ fn add_unit<'b>(
 
 /// Where a unit has code; nothing where it does not tell.
 fn ranges(
-    dwarf: &Dwarf<Slice<'_>>,
-    unit: &Unit<Slice<'_>>,
-    budget: &mut Budget,
+    dwarf: &Dwarf<DwarfSlice<'_>>,
+    unit: &Unit<DwarfSlice<'_>>,
+    budget: &mut ReadBudget,
 ) -> Result<Option<Vec<Range<u64>>>, Error> {
     let mut entries = unit.entries();
     let Some(root) = entries.next_dfs()? else { return Ok(None) };
@@ -320,17 +320,17 @@ fn ranges(
     Ok(high.map(|high| std::iter::once(low..high).collect()))
 }
 
-fn short(text: Slice<'_>) -> String {
+fn lossy_text(text: DwarfSlice<'_>) -> String {
     let bytes = text.slice();
-    String::from_utf8_lossy(bytes.get(..bytes.len().min(MOST_NAME)).unwrap_or_default()).into_owned()
+    String::from_utf8_lossy(bytes.get(..bytes.len().min(MAX_NAME)).unwrap_or_default()).into_owned()
 }
 
-fn join(folder: &str, name: &str) -> String {
+fn join_path(folder: &str, name: &str) -> String {
     if folder.is_empty() || name.starts_with('/') { name.to_owned() } else { format!("{folder}/{name}") }
 }
 
 /// By the extension: compilers leave assembler alone, and assemblers take no C.
-fn kind(file: &str) -> LineKind {
+fn source_kind(file: &str) -> SourceKind {
     let asm = [".S", ".s", ".sx", ".asm", ".inc"].iter().any(|ending| file.ends_with(ending));
-    if asm { LineKind::Asm } else { LineKind::C }
+    if asm { SourceKind::Asm } else { SourceKind::C }
 }

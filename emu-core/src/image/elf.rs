@@ -14,15 +14,15 @@ use object::read::Error;
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, SectionTable, Sym};
 
 use super::demangle::demangle;
-use super::faults::Faults;
-use super::place::{Origin, Placed, STAYS_ERASED, Trouble, describe, window};
-use super::{AVR_AREAS, ElfMachine, Image, Lines, Loaded, Mangled, Space, SymbolAt, simavr};
+use super::faults::FaultList;
+use super::placement::{SourceSpan, PlacedBytes, STAYS_ERASED, PlacementError, describe_spaces, address_range};
+use super::{AVR_AREAS, ElfMachine, Image, SourceLines, LoadedImage, DemangledName, ImageSpace, SymbolAt, simavr};
 
 /// The first bytes of every ELF file.
 pub(super) const MAGIC: &[u8] = &elf::ELFMAG;
 
 /// More program headers than this are taken as a broken file; a program for a small chip has about five.
-const MOST_SEGMENTS: usize = 1024;
+const MAX_SEGMENTS: usize = 1024;
 /// All symbol names together may have this many times the bytes of the file: linkers share the tails of names, but a
 /// broken table that names one long string a million times must not fill the memory.
 const NAME_SHARING: usize = 4;
@@ -34,13 +34,13 @@ const NAME_SHARING: usize = 4;
 /// # Errors
 /// All faults of the file (codes ELF001 to ELF015); at most [`super::LIMIT`] and a closing note with the number of
 /// others.
-pub fn load_elf(file: &str, bytes: &[u8], spaces: &[Space], e_machine: u16) -> Result<Loaded, Vec<Diagnostic>> {
-    let mut faults = Faults::new(file, "ELF011");
+pub fn load_elf(file: &str, bytes: &[u8], spaces: &[ImageSpace], e_machine: u16) -> Result<LoadedImage, Vec<Diagnostic>> {
+    let mut faults = FaultList::new(file, "ELF011");
     check_header(bytes, ElfMachine(e_machine), &mut faults);
-    if !faults.none() {
+    if !faults.is_empty() {
         return faults.finish(Image::default());
     }
-    let image = read(&aligned(bytes), spaces, &mut faults).unwrap_or_else(|error| {
+    let image = read_elf(&aligned(bytes), spaces, &mut faults).unwrap_or_else(|error| {
         corrupt(&mut faults, &error.to_string());
         Image::default()
     });
@@ -106,7 +106,7 @@ pub(super) fn code_names_at(bytes: &[u8], addr: u32) -> Vec<&[u8]> {
 }
 
 /// Checks what can be read without knowing the layout of the rest.
-fn check_header(bytes: &[u8], wanted: ElfMachine, faults: &mut Faults) {
+fn check_header(bytes: &[u8], wanted: ElfMachine, faults: &mut FaultList) {
     let rebuild = "link the program for this chip and load that file";
     if !bytes.starts_with(MAGIC) {
         let found = bytes.iter().take(4).map(|b| format!("{b:02X}")).collect::<Vec<_>>().join(" ");
@@ -150,38 +150,38 @@ fn check_header(bytes: &[u8], wanted: ElfMachine, faults: &mut Faults) {
     }
 }
 
-fn corrupt(faults: &mut Faults, what: &str) {
+fn corrupt(faults: &mut FaultList, what: &str) {
     let hint = "the file is cut off or damaged: build or get it again";
     faults.error("ELF006", Pos::default(), || format!("the file cannot be read: {what}"), hint);
 }
 
 /// Bytes to load.
-struct Piece<'b> {
+struct LoadPiece<'b> {
     name: String,
     addr: u64,
     bytes: &'b [u8],
     code: bool,
 }
 
-fn read(bytes: &[u8], spaces: &[Space], faults: &mut Faults) -> Result<Image, Error> {
+fn read_elf(bytes: &[u8], spaces: &[ImageSpace], faults: &mut FaultList) -> Result<Image, Error> {
     let header = FileHeader32::<Le>::parse(bytes)?;
     let segments = header.program_headers(Le, bytes)?;
-    if segments.len() > MOST_SEGMENTS {
-        corrupt(faults, &format!("{} program headers, at most {MOST_SEGMENTS} are read", segments.len()));
+    if segments.len() > MAX_SEGMENTS {
+        corrupt(faults, &format!("{} program headers, at most {MAX_SEGMENTS} are read", segments.len()));
         return Ok(Image::default());
     }
     let sections = header.sections(Le, bytes)?;
     let pieces = if sections.is_empty() {
-        pieces_of_segments(segments, bytes, faults)
+        pieces_from_segments(segments, bytes, faults)
     } else {
-        pieces_of_sections(&sections, segments, bytes, faults)
+        pieces_from_sections(&sections, segments, bytes, faults)
     };
-    let mut placed = Placed::new(spaces);
+    let mut placed = PlacedBytes::new(spaces);
     for (piece, number) in pieces.iter().zip(0..) {
-        placed.put(piece.addr, piece.bytes, Origin { line: number, column: 0 }, |trouble| {
-            tell(trouble, &pieces, piece, spaces, faults);
+        placed.place_bytes(piece.addr, piece.bytes, SourceSpan { line: number, column: 0 }, |trouble| {
+            report_trouble(trouble, &pieces, piece, spaces, faults);
         });
-        if faults.full() {
+        if faults.is_full() {
             break;
         }
     }
@@ -191,20 +191,20 @@ fn read(bytes: &[u8], spaces: &[Space], faults: &mut Faults) -> Result<Image, Er
         faults.note("ELF009", Pos::default(), cause, "align the end of the section to a word in the linker script");
     }
     placed.fill_half_words();
-    if faults.none() && !pieces.iter().any(|piece| piece.code) {
+    if faults.is_empty() && !pieces.iter().any(|piece| piece.code) {
         let cause = || format!("no executable section holds bytes ({} sections to load)", pieces.len());
         faults.error("ELF010", Pos::default(), cause, "link a program, not only data");
     }
     let symbols = symbols(&sections, bytes, spaces, faults)?;
-    Ok(Image { segments: placed.into_segments(), symbols, lines: Lines::default(), entry: Some(header.e_entry(Le)) })
+    Ok(Image { segments: placed.into_segments(), symbols, lines: SourceLines::default(), entry: Some(header.e_entry(Le)) })
 }
 
-fn tell(trouble: Trouble, pieces: &[Piece], piece: &Piece, spaces: &[Space], faults: &mut Faults) {
+fn report_trouble(trouble: PlacementError, pieces: &[LoadPiece], piece: &LoadPiece, spaces: &[ImageSpace], faults: &mut FaultList) {
     let name = &piece.name;
     match trouble {
         // It speaks to a simulator. Where a linker script does not know it, it lies in flash like any other constants.
-        Trouble::Outside { .. } if name == simavr::SECTION => {}
-        Trouble::Outside { start, end } => {
+        PlacementError::Outside { .. } if name == simavr::SECTION => {}
+        PlacementError::Outside { start, end } => {
             let span = format!("{name}: 0x{start:04X} to 0x{:04X} ({} bytes) lies", end - 1, end - start);
             // No program of an AVR is loaded there, whatever the chip: the section is for other tools.
             if start >= AVR_AREAS.end.into() && !piece.code {
@@ -212,10 +212,10 @@ fn tell(trouble: Trouble, pieces: &[Piece], piece: &Piece, spaces: &[Space], fau
                 let cause = || format!("{span} where no AVR has a memory: left out");
                 return faults.note("ELF015", Pos::default(), cause, hint);
             }
-            let cause = || format!("{span} outside the memories of the chip: {}", describe(spaces));
+            let cause = || format!("{span} outside the memories of the chip: {}", describe_spaces(spaces));
             faults.error("ELF007", Pos::default(), cause, "link for this chip, or choose the chip it was linked for");
         }
-        Trouble::Overlap { start, end, with } | Trouble::Replaced { start, end, with } => {
+        PlacementError::Overlap { start, end, with } | PlacementError::Replaced { start, end, with } => {
             let cause = || {
                 let other = pieces.get(with.line as usize).map_or("", |piece| &piece.name);
                 format!("{name}: 0x{start:04X} to 0x{:04X} ({} bytes) overlaps {other}", end - 1, end - start)
@@ -226,12 +226,12 @@ fn tell(trouble: Trouble, pieces: &[Piece], piece: &Piece, spaces: &[Space], fau
 }
 
 /// The sections that a loader loads, at load addresses: that of the program header around the section, else its own.
-fn pieces_of_sections<'b>(
+fn pieces_from_sections<'b>(
     sections: &SectionTable<'b, FileHeader32<Le>>,
     segments: &[ProgramHeader32<Le>],
     bytes: &'b [u8],
-    faults: &mut Faults,
-) -> Vec<Piece<'b>> {
+    faults: &mut FaultList,
+) -> Vec<LoadPiece<'b>> {
     let mut pieces = Vec::new();
     for section in sections.iter() {
         let flags = section.sh_flags(Le);
@@ -239,7 +239,7 @@ fn pieces_of_sections<'b>(
             continue;
         }
         let name =
-            sections.section_name(Le, section).map(short).unwrap_or_else(|_| "a section without name".to_owned());
+            sections.section_name(Le, section).map(lossy_text).unwrap_or_else(|_| "a section without name".to_owned());
         let Ok(data) = section.data(Le, bytes) else {
             corrupt(faults, &format!("{name} goes beyond the end of the file"));
             continue;
@@ -252,20 +252,20 @@ fn pieces_of_sections<'b>(
             (segment.p_type(Le) == PT_LOAD && fits && same).then(|| u64::from(segment.p_paddr(Le)) + into)
         };
         let addr = segments.iter().find_map(load).unwrap_or(u64::from(vaddr));
-        pieces.push(Piece { name, addr, bytes: data, code: flags & SHF_EXECINSTR != 0 });
+        pieces.push(LoadPiece { name, addr, bytes: data, code: flags & SHF_EXECINSTR != 0 });
     }
     pieces
 }
 
 /// For a file without section headers.
-fn pieces_of_segments<'b>(segments: &[ProgramHeader32<Le>], bytes: &'b [u8], faults: &mut Faults) -> Vec<Piece<'b>> {
+fn pieces_from_segments<'b>(segments: &[ProgramHeader32<Le>], bytes: &'b [u8], faults: &mut FaultList) -> Vec<LoadPiece<'b>> {
     let mut pieces = Vec::new();
     for (segment, number) in segments.iter().zip(0..).filter(|(s, _)| s.p_type(Le) == PT_LOAD && s.p_filesz(Le) > 0) {
         let name = format!("program header {number}");
         match segment.data(Le, bytes) {
             Ok(data) => {
                 let (addr, code) = (u64::from(segment.p_paddr(Le)), segment.p_flags(Le) & PF_X != 0);
-                pieces.push(Piece { name, addr, bytes: data, code });
+                pieces.push(LoadPiece { name, addr, bytes: data, code });
             }
             Err(()) => corrupt(faults, &format!("{name} goes beyond the end of the file")),
         }
@@ -278,8 +278,8 @@ fn pieces_of_segments<'b>(segments: &[ProgramHeader32<Le>], bytes: &'b [u8], fau
 fn symbols(
     sections: &SectionTable<FileHeader32<Le>>,
     bytes: &[u8],
-    spaces: &[Space],
-    faults: &mut Faults,
+    spaces: &[ImageSpace],
+    faults: &mut FaultList,
 ) -> Result<Vec<SymbolAt>, Error> {
     let table = sections.symbols(Le, bytes, SHT_SYMTAB)?;
     let mut found = Vec::new();
@@ -297,7 +297,7 @@ fn symbols(
             continue;
         }
         let addr = symbol.st_value(Le);
-        let Some(at) = spaces.iter().position(|space| window(space).contains(&u64::from(addr))) else { continue };
+        let Some(at) = spaces.iter().position(|space| address_range(space).contains(&u64::from(addr))) else { continue };
         let name = symbol.name(Le, table.strings())?;
         let Some(left) = budget.checked_sub(name.len()) else {
             corrupt(faults, "the names of the symbols are much larger than the file");
@@ -311,20 +311,20 @@ fn symbols(
         let (local, weak) = (symbol.st_bind() == STB_LOCAL, symbol.st_bind() == STB_WEAK);
         let name = String::from_utf8_lossy(name).into_owned();
         let at_addr = SymbolAt::new(name, space.name, addr - space.start, symbol.st_size(Le));
-        let module = if local { module.get(..module.len().min(MOST_MODULE)).unwrap_or_default() } else { &[] };
-        found.push(Named { at, weak, module, symbol: at_addr });
+        let module = if local { module.get(..module.len().min(MAX_MODULE_NAME)).unwrap_or_default() } else { &[] };
+        found.push(NamedSymbol { at, weak, module, symbol: at_addr });
     }
-    let shared = tell_apart(&found);
+    let shared = needs_module_name(&found);
     found.iter_mut().zip(shared).for_each(|(named, shared)| named.give_name(shared));
     found.sort_by(|a, b| a.key().cmp(&b.key()));
     Ok(found.into_iter().map(|named| named.symbol).collect())
 }
 
 /// Longest name of a module that goes into names of symbols.
-const MOST_MODULE: usize = 60;
+const MAX_MODULE_NAME: usize = 60;
 
 /// A symbol and what its names are ordered by.
-struct Named<'b> {
+struct NamedSymbol<'b> {
     /// Position of its memory.
     at: usize,
     weak: bool,
@@ -333,7 +333,7 @@ struct Named<'b> {
     symbol: SymbolAt,
 }
 
-impl Named<'_> {
+impl NamedSymbol<'_> {
     fn key(&self) -> (usize, u32, bool, &str, u32) {
         (self.at, self.symbol.addr, !self.weak, &self.symbol.name, self.symbol.size)
     }
@@ -347,7 +347,7 @@ impl Named<'_> {
         let linkage = std::mem::take(&mut self.symbol.name);
         match demangle(&linkage) {
             Some((name, path)) => {
-                let mangled = Mangled { linkage: full(linkage), path: full(path) };
+                let mangled = DemangledName { linkage: full(linkage), path: full(path) };
                 (self.symbol.name, self.symbol.mangled) = (full(name), Some(Box::new(mangled)));
             }
             None => self.symbol.name = full(linkage),
@@ -356,16 +356,16 @@ impl Named<'_> {
 }
 
 /// The statics of several modules that have one name; a global keeps the name.
-fn tell_apart(found: &[Named<'_>]) -> Vec<bool> {
+fn needs_module_name(found: &[NamedSymbol<'_>]) -> Vec<bool> {
     let mut places: HashMap<(usize, &str), HashSet<u32>> = HashMap::new();
     for named in found {
         places.entry((named.at, &named.symbol.name)).or_default().insert(named.symbol.addr);
     }
-    let several = |named: &Named<'_>| places.get(&(named.at, &*named.symbol.name)).is_some_and(|all| all.len() > 1);
+    let several = |named: &NamedSymbol<'_>| places.get(&(named.at, &*named.symbol.name)).is_some_and(|all| all.len() > 1);
     found.iter().map(|named| !named.module.is_empty() && several(named)).collect()
 }
 
 /// A section's name for messages, of bearable length.
-fn short(name: &[u8]) -> String {
+fn lossy_text(name: &[u8]) -> String {
     String::from_utf8_lossy(name.get(..name.len().min(60)).unwrap_or_default()).into_owned()
 }

@@ -2,33 +2,33 @@
 
 use diag::{Diagnostic, Pos, Severity};
 
-use super::{Image, Loaded};
+use super::{Image, LoadedImage};
 
 /// Largest number of errors, and of warnings, that are kept for one file; the others are only counted.
-pub const LIMIT: usize = 100;
+pub const MAX_REPORTED: usize = 100;
 
 /// Errors after which a file is not read on: it is another kind of file, or damaged all over.
-const HOPELESS: u64 = 1000;
+const MAX_COUNTED: u64 = 1000;
 
 /// Faults of one file.
-pub(super) struct Faults<'f> {
+pub(super) struct FaultList<'f> {
     file: &'f str,
     more_code: &'static str,
-    errors: Kept,
-    warnings: Kept,
-    unread: bool,
+    errors: LimitedDiagnostics,
+    warnings: LimitedDiagnostics,
+    stopped_reading: bool,
 }
 
 #[derive(Default)]
-struct Kept {
+struct LimitedDiagnostics {
     list: Vec<Diagnostic>,
-    more: u64,
+    omitted: u64,
 }
 
-impl<'f> Faults<'f> {
+impl<'f> FaultList<'f> {
     /// No faults yet. `more_code` is the code of the closing note.
     pub(super) fn new(file: &'f str, more_code: &'static str) -> Self {
-        Faults { file, more_code, errors: Kept::default(), warnings: Kept::default(), unread: false }
+        FaultList { file, more_code, errors: LimitedDiagnostics::default(), warnings: LimitedDiagnostics::default(), stopped_reading: false }
     }
 
     /// Adds an error. The text is made only when it is kept.
@@ -47,25 +47,25 @@ impl<'f> Faults<'f> {
     }
 
     /// True when nothing has refused the file so far.
-    pub(super) fn none(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.errors.list.is_empty()
     }
 
     /// True when errors were counted that are not kept: looking further would only count more.
-    pub(super) fn full(&self) -> bool {
-        self.errors.more > 0
+    pub(super) fn is_full(&self) -> bool {
+        self.errors.omitted > 0
     }
 
     /// True when there are so many errors that reading on is of no use, which the closing note then says.
-    pub(super) fn hopeless(&mut self) -> bool {
-        self.unread |= self.errors.list.len() as u64 + self.errors.more >= HOPELESS;
-        self.unread
+    pub(super) fn give_up_if_hopeless(&mut self) -> bool {
+        self.stopped_reading |= self.errors.list.len() as u64 + self.errors.omitted >= MAX_COUNTED;
+        self.stopped_reading
     }
 
     /// The image when there were no errors, else all that was found, in the order of the places.
-    pub(super) fn finish(self, image: Image) -> Result<Loaded, Vec<Diagnostic>> {
-        let refused = !self.none();
-        let more = self.errors.more + self.warnings.more;
+    pub(super) fn finish(self, image: Image) -> Result<LoadedImage, Vec<Diagnostic>> {
+        let refused = !self.is_empty();
+        let more = self.errors.omitted + self.warnings.omitted;
         let mut all = self.errors.list;
         all.extend(self.warnings.list);
         all.sort_by_key(|d| d.pos);
@@ -77,21 +77,21 @@ impl<'f> Faults<'f> {
                 Pos::default(),
                 format!(
                     "{more} more faults are not shown{}",
-                    if self.unread { ", and the rest is not read" } else { "" }
+                    if self.stopped_reading { ", and the rest is not read" } else { "" }
                 ),
                 "mend the first ones and load the file again",
             ));
         }
-        if refused { Err(all) } else { Ok(Loaded { image, warnings: all }) }
+        if refused { Err(all) } else { Ok(LoadedImage { image, warnings: all }) }
     }
 }
 
-impl Kept {
+impl LimitedDiagnostics {
     fn add(&mut self, make: impl FnOnce() -> Diagnostic) {
-        if self.list.len() < LIMIT {
+        if self.list.len() < MAX_REPORTED {
             self.list.push(make());
         } else {
-            self.more += 1;
+            self.omitted += 1;
         }
     }
 }

@@ -3,26 +3,26 @@
 use diag::{Diagnostic, Pos, text};
 use ihex::Record;
 
-use super::faults::Faults;
-use super::line::{self, Line};
-use super::place::{Origin, Placed, STAYS_ERASED, Trouble, describe};
-use super::{AVR_AREAS, Bits, Image, Lines, Loaded, Space, is_avr_area};
+use super::faults::FaultList;
+use super::hex_record::{self, HexRecord};
+use super::placement::{SourceSpan, PlacedBytes, STAYS_ERASED, PlacementError, describe_spaces};
+use super::{AVR_AREAS, WordBits, Image, SourceLines, LoadedImage, ImageSpace, is_avr_elf_area};
 
 /// Offsets within a segment end here: an offset has 16 bits.
-const SEGMENT: usize = 0x1_0000;
+const SEGMENT_BYTES: usize = 0x1_0000;
 
 /// What a line of a comment begins with: CCS C names the chip and the date behind the records.
-const COMMENT: u8 = b';';
+const COMMENT_MARK: u8 = b';';
 
 /// Loads Intel HEX. `file` is the name for messages, `spaces` are the memories of the chip.
 ///
 /// # Errors
 /// All faults of the file in the order of their places (codes HEX001 to HEX028, `docs/formats/hex.md`); at most
 /// [`super::LIMIT`] and a closing note with the number of others.
-pub fn load_hex(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, Vec<Diagnostic>> {
-    let mut reader = Reader {
-        faults: Faults::new(file, "HEX020"),
-        placed: Placed::new(spaces),
+pub fn load_hex(file: &str, bytes: &[u8], spaces: &[ImageSpace]) -> Result<LoadedImage, Vec<Diagnostic>> {
+    let mut reader = HexReader {
+        faults: FaultList::new(file, "HEX020"),
+        placed: PlacedBytes::new(spaces),
         spaces,
         base: Some(0),
         end: None,
@@ -38,32 +38,32 @@ pub fn load_hex(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, Ve
             let text = text.as_bytes().trim_ascii_end();
             match text.trim_ascii_start() {
                 [] => {}
-                [COMMENT, behind @ ..] => line::comment(behind, number, &mut reader.faults),
+                [COMMENT_MARK, behind @ ..] => hex_record::check_comment(behind, number, &mut reader.faults),
                 _ => {
-                    reader.line(text, number);
+                    reader.read_line(text, number);
                     last = number;
                 }
             }
-            if reader.faults.hopeless() {
+            if reader.faults.give_up_if_hopeless() {
                 break;
             }
         }
-        if !reader.faults.hopeless() {
-            reader.close(last);
+        if !reader.faults.give_up_if_hopeless() {
+            reader.finish(last);
         }
     }
-    let Reader { faults, placed, start, .. } = reader;
+    let HexReader { faults, placed, start, .. } = reader;
     let image = Image {
         segments: placed.into_segments(),
         symbols: Vec::new(),
-        lines: Lines::default(),
+        lines: SourceLines::default(),
         entry: start.map(|(entry, _)| entry),
     };
     faults.finish(image)
 }
 
 /// What stands in front of the ^Z that ends a text in CP/M: the rest of the last sector may have anything.
-fn text_of_cpm<'b>(bytes: &'b [u8], faults: &mut Faults) -> &'b [u8] {
+fn text_of_cpm<'b>(bytes: &'b [u8], faults: &mut FaultList) -> &'b [u8] {
     let Some(end) = bytes.iter().position(|&byte| byte == 0x1A) else { return bytes };
     let (text, rest) = bytes.split_at(end);
     // A binary file has zeros, of which it is told.
@@ -80,13 +80,13 @@ fn text_of_cpm<'b>(bytes: &'b [u8], faults: &mut Faults) -> &'b [u8] {
 }
 
 /// The file is a text, with something on its lines; `plain` is what of it is read.
-fn is_text(bytes: &[u8], plain: &[u8], faults: &mut Faults) -> bool {
+fn is_text(bytes: &[u8], plain: &[u8], faults: &mut FaultList) -> bool {
     if let Some(name) = text::wide_encoding(bytes) {
         let cause = || format!("the file is written in {name}");
         faults.error("HEX014", Pos::new(1, 1, 1), cause, "save it as plain ASCII");
         return false;
     }
-    if bytes.starts_with(text::MARK) {
+    if bytes.starts_with(text::BYTE_ORDER_MARK) {
         let cause = || "the byte order mark of UTF-8 in front of the file is left out".to_owned();
         faults.note("HEX014", Pos::new(1, 1, 1), cause, "save it as plain ASCII: programmers do not read the mark");
     }
@@ -104,10 +104,10 @@ fn is_text(bytes: &[u8], plain: &[u8], faults: &mut Faults) -> bool {
     true
 }
 
-struct Reader<'f> {
-    faults: Faults<'f>,
-    placed: Placed<'f>,
-    spaces: &'f [Space],
+struct HexReader<'f> {
+    faults: FaultList<'f>,
+    placed: PlacedBytes<'f>,
+    spaces: &'f [ImageSpace],
     /// What the offsets are added to; not known after a type 02 or 04 record that cannot be read.
     base: Option<u32>,
     /// Line of the last end record.
@@ -115,40 +115,40 @@ struct Reader<'f> {
     told_of_end: bool,
     /// Start address and its line.
     start: Option<(u32, u32)>,
-    outside: Option<Outside>,
+    outside: Option<OutsideRange>,
 }
 
 /// Bytes outside all memories, over as many lines as they go on: an image for a larger chip is one fault.
-struct Outside {
+struct OutsideRange {
     addr: std::ops::Range<u64>,
     first: Pos,
     last_line: u32,
 }
 
-impl Reader<'_> {
-    fn line(&mut self, text: &[u8], number: u32) {
-        let line = line::read(text, number, &mut self.faults);
+impl HexReader<'_> {
+    fn read_line(&mut self, text: &[u8], number: u32) {
+        let line = hex_record::parse_line(text, number, &mut self.faults);
         if line.kind != Some(1) {
-            self.after_end(number);
+            self.warn_after_end(number);
         }
         match line.record {
-            Some(Record::Data { offset, ref value }) => self.data(&line, number, offset, value),
+            Some(Record::Data { offset, ref value }) => self.read_data_record(&line, number, offset, value),
             Some(Record::ExtendedSegmentAddress(segment)) => self.base = Some(u32::from(segment) << 4),
             Some(Record::ExtendedLinearAddress(upper)) => self.base = Some(u32::from(upper) << 16),
             Some(Record::StartSegmentAddress { cs, ip }) => {
-                self.start(&line, number, (u32::from(cs) << 4) + u32::from(ip))
+                self.read_start_record(&line, number, (u32::from(cs) << 4) + u32::from(ip))
             }
-            Some(Record::StartLinearAddress(start)) => self.start(&line, number, start),
-            Some(Record::EndOfFile) => self.end(number),
+            Some(Record::StartLinearAddress(start)) => self.read_start_record(&line, number, start),
+            Some(Record::EndOfFile) => self.read_end_record(number),
             None => match line.kind {
-                Some(1) => self.end(number),
+                Some(1) => self.read_end_record(number),
                 Some(2 | 4) => self.base = None,
                 _ => {}
             },
         }
     }
 
-    fn after_end(&mut self, number: u32) {
+    fn warn_after_end(&mut self, number: u32) {
         let Some(end) = self.end.filter(|_| !self.told_of_end) else { return };
         self.told_of_end = true;
         let cause = || format!("the file goes on after the end record of line {end}");
@@ -156,7 +156,7 @@ impl Reader<'_> {
         self.faults.error("HEX009", Pos::new(number, 1, 1), cause, hint);
     }
 
-    fn end(&mut self, number: u32) {
+    fn read_end_record(&mut self, number: u32) {
         if let Some(first) = self.end {
             let cause = || format!("a second end record, the first is on line {first}");
             self.faults.error("HEX011", Pos::new(number, 1, 1), cause, "leave only one end record, as the last line");
@@ -166,7 +166,7 @@ impl Reader<'_> {
         self.base = Some(0);
     }
 
-    fn start(&mut self, line: &Line, number: u32, start: u32) {
+    fn read_start_record(&mut self, line: &HexRecord, number: u32, start: u32) {
         match self.start {
             None => self.start = Some((start, number)),
             Some((first, _)) if first == start => {}
@@ -179,8 +179,8 @@ impl Reader<'_> {
         }
     }
 
-    fn data(&mut self, line: &Line, number: u32, offset: u16, value: &[u8]) {
-        let room = SEGMENT - usize::from(offset);
+    fn read_data_record(&mut self, line: &HexRecord, number: u32, offset: u16, value: &[u8]) {
+        let room = SEGMENT_BYTES - usize::from(offset);
         if value.len() > room {
             let over = value.len() - room;
             let pos = Pos::new(number, line.column + 2 * room as u32, 2 * over as u32);
@@ -194,52 +194,52 @@ impl Reader<'_> {
         let Some(base) = self.base else { return };
         let addr = u64::from(base) + u64::from(offset);
         let mut troubles = Vec::new();
-        self.placed.put(addr, value, Origin { line: number, column: line.column }, |trouble| troubles.push(trouble));
+        self.placed.place_bytes(addr, value, SourceSpan { line: number, column: line.column }, |trouble| troubles.push(trouble));
         for trouble in troubles {
             let pos =
                 |from: u64, to: u64| Pos::new(number, line.column + 2 * (from - addr) as u32, 2 * (to - from) as u32);
             match trouble {
-                Trouble::Outside { start, end } => self.outside(start..end, pos(start, end)),
-                Trouble::Replaced { start, end, with } => self.faults.note(
+                PlacementError::Outside { start, end } => self.note_outside(start..end, pos(start, end)),
+                PlacementError::Replaced { start, end, with } => self.faults.note(
                     "HEX028",
                     pos(start, end),
-                    || format!("{} erased on line {}; this value counts", span(start, end, " was", " were"), with.line),
+                    || format!("{} erased on line {}; this value counts", range_text(start, end, " was", " were"), with.line),
                     "dumps of a whole memory give erased cells and then single words of it",
                 ),
-                Trouble::Overlap { start, end, with } => self.faults.error(
+                PlacementError::Overlap { start, end, with } => self.faults.error(
                     "HEX015",
                     pos(start, end),
-                    || format!("{} already given on line {}", span(start, end, " was", " were"), with.line),
+                    || format!("{} already given on line {}", range_text(start, end, " was", " were"), with.line),
                     "give every byte once, even where both lines say the same",
                 ),
             }
         }
     }
 
-    fn outside(&mut self, addr: std::ops::Range<u64>, pos: Pos) {
+    fn note_outside(&mut self, addr: std::ops::Range<u64>, pos: Pos) {
         match &mut self.outside {
             Some(outside) if outside.addr.end == addr.start => {
                 outside.addr.end = addr.end;
                 outside.last_line = pos.line;
             }
             _ => {
-                self.tell_outside();
-                self.outside = Some(Outside { addr, first: pos, last_line: pos.line });
+                self.report_outside();
+                self.outside = Some(OutsideRange { addr, first: pos, last_line: pos.line });
             }
         }
     }
 
-    fn tell_outside(&mut self) {
-        let Some(Outside { addr, first, last_line }) = self.outside.take() else { return };
-        let bytes = span(addr.start, addr.end, " lies", " lie");
+    fn report_outside(&mut self) {
+        let Some(OutsideRange { addr, first, last_line }) = self.outside.take() else { return };
+        let bytes = range_text(addr.start, addr.end, " lies", " lie");
         let lines = if last_line > first.line { format!(" (to line {last_line})") } else { String::new() };
         // The chip has no such memory, whatever its size: what a linker keeps there is for other tools.
-        if self.spaces.iter().any(|space| is_avr_area(space.start)) && addr.start >= AVR_AREAS.end.into() {
+        if self.spaces.iter().any(|space| is_avr_elf_area(space.start)) && addr.start >= AVR_AREAS.end.into() {
             let cause = || format!("{bytes} where no AVR has a memory{lines}: left out");
             let hint = "from here on an ELF file for an AVR has what other tools read; objcopy -R leaves it out";
             return self.faults.note("HEX026", first, cause, hint);
         }
-        let cause = || format!("{bytes} outside the memories of the chip{lines}: {}", describe(self.spaces));
+        let cause = || format!("{bytes} outside the memories of the chip{lines}: {}", describe_spaces(self.spaces));
         self.faults.error(
             "HEX016",
             first,
@@ -249,8 +249,8 @@ impl Reader<'_> {
     }
 
     /// What can be said only at the end of the file; `last` is its last line with text.
-    fn close(&mut self, last: u32) {
-        self.tell_outside();
+    fn finish(&mut self, last: u32) {
+        self.report_outside();
         if self.end.is_none() {
             let cause = || "the end record is missing".to_owned();
             self.faults.error(
@@ -264,8 +264,8 @@ impl Reader<'_> {
             let pos = Pos::new(half.from.line, half.from.column + 2 * half.offset, 2);
             let cause =
                 format!("the word at {} 0x{:04X} is half defined: {}", half.space.name, half.addr & !1, half.bytes());
-            match half.space.bits {
-                Bits::All => self.faults.note("HEX018", pos, || cause + STAYS_ERASED, "pad the image to whole words"),
+            match half.space.word_bits {
+                WordBits::All => self.faults.note("HEX018", pos, || cause + STAYS_ERASED, "pad the image to whole words"),
                 _ => self.faults.error(
                     "HEX018",
                     pos,
@@ -289,10 +289,10 @@ impl Reader<'_> {
                     wide.space.name, wide.word
                 )
             };
-            match wide.space.bits {
-                Bits::All => {}
-                Bits::Only(bits) => self.faults.error("HEX024", pos, || cause(bits), &too_wide(bits)),
-                Bits::Low(bits) => {
+            match wide.space.word_bits {
+                WordBits::All => {}
+                WordBits::Only(bits) => self.faults.error("HEX024", pos, || cause(bits), &too_wide(bits)),
+                WordBits::Low(bits) => {
                     self.faults.warning(
                         "HEX025",
                         pos,
@@ -302,7 +302,7 @@ impl Reader<'_> {
                 }
             }
         }
-        if self.faults.none() && self.placed.is_empty() {
+        if self.faults.is_empty() && self.placed.is_empty() {
             let cause = || "the file holds no data".to_owned();
             self.faults.warning("HEX021", Pos::default(), cause, "check that the program was built");
         }
@@ -315,7 +315,7 @@ fn too_wide(bits: u32) -> String {
 }
 
 /// `byte 0x0010 was` or `bytes 0x0010 to 0x001F (16) were`.
-fn span(start: u64, end: u64, one: &str, many: &str) -> String {
+fn range_text(start: u64, end: u64, one: &str, many: &str) -> String {
     match end - start {
         1 => format!("byte 0x{start:04X}{one}"),
         count => format!("bytes 0x{start:04X} to 0x{:04X} ({count}){many}", end - 1),

@@ -22,11 +22,11 @@ mod dwarf;
 mod elf;
 mod faults;
 mod hex;
-mod line;
-mod lines;
+mod hex_record;
+mod source_lines;
 mod note;
 mod omf51;
-mod place;
+mod placement;
 mod simavr;
 mod symbols;
 mod write;
@@ -34,25 +34,25 @@ mod write;
 use diag::Diagnostic;
 use diag::text::into_printable;
 
-pub use codes::{CODES, LINE_CODES, SYMBOL_CODES};
+pub use codes::{IMAGE_CODES, LINE_CODES, SYMBOL_CODES};
 pub use debug_info::{
-    AVR_DATA, BaseEncoding, BlockInfo, ByteAt, CType, DebugInfo, FrameView, FunctionInfo, Member, TypeId, Unwound,
+    AVR_DATA, BaseEncoding, BlockInfo, ByteLocation, CType, DebugInfo, FrameView, FunctionInfo, StructMember, TypeId, UnwoundFrame,
     VariableInfo, VariableLocation,
 };
-pub use demangle::Mangled;
+pub use demangle::DemangledName;
 pub use elf::load_elf;
-pub use faults::LIMIT;
+pub use faults::MAX_REPORTED;
 pub use hex::load_hex;
-pub use lines::{LineAt, LineKind, Lines};
+pub use source_lines::{SourceLine, SourceKind, SourceLines};
 pub use note::{avr_device, avr_signature};
 pub use omf51::{OMF_CODES, load_omf51};
-pub use simavr::{Simavr, SimavrTrace, simavr};
-pub use symbols::{Message, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols};
+pub use simavr::{SimavrSection, SimavrTrace, read_simavr_section};
+pub use symbols::{SimulatorMessage, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols};
 pub use write::{write_hex, write_hex_aligned};
 
 /// One memory that an image may fill: a window in the address space of the image file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Space {
+pub struct ImageSpace {
     /// Name of the memory, such as `flash`.
     pub name: &'static str,
     /// Where the window begins, a byte address of the image file (in an ELF file for AVR the EEPROM is at 0x810000).
@@ -62,12 +62,12 @@ pub struct Space {
     /// Bytes in a word: 1 or 2. Where it is 2 an image must define both bytes of a word or none.
     pub word: u32,
     /// Bits of a word that the memory has; looked at in HEX files where `word` is 2.
-    pub bits: Bits,
+    pub word_bits: WordBits,
 }
 
 /// Bits of a word that a memory has, from bit 0 on, and what becomes of a word with more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Bits {
+pub enum WordBits {
     /// All.
     All,
     /// So many, and a file with a word that has more is refused: it is no program for the chip.
@@ -88,7 +88,7 @@ pub struct Segment {
 }
 
 /// What stands in place of a memory where a name is that of a number (`equ`), which may be an address or not.
-pub const CONSTANT: &str = "constant";
+pub const CONSTANT_SPACE: &str = "constant";
 
 /// A name for an address.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -103,7 +103,7 @@ pub struct SymbolAt {
     /// Size in bytes; 0 for a mere label.
     pub size: u32,
     /// What the linker calls it, where a compiler of C++ or Rust has mangled the name.
-    pub mangled: Option<Box<Mangled>>,
+    pub mangled: Option<Box<DemangledName>>,
 }
 
 impl SymbolAt {
@@ -115,14 +115,14 @@ impl SymbolAt {
 
     /// What the linker calls it.
     #[must_use]
-    pub fn linkage(&self) -> &str {
+    pub fn linkage_name(&self) -> &str {
         self.mangled.as_ref().map_or(&self.name, |mangled| &mangled.linkage)
     }
 
     /// True for the whole name, with or without spaces where a compiler has mangled it, and for that of the linker.
     #[must_use]
     pub fn is_named(&self, text: &str) -> bool {
-        let is_whole = |mangled: &Mangled| mangled.linkage == text || unspaced(&self.name).eq(unspaced(text));
+        let is_whole = |mangled: &DemangledName| mangled.linkage == text || without_spaces(&self.name).eq(without_spaces(text));
         self.name == text || self.mangled.as_ref().is_some_and(|mangled| is_whole(mangled))
     }
 
@@ -147,7 +147,7 @@ impl SymbolAt {
             // With parameters; those of the name come without its namespaces, which may have some themselves.
             () if text.contains('(') => {
                 let mut outer = path.match_indices("::").filter_map(|(at, _)| self.name.get(at + 2..));
-                outer.any(|tail| unspaced(tail).eq(unspaced(text))).then_some(2)
+                outer.any(|tail| without_spaces(tail).eq(without_spaces(text))).then_some(2)
             }
             () => None,
         }
@@ -155,7 +155,7 @@ impl SymbolAt {
 }
 
 /// The bytes of a name without spaces.
-fn unspaced(name: &str) -> impl Iterator<Item = u8> {
+fn without_spaces(name: &str) -> impl Iterator<Item = u8> {
     name.bytes().filter(|byte| *byte != b' ')
 }
 
@@ -169,7 +169,7 @@ pub struct Image {
     pub symbols: Vec<SymbolAt>,
     /// Source lines of the program; none unless a file of symbols was read, or an ELF file was given to [`Lines::of_elf`],
     /// which [`load`] leaves to those who want lines.
-    pub lines: Lines,
+    pub lines: SourceLines,
     /// Start address that the file names, a byte address of the image file. For information: a chip starts at its
     /// reset vector.
     pub entry: Option<u32>,
@@ -204,7 +204,7 @@ impl Image {
 
 /// An image and what is odd about its file, though not wrong.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Loaded {
+pub struct LoadedImage {
     /// The image.
     pub image: Image,
     /// Warnings in the order of their places, at most [`LIMIT`] and a closing note.
@@ -246,15 +246,15 @@ impl ElfMachine {
 pub const AVR_AREAS: std::ops::Range<u32> = 0x81_0000..0x85_0000;
 
 /// A window that lies there.
-fn is_avr_area(start: u32) -> bool {
+fn is_avr_elf_area(start: u32) -> bool {
     AVR_AREAS.contains(&start)
 }
 
 /// The memories that an Intel HEX file may fill: those of `hex`, and of `elf` those of an AVR that avr-objcopy carries over at the
 /// addresses of the ELF file, unless told otherwise.
 #[must_use]
-pub fn hex_spaces(hex: &[Space], elf: &[Space]) -> Vec<Space> {
-    let carried = elf.iter().filter(|space| is_avr_area(space.start) && hex.iter().all(|own| own.name != space.name));
+pub fn hex_spaces(hex: &[ImageSpace], elf: &[ImageSpace]) -> Vec<ImageSpace> {
+    let carried = elf.iter().filter(|space| is_avr_elf_area(space.start) && hex.iter().all(|own| own.name != space.name));
     hex.iter().chain(carried).copied().collect()
 }
 
@@ -266,13 +266,13 @@ pub fn hex_spaces(hex: &[Space], elf: &[Space]) -> Vec<Space> {
 pub fn load(
     file: &str,
     bytes: &[u8],
-    hex_spaces: &[Space],
-    elf_spaces: &[Space],
+    hex_spaces: &[ImageSpace],
+    elf_spaces: &[ImageSpace],
     machine: ElfMachine,
-) -> Result<Loaded, Vec<Diagnostic>> {
+) -> Result<LoadedImage, Vec<Diagnostic>> {
     if bytes.starts_with(elf::MAGIC) {
         load_elf(file, bytes, elf_spaces, machine.0)
-    } else if machine == ElfMachine::MCS51 && omf51::guess(bytes).is_some() {
+    } else if machine == ElfMachine::MCS51 && omf51::guess_format(bytes).is_some() {
         load_omf51(file, bytes, hex_spaces)
     } else {
         load_hex(file, bytes, &self::hex_spaces(hex_spaces, elf_spaces))

@@ -10,7 +10,7 @@ const DATA_BYTES: u32 = 16;
 /// writes is what [`super::load_hex`] accepts.
 #[must_use]
 pub fn write_hex(segments: &[(u32, &[u8])]) -> String {
-    written(segments, false)
+    hex_text(segments, false)
 }
 
 /// Writes Intel HEX as the tools of gputils do: as [`write_hex`], but no line crosses a multiple of 16 bytes, and with `extended`
@@ -19,13 +19,13 @@ pub fn write_hex(segments: &[(u32, &[u8])]) -> String {
 pub fn write_hex_aligned(segments: &[(u32, &[u8])], extended: bool) -> String {
     let mut text = String::new();
     if extended {
-        record(&mut text, 0, 4, &[0, 0]);
+        push_record(&mut text, 0, 4, &[0, 0]);
     }
-    text + &written(segments, true)
+    text + &hex_text(segments, true)
 }
 
 /// The text; with `aligned` no line crosses a multiple of its longest length.
-fn written(segments: &[(u32, &[u8])], aligned: bool) -> String {
+fn hex_text(segments: &[(u32, &[u8])], aligned: bool) -> String {
     let mut sorted = segments.to_vec();
     sorted.sort_by_key(|&(addr, _)| addr);
     let mut text = String::new();
@@ -34,21 +34,21 @@ fn written(segments: &[(u32, &[u8])], aligned: bool) -> String {
         while !bytes.is_empty() {
             if addr >> 16 != upper {
                 upper = addr >> 16;
-                record(&mut text, 0, 4, &(upper as u16).to_be_bytes());
+                push_record(&mut text, 0, 4, &(upper as u16).to_be_bytes());
             }
             let longest = if aligned { DATA_BYTES - addr % DATA_BYTES } else { DATA_BYTES };
             let room = longest.min(0x1_0000 - (addr & 0xFFFF)) as usize;
             let (line, rest) = bytes.split_at(room.min(bytes.len()));
-            record(&mut text, addr as u16, 0, line);
+            push_record(&mut text, addr as u16, 0, line);
             addr = addr.wrapping_add(line.len() as u32);
             bytes = rest;
         }
     }
-    record(&mut text, 0, 1, &[]);
+    push_record(&mut text, 0, 1, &[]);
     text
 }
 
-fn record(text: &mut String, offset: u16, kind: u8, data: &[u8]) {
+fn push_record(text: &mut String, offset: u16, kind: u8, data: &[u8]) {
     let [high, low] = offset.to_be_bytes();
     let mut bytes = vec![data.len() as u8, high, low, kind];
     bytes.extend_from_slice(data);

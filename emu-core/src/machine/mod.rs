@@ -6,7 +6,7 @@
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Not, Shl, Shr, Sub};
 
-pub mod unit;
+pub mod unknown;
 
 /// One emulated bit.
 pub trait BitOps:
@@ -58,7 +58,7 @@ pub trait WideOps: Copy + Add<Output = Self> + Sub<Output = Self> + From<u16> {
 }
 
 /// What all emulated machines share. Each family adds its registers, flags and memories.
-pub trait Machine {
+pub trait BodyMachine {
     /// A bit.
     type Bit: BitOps;
     /// A byte.
@@ -91,26 +91,26 @@ pub trait Machine {
 /// The interpreter's byte: `u8` with wrapping arithmetic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(transparent)]
-pub struct Byte(pub u8);
+pub struct ByteValue(pub u8);
 
 /// The interpreter's pair of bytes: `u16` with wrapping arithmetic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(transparent)]
-pub struct Pair(pub u16);
+pub struct WideValue(pub u16);
 
 impl BitOps for bool {}
 
-impl From<u8> for Byte {
+impl From<u8> for ByteValue {
     #[inline(always)]
-    fn from(value: u8) -> Byte {
-        Byte(value)
+    fn from(value: u8) -> ByteValue {
+        ByteValue(value)
     }
 }
 
-impl From<u16> for Pair {
+impl From<u16> for WideValue {
     #[inline(always)]
-    fn from(value: u16) -> Pair {
-        Pair(value)
+    fn from(value: u16) -> WideValue {
+        WideValue(value)
     }
 }
 
@@ -127,7 +127,7 @@ macro_rules! operators {
     )* };
 }
 
-operators! { Byte
+operators! { ByteValue
     Add    add    |a, b| a.wrapping_add(b);
     Sub    sub    |a, b| a.wrapping_sub(b);
     BitAnd bitand |a, b| a & b;
@@ -135,83 +135,83 @@ operators! { Byte
     BitXor bitxor |a, b| a ^ b;
 }
 
-operators! { Pair
+operators! { WideValue
     Add    add    |a, b| a.wrapping_add(b);
     Sub    sub    |a, b| a.wrapping_sub(b);
 }
 
-impl Not for Byte {
-    type Output = Byte;
+impl Not for ByteValue {
+    type Output = ByteValue;
     #[inline(always)]
-    fn not(self) -> Byte {
-        Byte(!self.0)
+    fn not(self) -> ByteValue {
+        ByteValue(!self.0)
     }
 }
 
-impl Shl<u32> for Byte {
-    type Output = Byte;
+impl Shl<u32> for ByteValue {
+    type Output = ByteValue;
     #[inline(always)]
-    fn shl(self, n: u32) -> Byte {
-        Byte(self.0.wrapping_shl(n))
+    fn shl(self, n: u32) -> ByteValue {
+        ByteValue(self.0.wrapping_shl(n))
     }
 }
 
-impl Shr<u32> for Byte {
-    type Output = Byte;
+impl Shr<u32> for ByteValue {
+    type Output = ByteValue;
     #[inline(always)]
-    fn shr(self, n: u32) -> Byte {
-        Byte(self.0.wrapping_shr(n))
+    fn shr(self, n: u32) -> ByteValue {
+        ByteValue(self.0.wrapping_shr(n))
     }
 }
 
-impl WordOps for Byte {
+impl WordOps for ByteValue {
     type Bit = bool;
     #[inline(always)]
     fn bit(self, n: u8) -> bool {
         self.0 & (1u8.wrapping_shl(u32::from(n))) != 0
     }
     #[inline(always)]
-    fn with_bit(self, n: u8, bit: bool) -> Byte {
+    fn with_bit(self, n: u8, bit: bool) -> ByteValue {
         let mask = 1u8.wrapping_shl(u32::from(n));
-        Byte(self.0 & !mask | u8::from(bit).wrapping_shl(u32::from(n)))
+        ByteValue(self.0 & !mask | u8::from(bit).wrapping_shl(u32::from(n)))
     }
     #[inline(always)]
     fn is_zero(self) -> bool {
         self.0 == 0
     }
     #[inline(always)]
-    fn when(self, bit: bool) -> Byte {
-        Byte(self.0 & u8::from(bit).wrapping_neg())
+    fn when(self, bit: bool) -> ByteValue {
+        ByteValue(self.0 & u8::from(bit).wrapping_neg())
     }
     #[inline(always)]
-    fn lt(self, other: Byte) -> bool {
+    fn lt(self, other: ByteValue) -> bool {
         self.0 < other.0
     }
     #[inline(always)]
-    fn div_rem(self, other: Byte) -> (Byte, Byte) {
+    fn div_rem(self, other: ByteValue) -> (ByteValue, ByteValue) {
         match (self.0.checked_div(other.0), self.0.checked_rem(other.0)) {
-            (Some(quotient), Some(rest)) => (Byte(quotient), Byte(rest)),
+            (Some(quotient), Some(rest)) => (ByteValue(quotient), ByteValue(rest)),
             _ => (self, other),
         }
     }
 }
 
-impl WideOps for Pair {
-    type Word = Byte;
+impl WideOps for WideValue {
+    type Word = ByteValue;
     #[inline(always)]
-    fn join(hi: Byte, lo: Byte) -> Pair {
-        Pair(u16::from_be_bytes([hi.0, lo.0]))
+    fn join(hi: ByteValue, lo: ByteValue) -> WideValue {
+        WideValue(u16::from_be_bytes([hi.0, lo.0]))
     }
     #[inline(always)]
-    fn lo(self) -> Byte {
-        Byte(self.0 as u8)
+    fn lo(self) -> ByteValue {
+        ByteValue(self.0 as u8)
     }
     #[inline(always)]
-    fn hi(self) -> Byte {
-        Byte((self.0 >> 8) as u8)
+    fn hi(self) -> ByteValue {
+        ByteValue((self.0 >> 8) as u8)
     }
     #[inline(always)]
-    fn mul(a: Byte, b: Byte) -> Pair {
-        Pair(u16::from(a.0) * u16::from(b.0))
+    fn mul(a: ByteValue, b: ByteValue) -> WideValue {
+        WideValue(u16::from(a.0) * u16::from(b.0))
     }
 }

@@ -2,7 +2,7 @@
 
 /// An up-counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Counter {
+pub struct TimerCounter {
     /// The count.
     pub value: u16,
     /// The last value before it returns to 0.
@@ -11,17 +11,17 @@ pub struct Counter {
     pub max: u16,
 }
 
-impl Counter {
+impl TimerCounter {
     /// The value after one step without regard to the top.
     #[must_use]
-    pub const fn beyond(self) -> u16 {
+    pub const fn next_ignoring_top(self) -> u16 {
         self.value.wrapping_add(1) & self.max
     }
 
     /// Steps until the counter goes on from the value `x`, at least 1; `None` when it never gets there.
     #[must_use]
-    pub fn leaves(self, x: u16) -> Option<u64> {
-        let [value, x, end] = [self.value, x, self.end()].map(u64::from);
+    pub fn steps_to_leave(self, x: u16) -> Option<u64> {
+        let [value, x, end] = [self.value, x, self.round_end()].map(u64::from);
         if value <= x && x <= end {
             Some(x - value + 1)
         } else if x <= u64::from(self.top) {
@@ -33,14 +33,14 @@ impl Counter {
 
     /// The value after `steps` steps.
     #[must_use]
-    pub fn after(self, steps: u64) -> u16 {
-        let [value, end] = [self.value, self.end()].map(u64::from);
+    pub fn value_after(self, steps: u64) -> u16 {
+        let [value, end] = [self.value, self.round_end()].map(u64::from);
         let ahead = end - value;
         if steps <= ahead { (value + steps) as u16 } else { ((steps - ahead - 1) % (u64::from(self.top) + 1)) as u16 }
     }
 
     /// The last value of the round that the counter is in.
-    const fn end(self) -> u16 {
+    const fn round_end(self) -> u16 {
         if self.value <= self.top { self.top } else { self.max }
     }
 }
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
     use crate::rng::Rng;
 
-    fn step(c: Counter) -> u16 {
+    fn step(c: TimerCounter) -> u16 {
         if c.value == c.top || c.value == c.max { 0 } else { c.value + 1 }
     }
 
@@ -61,7 +61,7 @@ mod tests {
         for _ in 0..3000 {
             let max = if rng.one_in(4) { 255 } else { 15 };
             let pick = |rng: &mut Rng| rng.below(u64::from(max) + 1) as u16;
-            let start = Counter { value: pick(&mut rng), top: pick(&mut rng), max };
+            let start = TimerCounter { value: pick(&mut rng), top: pick(&mut rng), max };
             let x = pick(&mut rng);
             let (mut now, mut left) = (start, None);
             for n in 1..=600 {
@@ -69,9 +69,9 @@ mod tests {
                     left = Some(n);
                 }
                 now.value = step(now);
-                assert_eq!(start.after(n), now.value, "seed {seed:#x}: {start:?} after {n}");
+                assert_eq!(start.value_after(n), now.value, "seed {seed:#x}: {start:?} after {n}");
             }
-            assert_eq!(start.leaves(x), left, "seed {seed:#x}: {start:?} leaves {x}");
+            assert_eq!(start.steps_to_leave(x), left, "seed {seed:#x}: {start:?} leaves {x}");
         }
     }
 }

@@ -4,38 +4,38 @@ use crate::cpu::NEVER;
 
 /// Clock edges at the cycles `origin + k * every` for k = 1, 2, ..; none when `every` is 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Ticks {
+pub struct TickSeries {
     /// The cycle from which the edges are counted; no edge itself.
     pub origin: u64,
     /// Cycles between edges; 0 stops them.
-    pub every: u64,
+    pub period: u64,
 }
 
-crate::state! { Ticks { origin, every } if |ticks, _now| ticks.origin != NEVER && ticks.every != NEVER }
+crate::state! { TickSeries { origin, period } if |ticks, _now| ticks.origin != NEVER && ticks.period != NEVER }
 
-impl Ticks {
+impl TickSeries {
     /// No edges at all.
-    pub const NONE: Ticks = Ticks { origin: 0, every: 0 };
+    pub const NONE: TickSeries = TickSeries { origin: 0, period: 0 };
 
     /// Edges in the cycles after `from`, up to and including `to`.
     #[must_use]
-    pub fn count(self, from: u64, to: u64) -> u64 {
-        if to <= from { 0 } else { self.index(to) - self.index(from) }
+    pub fn ticks_between(self, from: u64, to: u64) -> u64 {
+        if to <= from { 0 } else { self.edges_until(to) - self.edges_until(from) }
     }
 
     /// The cycle of the `n`th edge (1 is the first) after `from`; [`NEVER`] where there is none.
     #[must_use]
-    pub fn nth(self, from: u64, n: u64) -> u64 {
-        if self.every == 0 {
+    pub fn nth_after(self, from: u64, n: u64) -> u64 {
+        if self.period == 0 {
             return NEVER;
         }
-        let edges = self.index(from).saturating_add(n);
-        self.origin.saturating_add(edges.saturating_mul(self.every))
+        let edges = self.edges_until(from).saturating_add(n);
+        self.origin.saturating_add(edges.saturating_mul(self.period))
     }
 
-    fn index(self, at: u64) -> u64 {
+    fn edges_until(self, at: u64) -> u64 {
         let since = at.saturating_sub(self.origin);
-        match self.every {
+        match self.period {
             0 => 0,
             // Most dividers are powers of two, and a shift is far cheaper than a division.
             every if every.is_power_of_two() => since >> every.trailing_zeros(),
@@ -61,26 +61,26 @@ impl Prescaler {
     }
 
     /// Clears the divider at the cycle `at`; `held` keeps it at zero from then on.
-    pub fn clear(&mut self, at: u64, held: bool) {
+    pub fn restart(&mut self, at: u64, held: bool) {
         *self = Prescaler { origin: at, held };
     }
 
     /// The clock of the divider has stood for so many cycles.
-    pub fn shift(&mut self, cycles: u64) {
+    pub fn postpone(&mut self, cycles: u64) {
         self.origin = self.origin.saturating_add(cycles);
     }
 
     /// True while the divider is kept at zero.
     #[must_use]
-    pub const fn held(&self) -> bool {
+    pub const fn is_held(&self) -> bool {
         self.held
     }
 
     /// The edges of the tap that divides by `div`. A `div` of 0 is no clock; 1 is the undivided clock, which goes past
     /// the divider and so is not held with it.
     #[must_use]
-    pub const fn tap(&self, div: u16) -> Ticks {
-        if self.held && div > 1 { Ticks::NONE } else { Ticks { origin: self.origin, every: div as u64 } }
+    pub const fn tap(&self, div: u16) -> TickSeries {
+        if self.held && div > 1 { TickSeries::NONE } else { TickSeries { origin: self.origin, period: div as u64 } }
     }
 }
 
@@ -94,12 +94,12 @@ mod tests {
         let seed = 0x7a11;
         let mut rng = Rng::new(seed);
         for _ in 0..2000 {
-            let ticks = Ticks { origin: rng.below(50), every: rng.below(12) };
+            let ticks = TickSeries { origin: rng.below(50), period: rng.below(12) };
             let (from, to) = (ticks.origin + rng.below(60), ticks.origin + rng.below(120));
             let edges: Vec<u64> = (ticks.origin + 1..to + 200)
                 .scan(0, |phase, at| {
                     *phase += 1;
-                    let edge = ticks.every != 0 && *phase == ticks.every;
+                    let edge = ticks.period != 0 && *phase == ticks.period;
                     if edge {
                         *phase = 0;
                     }
@@ -108,10 +108,10 @@ mod tests {
                 .filter_map(|(edge, at)| edge.then_some(at))
                 .collect();
             let inside = edges.iter().filter(|&&e| e > from && e <= to).count() as u64;
-            assert_eq!(ticks.count(from, to), inside, "seed {seed:#x}: {ticks:?} {from}..{to}");
+            assert_eq!(ticks.ticks_between(from, to), inside, "seed {seed:#x}: {ticks:?} {from}..{to}");
             let n = 1 + rng.below(3);
             if let Some(&at) = edges.iter().filter(|&&e| e > from).nth(n as usize - 1) {
-                assert_eq!(ticks.nth(from, n), at, "seed {seed:#x}: {ticks:?} after {from}");
+                assert_eq!(ticks.nth_after(from, n), at, "seed {seed:#x}: {ticks:?} after {from}");
             }
         }
     }
@@ -119,12 +119,12 @@ mod tests {
     #[test]
     fn a_held_divider_gives_no_edges_but_lets_the_undivided_clock_pass() {
         let mut prescaler = Prescaler::new(3);
-        assert_eq!(prescaler.tap(8).nth(3, 1), 11);
-        prescaler.clear(20, true);
-        assert_eq!(prescaler.tap(8).nth(20, 1), NEVER);
-        assert_eq!(prescaler.tap(1).nth(20, 1), 21);
-        prescaler.clear(30, false);
-        assert_eq!(prescaler.tap(8).nth(30, 2), 46);
-        assert_eq!(prescaler.tap(0).nth(30, 2), NEVER);
+        assert_eq!(prescaler.tap(8).nth_after(3, 1), 11);
+        prescaler.restart(20, true);
+        assert_eq!(prescaler.tap(8).nth_after(20, 1), NEVER);
+        assert_eq!(prescaler.tap(1).nth_after(20, 1), 21);
+        prescaler.restart(30, false);
+        assert_eq!(prescaler.tap(8).nth_after(30, 2), 46);
+        assert_eq!(prescaler.tap(0).nth_after(30, 2), NEVER);
     }
 }

@@ -2,76 +2,76 @@
 //! that finds them on a line.
 
 use crate::cpu::NEVER;
-use crate::parts::prescaler::Ticks;
-use crate::pins::Level;
+use crate::parts::prescaler::TickSeries;
+use crate::pins::PinLevel;
 
 /// Bits of a frame, start and stop bit included.
-const FRAME: u8 = 10;
+const FRAME_BITS: u8 = 10;
 
 /// The shifter of a transmitter. It takes its steps at the edges of a clock of one edge a bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sender {
+pub struct UartSender {
     byte: u8,
     /// Bits already put on the line.
-    done: u8,
+    bits_sent: u8,
     next: u64,
 }
 
 /// What a step of a [`Sender`] did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Step {
+pub enum SenderStep {
     /// The line has this level from now on.
-    Bit(bool),
+    LineLevel(bool),
     /// The stop bit of this byte is over; the shifter is idle.
-    End(u8),
+    FrameSent(u8),
 }
 
-impl Sender {
+impl UartSender {
     /// An idle shifter.
-    pub const IDLE: Sender = Sender { byte: 0, done: 0, next: NEVER };
+    pub const IDLE: UartSender = UartSender { byte: 0, bits_sent: 0, next: NEVER };
 
     /// The cycle of the next step; [`NEVER`] when idle.
     #[must_use]
-    pub const fn next(&self) -> u64 {
+    pub const fn next_step(&self) -> u64 {
         self.next
     }
 
     /// Loads a byte at the cycle `at`; its start bit begins at the first edge after it.
-    pub fn load(&mut self, byte: u8, at: u64, bits: Ticks) {
-        *self = Sender { byte, done: 0, next: bits.nth(at, 1) };
+    pub fn load(&mut self, byte: u8, at: u64, bits: TickSeries) {
+        *self = UartSender { byte, bits_sent: 0, next: bits.nth_after(at, 1) };
     }
 
     /// Loads a byte at the end of another; its start bit begins at once, at the cycle `at`. The line goes low.
-    pub fn follow(&mut self, byte: u8, at: u64, bits: Ticks) {
-        *self = Sender { byte, done: 1, next: bits.nth(at, 1) };
+    pub fn load_back_to_back(&mut self, byte: u8, at: u64, bits: TickSeries) {
+        *self = UartSender { byte, bits_sent: 1, next: bits.nth_after(at, 1) };
     }
 
     /// Takes the step that is due at [`Sender::next`].
-    pub fn step(&mut self, bits: Ticks) -> Step {
-        if self.done == FRAME {
+    pub fn step(&mut self, bits: TickSeries) -> SenderStep {
+        if self.bits_sent == FRAME_BITS {
             self.next = NEVER;
-            return Step::End(self.byte);
+            return SenderStep::FrameSent(self.byte);
         }
-        let bit = frame_bit(self.byte, self.done);
-        self.done += 1;
-        self.next = bits.nth(self.next, 1);
-        Step::Bit(bit)
+        let bit = frame_bit(self.byte, self.bits_sent);
+        self.bits_sent += 1;
+        self.next = bits.nth_after(self.next, 1);
+        SenderStep::LineLevel(bit)
     }
 
     /// The clock has other edges from the cycle `at` on.
-    pub fn retime(&mut self, at: u64, bits: Ticks) {
+    pub fn set_clock(&mut self, at: u64, bits: TickSeries) {
         if self.next != NEVER {
-            self.next = bits.nth(at, 1);
+            self.next = bits.nth_after(at, 1);
         }
     }
 }
 
 /// The sampler of a receiver: 16 or 8 samples a bit, the majority of three in the middle decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Receiver {
+pub struct UartReceiver {
     on: bool,
     /// The last sample was high, so that a low one begins a frame.
-    armed: bool,
+    last_sample_high: bool,
     /// Bit being sampled: 0 is the start bit, 9 the stop bit. `None` between frames.
     bit: Option<u8>,
     /// Votes taken in this bit, and how many of them were high.
@@ -79,119 +79,119 @@ pub struct Receiver {
     highs: u8,
     data: u8,
     /// Edges of the sampling clock from `since` to the next sample that matters.
-    wait: u64,
-    since: u64,
+    edges_to_next: u64,
+    wait_start: u64,
     next: u64,
 }
 
 /// What a [`Receiver`] found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Found {
+pub enum ReceiverEvent {
     /// A start bit was confirmed.
-    Start,
+    StartBit,
     /// A frame is complete.
     Frame {
         /// Its data.
         byte: u8,
         /// The stop bit was high, as it should be.
-        stop: bool,
+        stop_bit: bool,
     },
 }
 
-impl Receiver {
+impl UartReceiver {
     /// A receiver that is off.
-    pub const OFF: Receiver =
-        Receiver { on: false, armed: false, bit: None, votes: 0, highs: 0, data: 0, wait: 0, since: 0, next: NEVER };
+    pub const OFF: UartReceiver =
+        UartReceiver { on: false, last_sample_high: false, bit: None, votes: 0, highs: 0, data: 0, edges_to_next: 0, wait_start: 0, next: NEVER };
 
     /// The cycle of the next sample that matters; [`NEVER`] while the line rests.
     #[must_use]
-    pub const fn next(&self) -> u64 {
+    pub const fn next_sample(&self) -> u64 {
         self.next
     }
 
     /// Switches on at the cycle `at`; the first sample is taken at the first edge after it.
-    pub fn enable(&mut self, at: u64, samples: Ticks) {
-        *self = Receiver { on: true, ..Receiver::OFF };
-        self.sleep(1, at, samples);
+    pub fn enable(&mut self, at: u64, samples: TickSeries) {
+        *self = UartReceiver { on: true, ..UartReceiver::OFF };
+        self.schedule_in(1, at, samples);
     }
 
     /// The line changed at the cycle `at`; a sampler sees it from the next cycle on.
-    pub fn line_changed(&mut self, at: u64, samples: Ticks) {
+    pub fn line_changed(&mut self, at: u64, samples: TickSeries) {
         if self.on && self.bit.is_none() && self.next == NEVER {
-            self.sleep(1, at, samples);
+            self.schedule_in(1, at, samples);
         }
     }
 
     /// The sampling clock has other edges from the cycle `at` on.
-    pub fn retime(&mut self, at: u64, old: Ticks, new: Ticks) {
+    pub fn set_clock(&mut self, at: u64, old: TickSeries, new: TickSeries) {
         if self.next != NEVER {
-            let left = self.wait.saturating_sub(old.count(self.since, at)).max(1);
-            self.sleep(left, at, new);
+            let left = self.edges_to_next.saturating_sub(old.ticks_between(self.wait_start, at)).max(1);
+            self.schedule_in(left, at, new);
         }
     }
 
     /// Takes the sample that is due at [`Receiver::next`]: `sample` is the line as sampled, `line` the line as it stands,
     /// `per_bit` the samples in a bit (16 or 8).
-    pub fn step(&mut self, sample: bool, line: bool, per_bit: u8, samples: Ticks) -> Option<Found> {
+    pub fn step(&mut self, sample: bool, line: bool, per_bit: u8, samples: TickSeries) -> Option<ReceiverEvent> {
         let at = self.next;
         let Some(bit) = self.bit else {
-            let start = self.armed && !sample;
-            self.armed = sample;
+            let start = self.last_sample_high && !sample;
+            self.last_sample_high = sample;
             if start {
                 // This is sample 1; the votes are samples 8, 9, 10 of 16 or 4, 5, 6 of 8.
                 (self.bit, self.votes, self.highs) = (Some(0), 0, 0);
-                self.sleep(u64::from(per_bit) / 2 - 1, at, samples);
+                self.schedule_in(u64::from(per_bit) / 2 - 1, at, samples);
             } else {
-                self.rest(line, at, samples);
+                self.schedule_idle(line, at, samples);
             }
             return None;
         };
         self.votes += 1;
         self.highs += u8::from(sample);
         if self.votes < 3 {
-            self.sleep(1, at, samples);
+            self.schedule_in(1, at, samples);
             return None;
         }
         let high = self.highs >= 2;
         (self.votes, self.highs) = (0, 0);
-        if bit == FRAME - 1 || (bit == 0 && high) {
+        if bit == FRAME_BITS - 1 || (bit == 0 && high) {
             self.bit = None;
-            self.armed = sample;
-            self.rest(line, at, samples);
-            return (bit != 0).then_some(Found::Frame { byte: self.data, stop: high });
+            self.last_sample_high = sample;
+            self.schedule_idle(line, at, samples);
+            return (bit != 0).then_some(ReceiverEvent::Frame { byte: self.data, stop_bit: high });
         }
         if bit != 0 {
             self.data = self.data >> 1 | u8::from(high) << 7;
         }
         self.bit = Some(bit + 1);
-        self.sleep(u64::from(per_bit) - 2, at, samples);
-        (bit == 0).then_some(Found::Start)
+        self.schedule_in(u64::from(per_bit) - 2, at, samples);
+        (bit == 0).then_some(ReceiverEvent::StartBit)
     }
 
     /// Between frames only a level that differs from the last sample is worth a look.
-    fn rest(&mut self, line: bool, at: u64, samples: Ticks) {
-        if line == self.armed {
+    fn schedule_idle(&mut self, line: bool, at: u64, samples: TickSeries) {
+        if line == self.last_sample_high {
             self.next = NEVER;
         } else {
-            self.sleep(1, at, samples);
+            self.schedule_in(1, at, samples);
         }
     }
 
-    fn sleep(&mut self, wait: u64, at: u64, samples: Ticks) {
-        (self.wait, self.since, self.next) = (wait, at, samples.nth(at, wait));
+    fn schedule_in(&mut self, wait: u64, at: u64, samples: TickSeries) {
+        (self.edges_to_next, self.wait_start, self.next) = (wait, at, samples.nth_after(at, wait));
     }
 }
 
 /// The level changes of one frame on a line that rests high, to drive a receiver with: the start bit begins at cycle
 /// `start`, and bit `k` at `start + k * num / den`, rounded down. The next frame may start at `k` = 10. A `den` of 0
 /// counts as 1.
-pub fn frame_edges(byte: u8, start: u64, num: u64, den: u64) -> impl Iterator<Item = (u64, Level)> {
-    (0..FRAME).filter_map(move |k| {
+pub fn frame_edges(byte: u8, start: u64, num: u64, den: u64) -> impl Iterator<Item = (u64, PinLevel)> {
+    (0..FRAME_BITS).filter_map(move |k| {
         let before = k == 0 || frame_bit(byte, k - 1);
         let bit = frame_bit(byte, k);
         let after = u128::from(num) * u128::from(k) / u128::from(den.max(1));
         let at = start.saturating_add(u64::try_from(after).unwrap_or(NEVER));
-        (bit != before).then_some((at, Level::of(bit)))
+        (bit != before).then_some((at, PinLevel::from_bit(bit)))
     })
 }
 
@@ -225,17 +225,17 @@ mod tests {
 
     #[test]
     fn a_sender_puts_ten_bits_on_the_line_and_then_ends() {
-        let bits = Ticks { origin: 2, every: 16 };
-        let mut sender = Sender::IDLE;
+        let bits = TickSeries { origin: 2, period: 16 };
+        let mut sender = UartSender::IDLE;
         sender.load(0xA5, 5, bits);
         let mut seen = Vec::new();
-        while sender.next() != NEVER {
-            let at = sender.next();
+        while sender.next_step() != NEVER {
+            let at = sender.next_step();
             seen.push((at, sender.step(bits)));
         }
         let levels = [false, true, false, true, false, false, true, false, true, true];
-        let mut want: Vec<_> = (0..10).map(|k| (18 + 16 * k as u64, Step::Bit(levels[k]))).collect();
-        want.push((178, Step::End(0xA5)));
+        let mut want: Vec<_> = (0..10).map(|k| (18 + 16 * k as u64, SenderStep::LineLevel(levels[k]))).collect();
+        want.push((178, SenderStep::FrameSent(0xA5)));
         assert_eq!(seen, want);
     }
 }

@@ -2,14 +2,14 @@
 
 use std::fmt::Write;
 
-use super::Row;
+use super::InstructionRow;
 
 /// A Markdown table of all rows: syntax, bits, cycles, flags and what the instruction does.
 #[must_use]
-pub fn markdown(rows: &[Row]) -> String {
+pub fn instruction_list_markdown(rows: &[InstructionRow]) -> String {
     let mut out = String::from("| instruction | bits | cycles | flags | what it does |\n|---|---|---|---|---|\n");
     for row in rows {
-        let cycles: Vec<String> = row.cycles.outcomes().iter().map(u8::to_string).collect();
+        let cycles: Vec<String> = row.cycles.possible_counts().iter().map(u8::to_string).collect();
         let syntax = format!("{} {}", row.mnemonic, row.syntax);
         let flags = if row.flags.is_empty() { "-" } else { row.flags };
         let _ = writeln!(

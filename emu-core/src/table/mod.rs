@@ -23,24 +23,24 @@ mod docs;
 mod pattern;
 mod text;
 
-pub use docs::markdown;
-pub use pattern::{Cycles, Pattern};
-pub use text::{Alias, AsmError, Line, disassemble};
+pub use docs::instruction_list_markdown;
+pub use pattern::{CycleCounts, BitPattern};
+pub use text::{SyntaxAlias, AsmError, DisassembledInstruction, disassemble};
 
 /// A predecoded instruction: four bytes. `kind` names the row; the other bytes hold the operands in row order, a wide
 /// operand taking two (little endian).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C, align(4))]
-pub struct Op<K> {
+pub struct PredecodedOp<K> {
     /// The row, or one of the extra kinds behind the rows (illegal, trap, ..).
     pub kind: K,
     /// Operand bytes.
-    pub arg: [u8; 3],
+    pub args: [u8; 3],
 }
 
 /// Where an instruction stands: what an operand may need beyond its own bits.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Site {
+pub struct InstructionLocation {
     /// Address of the instruction in program words.
     pub pc: u32,
     /// Length of the instruction in program words.
@@ -59,13 +59,13 @@ pub trait Operand: Copy + Sized {
     fn from_value(value: u16) -> Self;
     /// Takes this operand from an op whose next free operand byte is `at`, and moves `at` on.
     #[inline(always)]
-    fn take<K>(op: &Op<K>, at: &mut usize) -> Self {
+    fn decode_next<K>(op: &PredecodedOp<K>, at: &mut usize) -> Self {
         if Self::KIND.wide {
-            let value = u16::from_le_bytes([op.arg[*at], op.arg[*at + 1]]);
+            let value = u16::from_le_bytes([op.args[*at], op.args[*at + 1]]);
             *at += 2;
             Self::from_value(value)
         } else {
-            let value = op.arg[*at];
+            let value = op.args[*at];
             *at += 1;
             Self::from_value(u16::from(value))
         }
@@ -73,11 +73,11 @@ pub trait Operand: Copy + Sized {
 }
 
 /// An operand kind that predecode may have found to lie in RAM: what it becomes in a row's second shape.
-pub trait InRam: Operand {
+pub trait RamOperand: Operand {
     /// The operand as it is there; itself where nothing changes.
     type Ram;
     /// Takes it from an op whose next free operand byte is `at`, and moves `at` on.
-    fn take_in_ram<K>(op: &Op<K>, at: &mut usize) -> Self::Ram;
+    fn decode_next_in_ram<K>(op: &PredecodedOp<K>, at: &mut usize) -> Self::Ram;
 }
 
 /// An operand kind as data.
@@ -88,25 +88,25 @@ pub struct OperandKind {
     /// Takes two bytes of the op.
     pub wide: bool,
     /// Field of the pattern (`raw`, `bits` wide) -> value. Kinds that are not in a pattern ignore `raw`.
-    pub value: fn(raw: u32, bits: u32, site: &Site) -> i32,
+    pub decode: fn(raw: u32, bits: u32, site: &InstructionLocation) -> i32,
     /// Value -> field; the error says what is allowed.
-    pub raw: fn(value: i32, bits: u32, site: &Site) -> Result<u32, String>,
+    pub encode: fn(value: i32, bits: u32, site: &InstructionLocation) -> Result<u32, String>,
     /// Writes the value as assembly text.
-    pub text: fn(value: i32, out: &mut String),
+    pub write_text: fn(value: i32, out: &mut String),
     /// Value of a name that only this kind knows, such as `r16`.
-    pub named: fn(text: &str) -> Option<i32>,
+    pub parse_name: fn(text: &str) -> Option<i32>,
     /// What a number in the text means here: itself for most, words where the text counts bytes. The error says what is
     /// wanted instead.
-    pub number: fn(value: i32, site: &Site) -> Result<i32, String>,
+    pub check_number: fn(value: i32, site: &InstructionLocation) -> Result<i32, String>,
     /// What a register of the chip means here that stands in the text by its name, given its address in
     /// [`Chip::reg_space`](crate::chip::Chip::reg_space): that address for most.
-    pub register: fn(addr: i32) -> Result<i32, String>,
+    pub check_register: fn(addr: i32) -> Result<i32, String>,
 }
 
 impl OperandKind {
     /// No name is known: [`OperandKind::named`] of most kinds.
     #[must_use]
-    pub fn no_name(_: &str) -> Option<i32> {
+    pub fn never_a_name(_: &str) -> Option<i32> {
         None
     }
 
@@ -114,7 +114,7 @@ impl OperandKind {
     ///
     /// # Errors
     /// None.
-    pub fn itself(value: i32, _: &Site) -> Result<i32, String> {
+    pub fn same_number(value: i32, _: &InstructionLocation) -> Result<i32, String> {
         Ok(value)
     }
 
@@ -122,14 +122,14 @@ impl OperandKind {
     ///
     /// # Errors
     /// None.
-    pub fn its_address(addr: i32) -> Result<i32, String> {
+    pub fn same_address(addr: i32) -> Result<i32, String> {
         Ok(addr)
     }
 }
 
 /// One operand of a row.
 #[derive(Debug, Clone, Copy)]
-pub struct Slot {
+pub struct OperandSlot {
     /// Its letter in pattern and syntax.
     pub letter: u8,
     /// Its kind.
@@ -138,18 +138,18 @@ pub struct Slot {
 
 /// What an instruction may do to the order in which a program runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Flow {
+pub enum FlowKind {
     /// It goes on to the next instruction, or always elsewhere.
     Straight,
     /// It has a condition: it goes on to the next instruction, or elsewhere.
-    Either,
+    Conditional,
     /// It ends the service of an interrupt.
     EndsInterrupt,
 }
 
 /// One instruction.
 #[derive(Debug, Clone, Copy)]
-pub struct Row {
+pub struct InstructionRow {
     /// Name of the op kind, such as `Add`.
     pub name: &'static str,
     /// Mnemonic, lower case.
@@ -157,18 +157,18 @@ pub struct Row {
     /// Operand syntax: lower-case letters are operands, everything else literal text.
     pub syntax: &'static str,
     /// Bits.
-    pub pattern: Pattern,
+    pub pattern: BitPattern,
     /// Operands in op order.
-    pub operands: &'static [Slot],
+    pub operands: &'static [OperandSlot],
     /// Cycles of every outcome.
-    pub cycles: Cycles,
+    pub cycles: CycleCounts,
     /// Flags that the instruction may write, by letter.
     pub flags: &'static str,
     /// The doc comment of the row.
     pub doc: &'static str,
 }
 
-impl Row {
+impl InstructionRow {
     /// Length in program words, never 0.
     #[must_use]
     #[allow(clippy::len_without_is_empty)]
@@ -178,28 +178,28 @@ impl Row {
 
     /// True when the cycles depend on a condition.
     #[must_use]
-    pub fn varies(&self) -> bool {
-        self.cycles.outcomes().len() > 1
+    pub fn has_variable_cycles(&self) -> bool {
+        self.cycles.possible_counts().len() > 1
     }
 
     /// Values of the operands of the instruction `bits` at `site`, in row order.
-    pub fn operands_of<'a>(&'a self, bits: u32, site: &'a Site) -> impl Iterator<Item = i32> + 'a {
+    pub fn operand_values<'a>(&'a self, bits: u32, site: &'a InstructionLocation) -> impl Iterator<Item = i32> + 'a {
         self.operands.iter().map(move |slot| {
-            let (raw, width) = self.pattern.field(slot.letter, bits);
-            (slot.kind.value)(raw, width, site)
+            let (raw, width) = self.pattern.extract_field(slot.letter, bits);
+            (slot.kind.decode)(raw, width, site)
         })
     }
 
     /// The op of the instruction `bits` at `site`; `kind` is the row's kind.
     #[must_use]
-    pub fn op<K>(&self, kind: K, bits: u32, site: &Site) -> Op<K> {
-        let mut op = Op { kind, arg: [0; 3] };
+    pub fn predecode<K>(&self, kind: K, bits: u32, site: &InstructionLocation) -> PredecodedOp<K> {
+        let mut op = PredecodedOp { kind, args: [0; 3] };
         let mut at = 0;
-        for (slot, value) in self.operands.iter().zip(self.operands_of(bits, site)) {
-            op.arg[at] = value as u8;
+        for (slot, value) in self.operands.iter().zip(self.operand_values(bits, site)) {
+            op.args[at] = value as u8;
             at += 1;
             if slot.kind.wide {
-                op.arg[at] = (value >> 8) as u8;
+                op.args[at] = (value >> 8) as u8;
                 at += 1;
             }
         }
@@ -210,21 +210,21 @@ impl Row {
     ///
     /// # Errors
     /// Says which operand does not fit and what is allowed, or how many operands are wanted.
-    pub fn encode(&self, values: &[i32], site: &Site) -> Result<u32, EncodeError> {
-        let wanted = self.operands.iter().filter(|s| self.pattern.has(s.letter)).count();
+    pub fn encode(&self, values: &[i32], site: &InstructionLocation) -> Result<u32, EncodeError> {
+        let wanted = self.operands.iter().filter(|s| self.pattern.has_letter(s.letter)).count();
         if values.len() != wanted {
             return Err(EncodeError {
                 mnemonic: self.mnemonic,
                 cause: format!("{wanted} operands wanted, {} given", values.len()),
             });
         }
-        let mut bits = self.pattern.written;
-        let in_pattern = self.operands.iter().filter(|s| self.pattern.has(s.letter));
+        let mut bits = self.pattern.canonical;
+        let in_pattern = self.operands.iter().filter(|s| self.pattern.has_letter(s.letter));
         for (slot, &value) in in_pattern.zip(values) {
-            let width = self.pattern.field(slot.letter, 0).1;
+            let width = self.pattern.extract_field(slot.letter, 0).1;
             let raw =
-                (slot.kind.raw)(value, width, site).map_err(|cause| EncodeError { mnemonic: self.mnemonic, cause })?;
-            bits |= self.pattern.place(slot.letter, raw);
+                (slot.kind.encode)(value, width, site).map_err(|cause| EncodeError { mnemonic: self.mnemonic, cause })?;
+            bits |= self.pattern.insert_field(slot.letter, raw);
         }
         Ok(bits)
     }
@@ -250,22 +250,22 @@ impl std::error::Error for EncodeError {}
 /// Position of the first row that matches the instruction at the front of `words`, of `word_bits` bits each, and the
 /// instruction's bits. Words behind the end read 0.
 #[must_use]
-pub fn find(rows: &[Row], word_bits: u32, words: &[u16]) -> Option<(usize, u32)> {
+pub fn find_row(rows: &[InstructionRow], word_bits: u32, words: &[u16]) -> Option<(usize, u32)> {
     rows.iter().enumerate().find_map(|(i, row)| {
-        let bits = bits_of(row, word_bits, words);
+        let bits = instruction_bits(row, word_bits, words);
         row.pattern.matches(bits).then_some((i, bits))
     })
 }
 
 /// The bits of an instruction of `row`'s length at the front of `words`.
 #[must_use]
-pub fn bits_of(row: &Row, word_bits: u32, words: &[u16]) -> u32 {
+pub fn instruction_bits(row: &InstructionRow, word_bits: u32, words: &[u16]) -> u32 {
     (0..row.len() as usize).fold(0, |bits, i| bits << word_bits | words.get(i).copied().map_or(0, u32::from))
 }
 
 /// The program words of an instruction of `row`, first word first.
 #[must_use]
-pub fn words_of(row: &Row, word_bits: u32, bits: u32) -> Vec<u16> {
+pub fn instruction_words(row: &InstructionRow, word_bits: u32, bits: u32) -> Vec<u16> {
     (0..row.len()).rev().map(|i| (bits >> (i * word_bits) & ((1 << word_bits) - 1)) as u16).collect()
 }
 
@@ -287,16 +287,16 @@ macro_rules! define_isa {
         }
 
         /// Every instruction, in table order; `Kind as usize` is the position.
-        pub const ROWS: &[$crate::table::Row] = &[ $( $crate::table::Row {
+        pub const ROWS: &[$crate::table::InstructionRow] = &[ $( $crate::table::InstructionRow {
             name: stringify!($name),
             mnemonic: $mnemonic,
             syntax: $syntax,
-            pattern: $crate::table::Pattern::parse($pattern, $word_bits),
-            operands: &[ $( $crate::table::Slot {
+            pattern: $crate::table::BitPattern::parse($pattern, $word_bits),
+            operands: &[ $( $crate::table::OperandSlot {
                 letter: stringify!($letter).as_bytes()[0],
                 kind: &<$kind as $crate::table::Operand>::KIND,
             } ),* ],
-            cycles: $crate::table::Cycles::parse($cycles),
+            cycles: $crate::table::CycleCounts::parse($cycles),
             flags: $flags,
             doc: concat!($($doc),+),
         }, )* ];
@@ -333,8 +333,8 @@ macro_rules! dispatch {
 macro_rules! arm {
     ($m:ident, $op:ident, $word_bits:literal, $pattern:literal, $cycles:literal,
      $shape:ident ($($letter:ident : $operand:ident),*) $body:ident ( $($arg:expr),* )) => {{
-        const WORDS: u32 = $crate::table::Pattern::parse($pattern, $word_bits).words();
-        const CYCLES: u32 = $crate::table::Cycles::parse($cycles).constant();
+        const WORDS: u32 = $crate::table::BitPattern::parse($pattern, $word_bits).words();
+        const CYCLES: u32 = $crate::table::CycleCounts::parse($cycles).constant();
         let at = &mut 0usize;
         $( let $letter = $crate::operand!($shape $operand, $op, at); )*
         let _ = at;
@@ -348,9 +348,9 @@ macro_rules! arm {
 #[macro_export]
 macro_rules! operand {
     (plain $operand:ident, $op:ident, $at:ident) => {
-        <$operand as $crate::table::Operand>::take($op, $at)
+        <$operand as $crate::table::Operand>::decode_next($op, $at)
     };
     (ram $operand:ident, $op:ident, $at:ident) => {
-        <$operand as $crate::table::InRam>::take_in_ram($op, $at)
+        <$operand as $crate::table::RamOperand>::decode_next_in_ram($op, $at)
     };
 }

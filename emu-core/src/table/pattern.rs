@@ -3,26 +3,26 @@
 /// A bit pattern such as `0001 00rd dddd rrrr`: 0 and 1 are fixed, a letter is a bit of that operand (most significant
 /// first). Spaces are for the eye. A pattern is one program word or two; the first word stands in the upper bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Pattern {
+pub struct BitPattern {
     /// Bits that are fixed.
     pub mask: u32,
     /// Their values.
     pub value: u32,
     /// The instruction with all operands 0 as assemblers write it: the fixed bits, and 1 where the pattern has `+`.
-    pub written: u32,
+    pub canonical: u32,
     letters: [u8; 32],
     bits: u8,
     words: u8,
 }
 
-impl Pattern {
+impl BitPattern {
     /// Parses a pattern for program words of `word_bits` bits (8, 14 or 16).
     ///
     /// # Panics
     /// At compile time, when a character is none of `0`, `1`, `-` and `+` (don't care, written as 0 and as 1), a lower-case
     /// letter or a space, or when the length is not one or two words (one to three for words of 8 bits).
     #[must_use]
-    pub const fn parse(text: &str, word_bits: u32) -> Pattern {
+    pub const fn parse(text: &str, word_bits: u32) -> BitPattern {
         let text = text.as_bytes();
         let mut letters = [0u8; 32];
         let (mut mask, mut value, mut written, mut bits, mut i) = (0u32, 0u32, 0u32, 0usize, 0usize);
@@ -52,7 +52,7 @@ impl Pattern {
         }
         let words = bits as u32 / word_bits;
         assert!(words >= 1 && words <= 3 && words * word_bits == bits as u32, "a pattern fills whole program words");
-        Pattern { mask, value, written, letters, bits: bits as u8, words: words as u8 }
+        BitPattern { mask, value, canonical: written, letters, bits: bits as u8, words: words as u8 }
     }
 
     /// Length in program words.
@@ -69,13 +69,13 @@ impl Pattern {
 
     /// True when the operand `letter` stands in the pattern.
     #[must_use]
-    pub fn has(&self, letter: u8) -> bool {
+    pub fn has_letter(&self, letter: u8) -> bool {
         self.letters[..self.bits as usize].contains(&letter)
     }
 
     /// The bits of operand `letter` gathered from `bits`, and how many they are.
     #[must_use]
-    pub fn field(&self, letter: u8, bits: u32) -> (u32, u32) {
+    pub fn extract_field(&self, letter: u8, bits: u32) -> (u32, u32) {
         let (mut raw, mut width) = (0, 0);
         for (i, &c) in self.letters[..self.bits as usize].iter().enumerate() {
             if c == letter {
@@ -88,8 +88,8 @@ impl Pattern {
 
     /// The bits of an instruction that hold `raw` in operand `letter`, all else 0.
     #[must_use]
-    pub fn place(&self, letter: u8, raw: u32) -> u32 {
-        let mut left = self.field(letter, 0).1;
+    pub fn insert_field(&self, letter: u8, raw: u32) -> u32 {
+        let mut left = self.extract_field(letter, 0).1;
         let mut bits = 0;
         for (i, &c) in self.letters[..self.bits as usize].iter().enumerate() {
             if c == letter {
@@ -102,7 +102,7 @@ impl Pattern {
 }
 
 /// The pattern as it is written in a table, in groups of four bits.
-impl std::fmt::Display for Pattern {
+impl std::fmt::Display for BitPattern {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         for (i, &c) in self.letters[..self.bits as usize].iter().enumerate() {
             if i > 0 && (usize::from(self.bits) - i) % 4 == 0 {
@@ -116,18 +116,18 @@ impl std::fmt::Display for Pattern {
 
 /// The cycle column of a row: `1`, or one figure per outcome, `1/2/3` in the order not taken, taken, taken over two words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Cycles {
+pub struct CycleCounts {
     list: [u8; 4],
     len: u8,
 }
 
-impl Cycles {
+impl CycleCounts {
     /// Parses the column.
     ///
     /// # Panics
     /// At compile time, when it is not one to four single digits above 0 with `/` between them.
     #[must_use]
-    pub const fn parse(text: &str) -> Cycles {
+    pub const fn parse(text: &str) -> CycleCounts {
         let text = text.as_bytes();
         let mut list = [0u8; 4];
         let mut i = 0;
@@ -141,7 +141,7 @@ impl Cycles {
             }
             i += 1;
         }
-        Cycles { list, len: text.len().div_ceil(2) as u8 }
+        CycleCounts { list, len: text.len().div_ceil(2) as u8 }
     }
 
     /// The count where all outcomes take the same, else 0 (the body charges).
@@ -152,13 +152,13 @@ impl Cycles {
 
     /// One count per outcome.
     #[must_use]
-    pub fn outcomes(&self) -> &[u8] {
+    pub fn possible_counts(&self) -> &[u8] {
         &self.list[..self.len as usize]
     }
 
     /// The largest count.
     #[must_use]
-    pub fn worst(&self) -> u32 {
-        self.outcomes().iter().copied().max().map_or(0, u32::from)
+    pub fn max_count(&self) -> u32 {
+        self.possible_counts().iter().copied().max().map_or(0, u32::from)
     }
 }

@@ -1,10 +1,10 @@
 //! Assembly text off the table: disassembly, and what an assembler of sources is told of a row.
 
-use super::{Row, Site, find};
+use super::{InstructionRow, InstructionLocation, find_row};
 
 /// One disassembled instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Line {
+pub struct DisassembledInstruction {
     /// Mnemonic and operands, or `.word 0x....` (`.db 0x..` where words are bytes) with the meaning in a comment.
     pub text: String,
     /// Length in program words.
@@ -23,24 +23,24 @@ const BYTE: &str = ".db";
 ///
 /// A word that no row matches, or an instruction cut off by the end of `words`, prints as `.word 0x....`. Program words have `word_bits` bits; targets print as byte addresses where `bytes_per_word` is 2.
 #[must_use]
-pub fn disassemble(rows: &[Row], word_bits: u32, words: &[u16], site: &Site) -> Line {
+pub fn disassemble(rows: &[InstructionRow], word_bits: u32, words: &[u16], site: &InstructionLocation) -> DisassembledInstruction {
     let first = words.first().copied().unwrap_or(0);
     let (directive, digits) = if word_bits == 8 { (BYTE, 2) } else { (WORD, 4) };
-    let raw = |why: &str| Line {
+    let raw = |why: &str| DisassembledInstruction {
         text: format!("{directive} 0x{first:0digits$x}{why}"),
         len: 1,
         row: None,
         operands: Vec::new(),
     };
-    let Some((index, bits)) = find(rows, word_bits, words) else {
+    let Some((index, bits)) = find_row(rows, word_bits, words) else {
         return raw("");
     };
     let row = &rows[index];
     if row.len() as usize > words.len() {
         return raw(&format!("  ; first word of {}, cut off", row.mnemonic));
     }
-    let site = Site { len: row.len(), ..*site };
-    let values: Vec<i32> = row.operands_of(bits, &site).collect();
+    let site = InstructionLocation { len: row.len(), ..*site };
+    let values: Vec<i32> = row.operand_values(bits, &site).collect();
     let mut text = String::from(row.mnemonic);
     if !row.syntax.is_empty() {
         while text.len() < 5 {
@@ -50,17 +50,17 @@ pub fn disassemble(rows: &[Row], word_bits: u32, words: &[u16], site: &Site) -> 
     }
     for c in row.syntax.bytes() {
         match row.operands.iter().position(|s| s.letter == c) {
-            Some(i) => (row.operands[i].kind.text)(values[i], &mut text),
+            Some(i) => (row.operands[i].kind.write_text)(values[i], &mut text),
             None => text.push(c as char),
         }
     }
     // Bits that the pattern leaves open must come back as they were, or the word is not this instruction in text.
     let shown: Vec<i32> =
-        row.operands.iter().zip(&values).filter(|(s, _)| row.pattern.has(s.letter)).map(|(_, &v)| v).collect();
+        row.operands.iter().zip(&values).filter(|(s, _)| row.pattern.has_letter(s.letter)).map(|(_, &v)| v).collect();
     match row.encode(&shown, &site) {
         Ok(back) if back == bits => {
             let operands = row.operands.iter().map(|slot| slot.kind.name).zip(values).collect();
-            Line { text, len: row.len() as usize, row: Some(index), operands }
+            DisassembledInstruction { text, len: row.len() as usize, row: Some(index), operands }
         }
         _ => raw(&format!("  ; {text}")),
     }
@@ -86,4 +86,4 @@ impl std::fmt::Display for AsmError {
 impl std::error::Error for AsmError {}
 
 /// Another spelling of a row: mnemonic, syntax, the row's mnemonic, and its operands written with the alias's letters.
-pub type Alias = (&'static str, &'static str, &'static str, &'static str);
+pub type SyntaxAlias = (&'static str, &'static str, &'static str, &'static str);

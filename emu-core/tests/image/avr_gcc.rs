@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use emu_core::image::{Space, load};
+use emu_core::image::{ImageSpace, load};
 
 use crate::AVR;
 use crate::elf::MEMORIES;
@@ -39,7 +39,7 @@ fn elf_and_objcopy_agree() {
     run("avr-objcopy", &["-O", "ihex", "-R", ".eeprom", "a.elf", "flash.hex"], &folder);
     run("avr-objcopy", &["-O", "ihex", "a.elf", "all.hex"], &folder);
     run("avr-objcopy", &["-O", "ihex", "-j", ".eeprom", "a.elf", "eeprom.hex"], &folder);
-    let get = |name: &str, hex: &[Space]| {
+    let get = |name: &str, hex: &[ImageSpace]| {
         let bytes = std::fs::read(folder.join(name)).unwrap();
         load(name, &bytes, hex, MEMORIES, AVR).unwrap_or_else(|e| panic!("{name}: {e:?}")).image
     };

@@ -3,15 +3,15 @@
 use std::collections::BTreeSet;
 
 use diag::Severity;
-use emu_core::image::{Bits, Segment, Simavr, SimavrTrace, Space, SymbolAt, load, load_elf, simavr};
+use emu_core::image::{WordBits, Segment, SimavrSection, SimavrTrace, ImageSpace, SymbolAt, load, load_elf, read_simavr_section};
 
 use crate::{AVR, table};
 
 /// The windows that avr-gcc gives to the memories of an AVR, with the sizes of an ATmega328P.
-pub const MEMORIES: &[Space] = &[
-    Space { name: "flash", start: 0, len: 0x8000, word: 2, bits: Bits::All },
-    Space { name: "data", start: 0x80_0000, len: 0x900, word: 1, bits: Bits::All },
-    Space { name: "eeprom", start: 0x81_0000, len: 0x400, word: 1, bits: Bits::All },
+pub const MEMORIES: &[ImageSpace] = &[
+    ImageSpace { name: "flash", start: 0, len: 0x8000, word: 2, word_bits: WordBits::All },
+    ImageSpace { name: "data", start: 0x80_0000, len: 0x900, word: 1, word_bits: WordBits::All },
+    ImageSpace { name: "eeprom", start: 0x81_0000, len: 0x400, word: 1, word_bits: WordBits::All },
 ];
 
 const ALLOC: u32 = 2;
@@ -300,7 +300,7 @@ fn what_a_program_says_to_simavr() {
         vec![11, 2, 0x3E, 0],
         vec![10, 2, 0x4A, 0],
     ];
-    let wanted = Simavr {
+    let wanted = SimavrSection {
         mcu: Some("atmega88".to_owned()),
         hz: Some(8_000_000),
         vcd: Some("trace.vcd".to_owned()),
@@ -314,15 +314,15 @@ fn what_a_program_says_to_simavr() {
         ],
         console: Some(0x3E),
         command: Some(0x4A),
-        cut: None,
+        truncated_bytes: None,
     };
-    assert_eq!(simavr(&section_of(&entries.concat())), Some(wanted));
-    assert_eq!(simavr(&section_of(&[0, 0, 0])), Some(Simavr::default()));
-    let cut = |tag: u8, hz: Option<u32>| Some(Simavr { cut: Some(tag), hz, ..Simavr::default() });
-    assert_eq!(simavr(&section_of(&[1, 64, b'a'])), cut(1, None));
-    assert_eq!(simavr(&section_of(&[2, 4, 1, 0, 0, 0, 12])), cut(12, Some(1)));
-    assert_eq!(simavr(&program().build()), None);
-    assert_eq!(simavr(b"\x7fELF"), None);
+    assert_eq!(read_simavr_section(&section_of(&entries.concat())), Some(wanted));
+    assert_eq!(read_simavr_section(&section_of(&[0, 0, 0])), Some(SimavrSection::default()));
+    let cut = |tag: u8, hz: Option<u32>| Some(SimavrSection { truncated_bytes: Some(tag), hz, ..SimavrSection::default() });
+    assert_eq!(read_simavr_section(&section_of(&[1, 64, b'a'])), cut(1, None));
+    assert_eq!(read_simavr_section(&section_of(&[2, 4, 1, 0, 0, 0, 12])), cut(12, Some(1)));
+    assert_eq!(read_simavr_section(&program().build()), None);
+    assert_eq!(read_simavr_section(b"\x7fELF"), None);
 }
 
 #[test]

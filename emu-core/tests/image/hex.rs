@@ -4,29 +4,29 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use diag::{Diagnostic, Severity};
-use emu_core::image::{Bits, CODES, LIMIT, Loaded, Space, load, load_hex, write_hex, write_hex_aligned};
+use emu_core::image::{WordBits, IMAGE_CODES, MAX_REPORTED, LoadedImage, ImageSpace, load, load_hex, write_hex, write_hex_aligned};
 
 use crate::{AVR, DIR, table};
 
-const MEMORIES: &[Space] = &[
-    Space { name: "flash", start: 0, len: 0x2_0000, word: 2, bits: Bits::All },
-    Space { name: "user", start: 0x30_0000, len: 8, word: 1, bits: Bits::All },
+const MEMORIES: &[ImageSpace] = &[
+    ImageSpace { name: "flash", start: 0, len: 0x2_0000, word: 2, word_bits: WordBits::All },
+    ImageSpace { name: "user", start: 0x30_0000, len: 8, word: 1, word_bits: WordBits::All },
 ];
 
 /// Words of 14 bits, and cells of a byte in two bytes of the file, as PIC16 chips have them.
-const NARROW: &[Space] = &[
-    Space { name: "flash", start: 0, len: 0x800, word: 2, bits: Bits::Only(14) },
-    Space { name: "eeprom", start: 0x4200, len: 0x80, word: 2, bits: Bits::Low(8) },
+const NARROW: &[ImageSpace] = &[
+    ImageSpace { name: "flash", start: 0, len: 0x800, word: 2, word_bits: WordBits::Only(14) },
+    ImageSpace { name: "eeprom", start: 0x4200, len: 0x80, word: 2, word_bits: WordBits::Low(8) },
 ];
 
 /// As an AVR's row has them, in the windows of an ELF file.
-const ATMEGA328P: &[Space] = &[
-    Space { name: "flash", start: 0, len: 0x8000, word: 2, bits: Bits::All },
-    Space { name: "data", start: 0x80_0000, len: 0x900, word: 1, bits: Bits::All },
-    Space { name: "eeprom", start: 0x81_0000, len: 0x400, word: 1, bits: Bits::All },
-    Space { name: "fuse", start: 0x82_0000, len: 3, word: 1, bits: Bits::All },
-    Space { name: "lock", start: 0x83_0000, len: 1, word: 1, bits: Bits::All },
-    Space { name: "signature", start: 0x84_0000, len: 3, word: 1, bits: Bits::All },
+const ATMEGA328P: &[ImageSpace] = &[
+    ImageSpace { name: "flash", start: 0, len: 0x8000, word: 2, word_bits: WordBits::All },
+    ImageSpace { name: "data", start: 0x80_0000, len: 0x900, word: 1, word_bits: WordBits::All },
+    ImageSpace { name: "eeprom", start: 0x81_0000, len: 0x400, word: 1, word_bits: WordBits::All },
+    ImageSpace { name: "fuse", start: 0x82_0000, len: 3, word: 1, word_bits: WordBits::All },
+    ImageSpace { name: "lock", start: 0x83_0000, len: 1, word: 1, word_bits: WordBits::All },
+    ImageSpace { name: "signature", start: 0x84_0000, len: 3, word: 1, word_bits: WordBits::All },
 ];
 
 /// Codes of notes; the others are warnings where a file is accepted.
@@ -36,7 +36,7 @@ fn file(name: &str) -> Vec<u8> {
     std::fs::read(format!("{DIR}/{name}.hex")).unwrap_or_else(|e| panic!("{name}.hex: {e}"))
 }
 
-fn load_file(name: &str) -> Result<Loaded, Vec<Diagnostic>> {
+fn load_file(name: &str) -> Result<LoadedImage, Vec<Diagnostic>> {
     let (memories, others) = match name {
         "hex018" | "hex024" | "hex025" => (NARROW, &[][..]),
         "hex026" | "avr-eeprom-too-large" => (&ATMEGA328P[..1], ATMEGA328P),
@@ -54,7 +54,7 @@ fn lines(all: &[Diagnostic], separator: &str) -> Vec<String> {
     all.iter().map(one).collect()
 }
 
-fn image(loaded: &Loaded) -> String {
+fn image(loaded: &LoadedImage) -> String {
     let mut text = String::new();
     for segment in &loaded.image.segments {
         write!(text, "{} {:04X} ", segment.space, segment.addr).unwrap();
@@ -99,17 +99,17 @@ fn variants_are_accepted() {
 #[test]
 fn the_list_of_faults_has_an_end() {
     let found = load_file("hex020").expect_err("hex020");
-    assert_eq!(found.len(), LIMIT + 1);
-    assert!(found[..LIMIT].iter().zip(1..).all(|(d, line)| d.code == "HEX001" && d.pos.line == line));
-    let last = &found[LIMIT];
+    assert_eq!(found.len(), MAX_REPORTED + 1);
+    assert!(found[..MAX_REPORTED].iter().zip(1..).all(|(d, line)| d.code == "HEX001" && d.pos.line == line));
+    let last = &found[MAX_REPORTED];
     assert_eq!((last.code, last.cause.as_str()), ("HEX020", "3 more faults are not shown"));
 
     let garbage = [b"ZZZZ\n:GG\n".repeat(200_000), vec![b'Q'; 1_000_000]].concat();
     let found = load_hex("garbage", &garbage, MEMORIES).expect_err("garbage");
     // Of each pair the first line has one fault (HEX001) and the second two (HEX002, HEX004): the first line of pair 334 has the
     // thousandth, and nothing is read behind it.
-    assert_eq!(found.len(), LIMIT + 1);
-    assert_eq!(found[LIMIT].cause, "900 more faults are not shown, and the rest is not read");
+    assert_eq!(found.len(), MAX_REPORTED + 1);
+    assert_eq!(found[MAX_REPORTED].cause, "900 more faults are not shown, and the rest is not read");
 }
 
 /// Every row of `CODES` is tried in a file of its own, and has words for `emu explain` and a place in the docs.
@@ -122,11 +122,11 @@ fn every_code_has_a_case() {
         tried.extend(codes.filter(|word| word.starts_with("HEX")).map(str::to_owned));
     }
     tried.extend(["HEX020", "ELF009", "ELF011", "ELF015"].map(str::to_owned));
-    let known: BTreeSet<String> = CODES.iter().map(|code| code.code.to_owned()).collect();
+    let known: BTreeSet<String> = IMAGE_CODES.iter().map(|code| code.code.to_owned()).collect();
     assert_eq!(tried, known);
-    assert_eq!(known.len(), CODES.len(), "a code stands twice");
+    assert_eq!(known.len(), IMAGE_CODES.len(), "a code stands twice");
     let docs = page("hex.md") + &page("elf.md");
-    for code in CODES {
+    for code in IMAGE_CODES {
         assert!(!code.title.is_empty() && code.explain.len() > 60, "{}", code.code);
         assert!(docs.contains(code.code), "docs/formats say nothing of {}", code.code);
         if code.code.starts_with("HEX") {
@@ -180,7 +180,7 @@ fn aligned_text() {
 /// A record may begin before a memory, cross a gap and end behind a memory; only what lies in none is at fault.
 #[test]
 fn a_record_across_memories() {
-    let memory = |name, start, len| Space { name, start, len, word: 1, bits: Bits::All };
+    let memory = |name, start, len| ImageSpace { name, start, len, word: 1, word_bits: WordBits::All };
     let memories = [memory("late", 0x16, 2), memory("early", 0x10, 4), memory("none", 0x12, 0)];
     let found = load_hex("a.hex", b":10000E00000102030405060708090A0B0C0D0E0F6A\n:00000001FF", &memories).unwrap_err();
     let known = "outside the memories of the chip: late 0x0016 to 0x0017, 2 bytes; early 0x0010 to 0x0013, 4 bytes";
@@ -193,7 +193,7 @@ fn a_record_across_memories() {
 /// The examples of the page on the format have the fault that they stand for.
 #[test]
 fn examples_in_the_docs() {
-    const FLASH: &[Space] = &[Space { name: "flash", start: 0, len: 0x8000, word: 2, bits: Bits::All }];
+    const FLASH: &[ImageSpace] = &[ImageSpace { name: "flash", start: 0, len: 0x8000, word: 2, word_bits: WordBits::All }];
     let mut tried = 0;
     for row in page("hex.md").lines().filter(|line| line.starts_with("| HEX")) {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();
@@ -214,7 +214,7 @@ fn page(name: &str) -> String {
 
 #[test]
 fn what_follows_the_end_of_a_text_of_cpm_is_left_out() {
-    let spaces = [Space { name: "code", start: 0, len: 0x1000, word: 1, bits: Bits::All }];
+    let spaces = [ImageSpace { name: "code", start: 0, len: 0x1000, word: 1, word_bits: WordBits::All }];
     let load = |behind: &str| {
         let text = format!(":0100000022DD\n:00000001FF\n{behind}");
         let loaded = load_hex("a.hex", text.as_bytes(), &spaces).expect("taken");

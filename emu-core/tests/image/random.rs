@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use emu_core::image::{Bits, LIMIT, Loaded, Space, load, load_hex, write_hex};
+use emu_core::image::{WordBits, MAX_REPORTED, LoadedImage, ImageSpace, load, load_hex, write_hex};
 use proptest::prelude::*;
 
 use crate::AVR;
 use crate::elf::{MEMORIES, program};
 
-const HEX_MEMORIES: &[Space] = &[
-    Space { name: "low", start: 0, len: 0x1000, word: 1, bits: Bits::All },
-    Space { name: "middle", start: 0xFF00, len: 0x200, word: 1, bits: Bits::All },
-    Space { name: "high", start: 0xFFFF_FF00, len: 0x100, word: 1, bits: Bits::All },
+const HEX_MEMORIES: &[ImageSpace] = &[
+    ImageSpace { name: "low", start: 0, len: 0x1000, word: 1, word_bits: WordBits::All },
+    ImageSpace { name: "middle", start: 0xFF00, len: 0x200, word: 1, word_bits: WordBits::All },
+    ImageSpace { name: "high", start: 0xFFFF_FF00, len: 0x100, word: 1, word_bits: WordBits::All },
 ];
 
 /// Cells of the memories above as addresses of the file with their bytes; biased to neighbours and to the ends.
@@ -43,17 +43,17 @@ fn write(cells: &BTreeMap<u32, u8>) -> String {
     write_hex(&slices)
 }
 
-fn read(loaded: &Loaded) -> BTreeMap<u32, u8> {
+fn read(loaded: &LoadedImage) -> BTreeMap<u32, u8> {
     let in_space =
-        |space: &'static Space| loaded.image.bytes_in(space.name).map(move |(at, byte)| (space.start + at, byte));
+        |space: &'static ImageSpace| loaded.image.bytes_in(space.name).map(move |(at, byte)| (space.start + at, byte));
     HEX_MEMORIES.iter().flat_map(in_space).collect()
 }
 
 /// A file that is taken has a record on every line, as `ihex` by itself sees it, and the bytes that those records give.
-fn accepted_is_sound(text: &[u8], loaded: &Loaded) -> Result<(), TestCaseError> {
+fn accepted_is_sound(text: &[u8], loaded: &LoadedImage) -> Result<(), TestCaseError> {
     let mut base = 0u32;
     let mut bytes = BTreeMap::new();
-    let text = diag::text::plain(text);
+    let text = diag::text::strip_line_decorations(text);
     for line in text.split(|&b| b == b'\n').map(|line| line.trim_ascii()) {
         if matches!(line, [] | [b';', ..]) {
             continue;
@@ -134,7 +134,7 @@ proptest! {
         match load_hex("a", &text, HEX_MEMORIES) {
             Ok(loaded) => accepted_is_sound(&text, &loaded)?,
             Err(all) => {
-                prop_assert!(all.iter().any(|d| d.is_error()) && all.len() <= 2 * LIMIT + 1);
+                prop_assert!(all.iter().any(|d| d.is_error()) && all.len() <= 2 * MAX_REPORTED + 1);
                 let text = diag::text::readable(&text);
                 let lines: Vec<&str> = text.split('\n').collect();
                 for d in all.iter().filter(|d| d.pos.line > 0 && d.code != "HEX014") {

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use emu_core::image::{ElfMachine, Lines, Space, load};
+use emu_core::image::{ElfMachine, SourceLines, ImageSpace, load};
 
 use crate::{DIR, told};
 
@@ -78,12 +78,12 @@ fn compare(folder: &Path, elf: &str, dropped: &[&str]) -> usize {
     let mut args = vec!["-e", elf];
     args.extend(addresses.iter().map(String::as_str));
     let theirs = run("avr-addr2line", &args, folder);
-    let lines = Lines::of_elf(elf, std::fs::read(folder.join(elf)).unwrap());
+    let lines = SourceLines::from_elf(elf, std::fs::read(folder.join(elf)).unwrap());
     let mut known = 0;
     assert_eq!(theirs.lines().count(), addresses.len());
     for (addr, theirs) in addresses.iter().zip(theirs.lines()) {
         let byte = u32::from_str_radix(&addr[2..], 16).unwrap();
-        let line = lines.at(byte, 0).map(|line| (line, lines.folder(&line.file).unwrap_or_default()));
+        let line = lines.line_at(byte, 0).map(|line| (line, lines.folder(&line.file).unwrap_or_default()));
         let ours = line.map_or("??:0".to_owned(), |(line, home)| match line.file.starts_with('/') {
             true => format!("{}:{}", line.file, line.line),
             false => format!("{home}/{}:{}", line.file, line.line),
@@ -142,19 +142,19 @@ fn the_program_of_the_tests_is_what_its_sources_say() {
     let flags =
         ["-mmcu=atmega328p", "-Os", "-gdwarf-4", "-nostartfiles", "-nostdlib", "lines.c", "twice.S", "-o", "lines.elf"];
     run("avr-gcc", &[&[map.as_str()][..], &flags].concat(), &folder);
-    let flash = [Space { name: "flash", start: 0, len: 0x8000, word: 2, bits: emu_core::image::Bits::All }];
+    let flash = [ImageSpace { name: "flash", start: 0, len: 0x8000, word: 2, word_bits: emu_core::image::WordBits::All }];
     let read = |file: &str| {
         let bytes = std::fs::read(file).unwrap();
         let image = load(file, &bytes, &[], &flash, ElfMachine::AVR).unwrap().image;
         let mut names: Vec<String> =
             image.symbols.iter().map(|s| s.name.clone()).filter(|n| !n.starts_with('_')).collect();
         names.sort();
-        let lines = Lines::of_elf(file, bytes);
+        let lines = SourceLines::from_elf(file, bytes);
         let starts = ["start", "put", "twice", "main"].map(|name| {
             let symbol = image.symbols.iter().find(|s| s.name == name).unwrap_or_else(|| panic!("{name}"));
             told(&lines, symbol.addr).rsplit_once(':').map(|(file, _)| file.to_owned())
         });
-        let mut places: Vec<String> = lines.all().iter().map(|l| format!("{}:{}", l.file, l.line)).collect();
+        let mut places: Vec<String> = lines.all_lines().iter().map(|l| format!("{}:{}", l.file, l.line)).collect();
         places.sort();
         places.dedup();
         (names, starts, places)

@@ -1,6 +1,6 @@
 //! Damaged files give lines or warnings and nothing else, and soon.
 
-use emu_core::image::{BlockInfo, ElfMachine, FrameView, FunctionInfo, Lines, load};
+use emu_core::image::{BlockInfo, ElfMachine, FrameView, FunctionInfo, SourceLines, load};
 use emu_core::rng::Rng;
 
 use crate::elf::build;
@@ -10,7 +10,7 @@ use crate::input;
 struct Frame(u32);
 
 impl FrameView for Frame {
-    fn byte(&self) -> u32 {
+    fn pc_byte(&self) -> u32 {
         self.0
     }
     fn register(&self, number: u16) -> Option<u32> {
@@ -25,15 +25,15 @@ impl FrameView for Frame {
 }
 
 /// Asks for the places of all variables in the blocks of a function.
-fn ask_places(lines: &Lines, function: &FunctionInfo) {
+fn ask_places(lines: &SourceLines, function: &FunctionInfo) {
     let info = lines.debug_info();
     let mut blocks: Vec<&BlockInfo> = vec![&function.block];
     let frame = Frame(function.block.ranges.first().map_or(0, |range| range.start));
     _ = info.unwind(&frame);
     while let Some(block) = blocks.pop() {
         for variable in &block.variables {
-            let size = info.size(variable.of).unwrap_or(0).min(1 << 16);
-            assert_eq!(info.place(variable, Some(function), &frame).len(), size as usize);
+            let size = info.size(variable.variable_type).unwrap_or(0).min(1 << 16);
+            assert_eq!(info.locate_bytes(variable, Some(function), &frame).len(), size as usize);
         }
         blocks.extend(&block.blocks);
     }
@@ -41,14 +41,14 @@ fn ask_places(lines: &Lines, function: &FunctionInfo) {
 
 /// Reads all that can be asked for; how many lines and warnings there are.
 fn ask(bytes: &[u8]) -> (usize, usize) {
-    let lines = Lines::of_elf("a.elf", bytes);
+    let lines = SourceLines::from_elf("a.elf", bytes);
     for byte in (0..0x60).chain([0x7FFE, u32::MAX]) {
-        if let Some(line) = lines.at(byte, 0) {
+        if let Some(line) = lines.line_at(byte, 0) {
             assert!(line.line > 0 && line.addr <= byte);
         }
     }
-    for line in lines.all() {
-        assert!(lines.of(&line.file, line.line).is_ok_and(|places| places.contains(&line.addr)));
+    for line in lines.all_lines() {
+        assert!(lines.addresses_of_line(&line.file, line.line).is_ok_and(|places| places.contains(&line.addr)));
     }
     for warning in lines.warnings() {
         assert!(!warning.is_error() && ["ELF012", "ELF013"].contains(&warning.code), "{warning:?}");
@@ -56,12 +56,12 @@ fn ask(bytes: &[u8]) -> (usize, usize) {
     let info = lines.debug_info();
     info.functions.iter().for_each(|function| ask_places(&lines, function));
     for variable in &info.globals {
-        _ = info.place(variable, None, &Frame(0));
+        _ = info.locate_bytes(variable, None, &Frame(0));
     }
-    info.kinds().for_each(|(id, _)| _ = info.size(Some(id)));
+    info.types().for_each(|(id, _)| _ = info.size(Some(id)));
     // An image is read from it all the same, or refused.
     _ = load("a.elf", bytes, &[], &[], ElfMachine::AVR);
-    (lines.all().len(), lines.warnings().len())
+    (lines.all_lines().len(), lines.warnings().len())
 }
 
 #[test]

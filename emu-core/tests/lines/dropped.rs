@@ -6,7 +6,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use emu_core::image::{LineKind, Lines};
+use emu_core::image::{SourceKind, SourceLines};
 use gimli::write::{
     Address, AttributeValue, DwarfUnit, EndianVec, LineProgram, LineString, Range, RangeList, Sections,
 };
@@ -22,7 +22,7 @@ const CODE: u32 = 6;
 type Function = (&'static str, Option<&'static str>, u64, u64, u64);
 
 /// A unit main.rs with some functions; symbols are those of the file. `entries` puts functions among the entries of the unit.
-fn file(version: u16, functions: &[Function], symbols: &[(&str, u32)], entries: bool) -> Lines {
+fn file(version: u16, functions: &[Function], symbols: &[(&str, u32)], entries: bool) -> SourceLines {
     // clang gives the address its real size.
     let encoding = Encoding { format: Format::Dwarf32, version, address_size: if version == 5 { 2 } else { 4 } };
     let mut dwarf = DwarfUnit::new(encoding);
@@ -71,11 +71,11 @@ fn file(version: u16, functions: &[Function], symbols: &[(&str, u32)], entries: 
     });
     each.expect("nothing fails");
     let used: Vec<_> = all.iter().filter(|s| !s.2.is_empty()).map(|(n, f, b)| (*n, *f, b.as_slice())).collect();
-    Lines::of_elf("a.elf", build_with(&used, symbols))
+    SourceLines::from_elf("a.elf", build_with(&used, symbols))
 }
 
 /// The lines at some addresses, and nothing to complain about.
-fn at(lines: &Lines, addresses: &[u32]) -> String {
+fn at(lines: &SourceLines, addresses: &[u32]) -> String {
     let found: Vec<String> = addresses.iter().map(|addr| told(lines, *addr).replace("main.rs:", "")).collect();
     assert_eq!(lines.warnings(), []);
     found.join(" ")
@@ -91,7 +91,7 @@ fn dropped_functions_have_no_code() {
     for version in [4, 5] {
         let lines = file(version, &functions, &[("__vectors", 0), ("_RNvC3app4main", 0x68)], true);
         assert_eq!(at(&lines, &[0, 0x10, 0x60, 0x68, 0x70, 0x78, 0xC0]), "- - - 10 11 - -", "DWARF {version}");
-        assert_eq!(lines.of("main.rs", 50).unwrap_err(), "line 50 of main.rs has no code");
+        assert_eq!(lines.addresses_of_line("main.rs", 50).unwrap_err(), "line 50 of main.rs has no code");
     }
 }
 
@@ -124,7 +124,7 @@ fn the_highest_addresses_stand_for_none() {
             let functions = [("unused", None, start, 0x40, 50), LIVE];
             let lines = file(version, &functions, &[("_RNvC3app4main", 0x68)], true);
             assert_eq!(at(&lines, &[0, 0x10, 0x3E, 0x68]), "- - - 10");
-            assert!(lines.all().iter().all(|line| line.line < 50 && line.kind == LineKind::C));
+            assert!(lines.all_lines().iter().all(|line| line.line < 50 && line.kind == SourceKind::C));
         }
     }
 }
@@ -176,14 +176,14 @@ fn programs_of_compilers_have_the_lines_of_what_is_there() {
                 let main = u32::from_str_radix(main, 16).unwrap();
                 assert_eq!(main == 0, start.len() > 1, "a main at 0 is one that was linked there");
                 assert!(!symbols.contains(" dropped"));
-                let lines = Lines::of_elf("gc.elf", std::fs::read(folder.join("gc.elf")).unwrap());
-                let what = format!("{compiler} {version} {start:?}: {:?}", lines.all());
-                let of = |byte| lines.at(byte, 0).map(|line| line.line);
+                let lines = SourceLines::from_elf("gc.elf", std::fs::read(folder.join("gc.elf")).unwrap());
+                let what = format!("{compiler} {version} {start:?}: {:?}", lines.all_lines());
+                let of = |byte| lines.line_at(byte, 0).map(|line| line.line);
                 assert_eq!(of(main), Some(15), "{what}");
-                assert!(lines.all().iter().all(|line| !(5..=11).contains(&line.line)), "{what}");
+                assert!(lines.all_lines().iter().all(|line| !(5..=11).contains(&line.line)), "{what}");
                 assert!((0..main).all(|byte| of(byte).is_none()), "{what}");
-                assert!(lines.all().iter().all(|line| line.addr >= main), "{what}");
-                seen += lines.all().len();
+                assert!(lines.all_lines().iter().all(|line| line.addr >= main), "{what}");
+                seen += lines.all_lines().len();
             }
         }
     }

@@ -1,6 +1,6 @@
 //! The same lines in every version of DWARF, written by `gimli`; and what is no DWARF that is read.
 
-use emu_core::image::{LINE_CODES, Lines};
+use emu_core::image::{LINE_CODES, SourceLines};
 use gimli::write::{
     Address, AttributeValue, DwarfUnit, EndianVec, LineProgram, LineString, Range, RangeList, Sections,
 };
@@ -87,33 +87,33 @@ fn every_version_is_read() {
         (4, Format::Dwarf64),
         (5, Format::Dwarf64),
     ] {
-        let lines = Lines::of_elf("a.elf", file(version, format));
+        let lines = SourceLines::from_elf("a.elf", file(version, format));
         for row in LINES.lines().filter(|row| !row.is_empty()) {
             let (addr, line) = row.split_once(' ').unwrap();
             let addr = u32::from_str_radix(&addr[2..], 16).unwrap();
-            assert_eq!(told(&lines, addr), line, "DWARF {version}, 0x{addr:x}, {:?}", lines.all());
+            assert_eq!(told(&lines, addr), line, "DWARF {version}, 0x{addr:x}, {:?}", lines.all_lines());
         }
         assert_eq!(lines.warnings(), [], "DWARF {version}");
         assert_eq!(lines.folder("main.c"), Some("/src"));
         // The line of sub.c made no code: the next row begins at the same address.
-        assert_eq!(lines.of("sub.c", 7).unwrap_err(), format!("the program has no source file `sub.c`; it has {ALL}"));
-        assert_eq!(lines.of("far.c", 9), Ok(vec![0x40]));
+        assert_eq!(lines.addresses_of_line("sub.c", 7).unwrap_err(), format!("the program has no source file `sub.c`; it has {ALL}"));
+        assert_eq!(lines.addresses_of_line("far.c", 9), Ok(vec![0x40]));
         // Paths as editors and debuggers give them, and those of a program that was compiled elsewhere.
         let paths =
             "main.c ./main.c /src/main.c /src/lib/../main.c //src/./main.c /home/me/main.c src/main.c".split(' ');
         for path in paths {
-            assert_eq!(lines.of(path, 3), Ok(vec![0x10]), "{path}");
+            assert_eq!(lines.addresses_of_line(path, 3), Ok(vec![0x10]), "{path}");
         }
         let paths =
             "far.c deep/far.c ./deep/far.c /src/deep/far.c /home/me/deep/far.c /home/me/lib/../deep/far.c".split(' ');
         for path in paths {
-            assert_eq!(lines.of(path, 9), Ok(vec![0x40]), "{path}");
+            assert_eq!(lines.addresses_of_line(path, 9), Ok(vec![0x40]), "{path}");
         }
         for path in ["/src/lib/far.c", "other/main.c", "/usr/main.h", "/", ".", "..", "./", "../far.c", "/far.c"] {
             let why = format!("the program has no source file `{path}`; it has {ALL}");
-            assert_eq!(lines.of(path, 3).unwrap_err(), why);
+            assert_eq!(lines.addresses_of_line(path, 3).unwrap_err(), why);
         }
-        assert_eq!(lines.of("main.c", 90).unwrap_err(), "line 90 of main.c has no code");
+        assert_eq!(lines.addresses_of_line("main.c", 90).unwrap_err(), "line 90 of main.c has no code");
     }
 }
 
@@ -122,8 +122,8 @@ const ALL: &str = "/usr/include/delay.h, deep/far.c, main.c";
 #[test]
 fn what_is_no_dwarf_is_told() {
     let codes = |file: &[u8]| {
-        let lines = Lines::of_elf("a.elf", file);
-        assert_eq!(lines.all(), []);
+        let lines = SourceLines::from_elf("a.elf", file);
+        assert_eq!(lines.all_lines(), []);
         lines.warnings().iter().map(|warning| warning.code).collect::<Vec<_>>()
     };
     const COMPRESSED: u32 = 1 << 11;

@@ -64,7 +64,7 @@ fn files_of_sdcc_say_what_its_others_say() {
     }
     // The object file has a line for each function at least, all of them where the records of the compiler have them.
     let theirs: Vec<_> = symbols.lines.iter().map(|l| (l.addr, &*l.file, l.line)).collect();
-    let ours: Vec<_> = image.lines.all().iter().map(|l| (l.addr, &*l.file, l.line)).collect();
+    let ours: Vec<_> = image.lines.all_lines().iter().map(|l| (l.addr, &*l.file, l.line)).collect();
     assert!(ours.len() >= 3, "{ours:?}");
     assert!(ours.iter().all(|line| theirs.contains(line)), "{ours:?} {theirs:?}");
 }

@@ -1,7 +1,7 @@
 //! Files that are refused, against `faults.txt`, and files damaged at random.
 
 use diag::Severity;
-use emu_core::image::{LIMIT, SYMBOL_CODES};
+use emu_core::image::{MAX_REPORTED, SYMBOL_CODES};
 use emu_core::rng::Rng;
 
 use crate::{bytes, load, table};
@@ -44,9 +44,9 @@ fn faults_have_a_place_and_a_cause() {
 
 #[test]
 fn the_list_of_faults_has_an_end() {
-    let text = format!("M:a\n{}", "S:x\n".repeat(LIMIT + 5));
+    let text = format!("M:a\n{}", "S:x\n".repeat(MAX_REPORTED + 5));
     let found = load(&[("a.cdb".to_owned(), text.into_bytes())]).unwrap_err();
-    assert_eq!(found.len(), LIMIT + 1);
+    assert_eq!(found.len(), MAX_REPORTED + 1);
     let last = found.last().unwrap();
     assert_eq!(
         (last.code, last.severity, last.cause.as_str()),

@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::process::Command;
 
-use emu_core::image::{Bits, ElfMachine, Space, load};
+use emu_core::image::{WordBits, ElfMachine, ImageSpace, load};
 
 use crate::{DIR, bytes, load as load_files};
 
-const CODE: &[Space] = &[Space { name: "code", start: 0, len: 0x1_0000, word: 1, bits: Bits::All }];
+const CODE: &[ImageSpace] = &[ImageSpace { name: "code", start: 0, len: 0x1_0000, word: 1, word_bits: WordBits::All }];
 
 fn run(program: &str, args: &[&str], folder: &Path) {
     let status =

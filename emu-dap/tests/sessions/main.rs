@@ -15,8 +15,8 @@ use std::fs;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
-use emu_dap::{Adapter, serve};
-use emu_debug::text::unescape;
+use emu_dap::{DebugAdapter, serve};
+use emu_debug::text_escapes::unescape;
 use open::{open, root};
 use serde_json::{Value, json};
 
@@ -101,7 +101,7 @@ fn replay(file: &Path, answer: &mut dyn FnMut(&str) -> Vec<String>) -> Vec<Strin
 
 /// Replays a session.
 fn session(file: &Path) -> Vec<String> {
-    let mut adapter = Adapter::new(&open);
+    let mut adapter = DebugAdapter::new(&open);
     let mut seq = 0;
     replay(file, &mut |line| {
         let (kind, text) = line.split_at(1);
@@ -113,12 +113,12 @@ fn session(file: &Path) -> Vec<String> {
         }
         let mut found: Vec<String> = adapter.handle(&request).iter().map(told).collect();
         if kind == "&" {
-            found.extend(adapter.proceed(&mut || false).iter().map(told));
+            found.extend(adapter.run_slice(&mut || false).iter().map(told));
             return found;
         }
         let mut slices = 0;
         while adapter.is_running() && slices < PATIENCE {
-            found.extend(adapter.proceed(&mut || true).iter().map(told));
+            found.extend(adapter.run_slice(&mut || true).iter().map(told));
             slices += 1;
         }
         if slices == PATIENCE {
@@ -136,7 +136,7 @@ fn served(line: &str) -> Vec<String> {
     let ended = serve(Cursor::new(input), &mut output, &open);
     let mut output = Cursor::new(output);
     let mut found = Vec::new();
-    while let emu_dap::frame::Incoming::Message(message) = emu_dap::frame::read(&mut output).expect("frames") {
+    while let emu_dap::framing::IncomingMessage::Message(message) = emu_dap::framing::read_message(&mut output).expect("frames") {
         found.push(told(&message));
     }
     found.extend(ended.err().map(|why| format!("! {why}")));

@@ -1,12 +1,12 @@
 //! Messages taken apart: assertions and commands.
 
-use super::expr::{Expr, Reader};
+use super::expr::{CodExpression, CodTextReader};
 
 /// An assertion.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Assertion {
+pub struct CodAssertion {
     /// What must hold; where there is nothing, the run always halts.
-    pub holds: Option<Expr>,
+    pub condition: Option<CodExpression>,
     /// What is said when the run halts.
     pub text: String,
 }
@@ -15,14 +15,14 @@ pub struct Assertion {
 ///
 /// # Errors
 /// No expression, or something behind it.
-pub fn assertion(text: &str) -> Result<Assertion, String> {
-    let mut reader = Reader::new(text);
+pub fn parse_assertion(text: &str) -> Result<CodAssertion, String> {
+    let mut reader = CodTextReader::new(text);
     if reader.rest().is_empty() {
-        return Ok(Assertion { holds: None, text: String::new() });
+        return Ok(CodAssertion { condition: None, text: String::new() });
     }
     let mut whole = reader;
     if let Some(text) = whole.quoted().filter(|_| whole.rest().is_empty()) {
-        return Ok(Assertion { holds: None, text: text.to_owned() });
+        return Ok(CodAssertion { condition: None, text: text.to_owned() });
     }
     // Macros may leave the comma where there is no expression.
     let holds = if reader.rest().starts_with(',') { None } else { Some(reader.expr()?) };
@@ -31,13 +31,13 @@ pub fn assertion(text: &str) -> Result<Assertion, String> {
         return Err(format!("`{}` behind the expression", reader.rest()));
     }
     let said = if said.is_empty() && holds.is_some() { format!("does not hold: {}", text.trim()) } else { said };
-    Ok(Assertion { holds, text: said })
+    Ok(CodAssertion { condition: holds, text: said })
 }
 
 /// A command.
 #[derive(Debug, Clone, PartialEq)]
 #[rustfmt::skip]
-pub enum Command {
+pub enum CodCommand {
     /// Nothing that matters to a run.
     None,
     /// `module load TYPE NAME`.
@@ -47,32 +47,32 @@ pub enum Command {
     /// `attach NODE PIN ..`.
     Attach { node: String, pins: Vec<String> },
     /// `break c N`: the run ends at this machine cycle.
-    Limit(Expr),
+    Limit(CodExpression),
     /// `frequency HZ`.
-    Frequency(Expr),
+    Frequency(CodExpression),
     /// `symbol NAME=VALUE`.
-    Symbol { name: String, value: Expr },
+    Symbol { name: String, value: CodExpression },
     /// `NAME = VALUE`, for registers, symbols and attributes.
-    Assign { name: String, value: Expr },
+    Assign { name: String, value: CodExpression },
     /// A line of a stimulus: `stimulus asynchronous_stimulus`, `period N`, `{ cycle, value }` and so on, up to `end`.
-    Stimulus(Stimulus),
+    Stimulus(CodStimulusLine),
     /// `dump e MODULE FILE`: keeps what an EEPROM holds under a name.
-    Keep { module: String, file: String },
+    SaveEeprom { module: String, file: String },
     /// `load e MODULE FILE`: fills an EEPROM with what was kept.
-    Recall { module: String, file: String },
+    LoadEeprom { module: String, file: String },
 }
 
 /// A line of a stimulus.
 #[derive(Debug, Clone, PartialEq)]
 #[allow(missing_docs)]
-pub enum Stimulus {
+pub enum CodStimulusLine {
     Begin,
-    Initial(Expr),
-    Start(Expr),
-    Period(Expr),
+    Initial(CodExpression),
+    Start(CodExpression),
+    Period(CodExpression),
     Name(String),
     Analog(bool),
-    Data(Vec<Expr>),
+    Data(Vec<CodExpression>),
     End,
 }
 
@@ -80,17 +80,17 @@ pub enum Stimulus {
 ///
 /// # Errors
 /// It is damaged, or one that is not carried out here.
-pub fn command(text: &str) -> Result<Command, String> {
+pub fn parse_command(text: &str) -> Result<CodCommand, String> {
     let text = text.trim();
     if text.is_empty() || text.starts_with('#') || text == "echo" || text.starts_with("echo ") {
-        return Ok(Command::None);
+        return Ok(CodCommand::None);
     }
-    let mut reader = Reader::new(text);
+    let mut reader = CodTextReader::new(text);
     if let Some(data) = data(&mut reader)? {
-        return Ok(Command::Stimulus(data));
+        return Ok(CodCommand::Stimulus(data));
     }
     if let Some((name, value)) = register(text) {
-        return Ok(Command::Assign { name: name.to_owned(), value: whole(Reader::new(value))? });
+        return Ok(CodCommand::Assign { name: name.to_owned(), value: whole(CodTextReader::new(value))? });
     }
     let first = reader.name().ok_or_else(|| format!("`{text}` is no command"))?;
     let words: Vec<&str> = reader.rest().split_whitespace().collect();
@@ -98,38 +98,38 @@ pub fn command(text: &str) -> Result<Command, String> {
     if reader.rest().starts_with('=') && !reader.rest().starts_with("==") {
         reader.take("=");
         return match bare_word(reader.rest()) {
-            Some(value) => Ok(Command::Assign { name: first.to_owned(), value }),
-            None => Ok(Command::Assign { name: first.to_owned(), value: whole(reader)? }),
+            Some(value) => Ok(CodCommand::Assign { name: first.to_owned(), value }),
+            None => Ok(CodCommand::Assign { name: first.to_owned(), value: whole(reader)? }),
         };
     }
     match (first, words.as_slice()) {
-        ("module", ["library" | "lib", _]) => Ok(Command::None),
-        ("module", ["load", kind, name]) => Ok(Command::Module { kind: (*kind).to_owned(), name: (*name).to_owned() }),
-        ("module", ["load", kind]) => Ok(Command::Module { kind: (*kind).to_owned(), name: (*kind).to_owned() }),
-        ("node", [_, ..]) => Ok(Command::Nodes(owned(&words))),
-        ("attach", [node, pins @ ..]) => Ok(Command::Attach { node: (*node).to_owned(), pins: owned(pins) }),
+        ("module", ["library" | "lib", _]) => Ok(CodCommand::None),
+        ("module", ["load", kind, name]) => Ok(CodCommand::Module { kind: (*kind).to_owned(), name: (*name).to_owned() }),
+        ("module", ["load", kind]) => Ok(CodCommand::Module { kind: (*kind).to_owned(), name: (*kind).to_owned() }),
+        ("node", [_, ..]) => Ok(CodCommand::Nodes(owned(&words))),
+        ("attach", [node, pins @ ..]) => Ok(CodCommand::Attach { node: (*node).to_owned(), pins: owned(pins) }),
         ("break", ["c", _]) => {
             reader.take("c");
-            Ok(Command::Limit(whole(reader)?))
+            Ok(CodCommand::Limit(whole(reader)?))
         }
-        ("frequency", [_, ..]) => Ok(Command::Frequency(whole(reader)?)),
+        ("frequency", [_, ..]) => Ok(CodCommand::Frequency(whole(reader)?)),
         ("symbol", [_, ..]) => {
             let name = reader.name().unwrap_or("");
             if name.is_empty() || !reader.take("=") {
                 return Err(format!("`{text}`: wanted symbol NAME=VALUE"));
             }
-            Ok(Command::Symbol { name: name.to_owned(), value: whole(reader)? })
+            Ok(CodCommand::Symbol { name: name.to_owned(), value: whole(reader)? })
         }
-        ("stimulus" | "stim", ["asynchronous_stimulus" | "asy"]) => Ok(Command::Stimulus(Stimulus::Begin)),
-        ("initial_state", [_, ..]) => Ok(Command::Stimulus(Stimulus::Initial(whole(reader)?))),
-        ("start_cycle" | "start", [_, ..]) => Ok(Command::Stimulus(Stimulus::Start(whole(reader)?))),
-        ("period", [_, ..]) => Ok(Command::Stimulus(Stimulus::Period(whole(reader)?))),
-        ("name", [name]) => Ok(Command::Stimulus(Stimulus::Name((*name).to_owned()))),
-        ("digital", []) => Ok(Command::Stimulus(Stimulus::Analog(false))),
-        ("analog", []) => Ok(Command::Stimulus(Stimulus::Analog(true))),
-        ("end", []) => Ok(Command::Stimulus(Stimulus::End)),
-        ("dump", ["e", module, file]) => Ok(Command::Keep { module: (*module).to_owned(), file: (*file).to_owned() }),
-        ("load", ["e", module, file]) => Ok(Command::Recall { module: (*module).to_owned(), file: (*file).to_owned() }),
+        ("stimulus" | "stim", ["asynchronous_stimulus" | "asy"]) => Ok(CodCommand::Stimulus(CodStimulusLine::Begin)),
+        ("initial_state", [_, ..]) => Ok(CodCommand::Stimulus(CodStimulusLine::Initial(whole(reader)?))),
+        ("start_cycle" | "start", [_, ..]) => Ok(CodCommand::Stimulus(CodStimulusLine::Start(whole(reader)?))),
+        ("period", [_, ..]) => Ok(CodCommand::Stimulus(CodStimulusLine::Period(whole(reader)?))),
+        ("name", [name]) => Ok(CodCommand::Stimulus(CodStimulusLine::Name((*name).to_owned()))),
+        ("digital", []) => Ok(CodCommand::Stimulus(CodStimulusLine::Analog(false))),
+        ("analog", []) => Ok(CodCommand::Stimulus(CodStimulusLine::Analog(true))),
+        ("end", []) => Ok(CodCommand::Stimulus(CodStimulusLine::End)),
+        ("dump", ["e", module, file]) => Ok(CodCommand::SaveEeprom { module: (*module).to_owned(), file: (*file).to_owned() }),
+        ("load", ["e", module, file]) => Ok(CodCommand::LoadEeprom { module: (*module).to_owned(), file: (*file).to_owned() }),
         (
             "attach" | "break" | "frequency" | "load" | "module" | "node" | "run" | "step" | "stimulus" | "stim"
             | "symbol" | "x" | "clear" | "reset" | "trace" | "log" | "set" | "macro" | "processor" | "initial_state"
@@ -138,9 +138,9 @@ pub fn command(text: &str) -> Result<Command, String> {
         ) => Err(format!("`{text}` is not carried out")),
         // A bare expression shows its value.
         _ => {
-            let mut again = Reader::new(text);
+            let mut again = CodTextReader::new(text);
             again.expr()?;
-            if again.rest().is_empty() { Ok(Command::None) } else { Err(format!("`{text}` is no command")) }
+            if again.rest().is_empty() { Ok(CodCommand::None) } else { Err(format!("`{text}` is no command")) }
         }
     }
 }
@@ -155,32 +155,32 @@ fn register(text: &str) -> Option<(&str, &str)> {
 /// The address of `reg(ADDRESS)`.
 pub(super) fn address(name: &str) -> Option<u32> {
     let text = name.strip_prefix("reg")?.trim_start().strip_prefix('(')?.strip_suffix(')')?;
-    match Reader::new(text).expr() {
-        Ok(Expr::Value(value)) => value.int().and_then(|addr| u32::try_from(addr).ok()),
+    match CodTextReader::new(text).expr() {
+        Ok(CodExpression::Value(value)) => value.to_integer().and_then(|addr| u32::try_from(addr).ok()),
         _ => None,
     }
 }
 
-fn whole(mut reader: Reader<'_>) -> Result<Expr, String> {
+fn whole(mut reader: CodTextReader<'_>) -> Result<CodExpression, String> {
     let expr = reader.expr()?;
     if reader.rest().is_empty() { Ok(expr) } else { Err(format!("`{}` behind the expression", reader.rest())) }
 }
 
 /// `open` and `closed`, the states of a switch by name.
-fn bare_word(text: &str) -> Option<Expr> {
-    use super::value::Value;
+fn bare_word(text: &str) -> Option<CodExpression> {
+    use super::value::CodValue;
     match text {
-        "open" => Some(Expr::Value(Value::Bool(false))),
-        "closed" => Some(Expr::Value(Value::Bool(true))),
+        "open" => Some(CodExpression::Value(CodValue::Bool(false))),
+        "closed" => Some(CodExpression::Value(CodValue::Bool(true))),
         _ => None,
     }
 }
 
 /// `{ cycle, value, .. }`, all of it or a part of it: the braces and lines of one list may stand in several messages.
-fn data(reader: &mut Reader<'_>) -> Result<Option<Stimulus>, String> {
+fn data(reader: &mut CodTextReader<'_>) -> Result<Option<CodStimulusLine>, String> {
     let opened = reader.take("{");
     if reader.rest() == "}" {
-        return Ok(Some(Stimulus::Data(Vec::new())));
+        return Ok(Some(CodStimulusLine::Data(Vec::new())));
     }
     let number = reader.rest().starts_with(|c: char| c.is_ascii_digit());
     if !opened && !number {
@@ -193,5 +193,5 @@ fn data(reader: &mut Reader<'_>) -> Result<Option<Stimulus>, String> {
             return Err(format!("`{}` in a list, wanted a comma", reader.rest()));
         }
     }
-    Ok(Some(Stimulus::Data(values)))
+    Ok(Some(CodStimulusLine::Data(values)))
 }

@@ -1,34 +1,34 @@
 //! Expressions: their text read, and their value found.
 
-use super::value::{Op, Value};
+use super::value::{CodOperator, CodValue};
 
 /// An expression.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Expr {
+pub enum CodExpression {
     /// A number, a truth or a text.
-    Value(Value),
+    Value(CodValue),
     /// A name.
     Name(String),
     /// `&name`: the address of what the name stands for.
     Address(String),
     /// `*expression` or `reg(expression)`: the register at an address.
-    At(Box<Expr>),
+    At(Box<CodExpression>),
     /// `- ~ !` before an expression.
-    Before(char, Box<Expr>),
+    Unary(char, Box<CodExpression>),
     /// An operator between two.
-    Between(Op, Box<Expr>, Box<Expr>),
+    Binary(CodOperator, Box<CodExpression>, Box<CodExpression>),
 }
 
 /// How deep expressions may be nested.
-const DEEPEST: usize = 60;
+const MAX_DEPTH: usize = 60;
 
 /// What names stand for.
-pub trait World {
+pub trait CodWorld {
     /// The value of a name.
     ///
     /// # Errors
     /// Nothing has that name, or it has no value.
-    fn value(&self, name: &str) -> Result<Value, String>;
+    fn value(&self, name: &str) -> Result<CodValue, String>;
     /// The address of what a name stands for.
     ///
     /// # Errors
@@ -38,18 +38,18 @@ pub trait World {
     ///
     /// # Errors
     /// There is none.
-    fn at(&self, addr: i64) -> Result<Value, String>;
+    fn at(&self, addr: i64) -> Result<CodValue, String>;
 }
 
-impl Expr {
+impl CodExpression {
     /// The names in it, in their order.
     #[must_use]
     pub fn names(&self) -> Vec<&str> {
         match self {
-            Expr::Value(_) | Expr::Address(_) => Vec::new(),
-            Expr::Name(name) => vec![name],
-            Expr::At(of) | Expr::Before(_, of) => of.names(),
-            Expr::Between(_, a, b) => a.names().into_iter().chain(b.names()).collect(),
+            CodExpression::Value(_) | CodExpression::Address(_) => Vec::new(),
+            CodExpression::Name(name) => vec![name],
+            CodExpression::At(of) | CodExpression::Unary(_, of) => of.names(),
+            CodExpression::Binary(_, a, b) => a.names().into_iter().chain(b.names()).collect(),
         }
     }
 
@@ -57,37 +57,37 @@ impl Expr {
     ///
     /// # Errors
     /// A name that is unknown, or an operation without a result.
-    pub fn eval(&self, world: &dyn World) -> Result<Value, String> {
+    pub fn eval(&self, world: &dyn CodWorld) -> Result<CodValue, String> {
         match self {
-            Expr::Value(value) => Ok(value.clone()),
-            Expr::Name(name) => world.value(name),
-            Expr::Address(name) => world.address(name).map(Value::Int),
-            Expr::At(addr) => world.at(addr.eval(world)?.int().ok_or("a text is no address")?),
-            Expr::Before(op, of) => match (op, of.eval(world)?) {
-                (_, Value::Text(_)) => Err(format!("`{op}` before a text")),
-                ('!', value) => Ok(Value::Bool(value.truth() != Some(true))),
-                ('-', Value::Real(r)) => Ok(Value::Real(-r)),
-                ('-', value) => Ok(Value::Int(value.int().unwrap_or(0).wrapping_neg())),
-                (_, Value::Real(_)) => Err(format!("`{op}` before a decimal")),
-                (_, value) => Ok(Value::Int(!value.int().unwrap_or(0))),
+            CodExpression::Value(value) => Ok(value.clone()),
+            CodExpression::Name(name) => world.value(name),
+            CodExpression::Address(name) => world.address(name).map(CodValue::Int),
+            CodExpression::At(addr) => world.at(addr.eval(world)?.to_integer().ok_or("a text is no address")?),
+            CodExpression::Unary(op, of) => match (op, of.eval(world)?) {
+                (_, CodValue::Text(_)) => Err(format!("`{op}` before a text")),
+                ('!', value) => Ok(CodValue::Bool(value.to_bool() != Some(true))),
+                ('-', CodValue::Real(r)) => Ok(CodValue::Real(-r)),
+                ('-', value) => Ok(CodValue::Int(value.to_integer().unwrap_or(0).wrapping_neg())),
+                (_, CodValue::Real(_)) => Err(format!("`{op}` before a decimal")),
+                (_, value) => Ok(CodValue::Int(!value.to_integer().unwrap_or(0))),
             },
-            Expr::Between(op, a, b) => op.apply(&a.eval(world)?, &b.eval(world)?),
+            CodExpression::Binary(op, a, b) => op.apply(&a.eval(world)?, &b.eval(world)?),
         }
     }
 }
 
 /// A text being read.
 #[derive(Debug, Clone, Copy)]
-pub struct Reader<'t> {
+pub struct CodTextReader<'t> {
     rest: &'t str,
     depth: usize,
 }
 
-impl<'t> Reader<'t> {
+impl<'t> CodTextReader<'t> {
     /// Reads from the beginning of a text.
     #[must_use]
     pub fn new(text: &'t str) -> Self {
-        Reader { rest: text.trim(), depth: 0 }
+        CodTextReader { rest: text.trim(), depth: 0 }
     }
 
     /// What has not been read.
@@ -108,7 +108,7 @@ impl<'t> Reader<'t> {
     }
 
     /// The next characters as far as they are of a kind.
-    pub fn run_of(&mut self, of: impl Fn(char) -> bool) -> &'t str {
+    pub fn take_while(&mut self, of: impl Fn(char) -> bool) -> &'t str {
         let end = self.rest.find(|c| !of(c)).unwrap_or(self.rest.len());
         let (found, rest) = self.rest.split_at(end);
         self.rest = rest.trim_start();
@@ -118,7 +118,7 @@ impl<'t> Reader<'t> {
     /// A name: letters, digits, underscores and points, no digit first.
     pub fn name(&mut self) -> Option<&'t str> {
         let starts = self.rest.starts_with(|c: char| c.is_ascii_alphabetic() || matches!(c, '_' | '.'));
-        starts.then(|| self.run_of(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$')))
+        starts.then(|| self.take_while(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$')))
     }
 
     /// A text between quotes of one kind, up to the last such quote: a text may hold quotes.
@@ -136,26 +136,26 @@ impl<'t> Reader<'t> {
     ///
     /// # Errors
     /// What stands next is none.
-    pub fn expr(&mut self) -> Result<Expr, String> {
+    pub fn expr(&mut self) -> Result<CodExpression, String> {
         self.binding(1)
     }
 
     /// An expression of operators that bind at least so tightly; those of one strength group to the left.
-    fn binding(&mut self, least: u8) -> Result<Expr, String> {
+    fn binding(&mut self, least: u8) -> Result<CodExpression, String> {
         let mut left = self.unary()?;
         loop {
-            let found = Op::ALL.iter().find(|(text, ..)| self.rest.starts_with(text));
+            let found = CodOperator::ALL.iter().find(|(text, ..)| self.rest.starts_with(text));
             let Some(&(text, op, strength)) = found.filter(|(.., strength)| *strength >= least) else {
                 return Ok(left);
             };
             self.take(text);
-            let right = self.deeper(|reader| reader.binding(strength + 1))?;
-            left = Expr::Between(op, Box::new(left), Box::new(right));
+            let right = self.read_nested(|reader| reader.binding(strength + 1))?;
+            left = CodExpression::Binary(op, Box::new(left), Box::new(right));
         }
     }
 
-    fn deeper<T>(&mut self, read: impl FnOnce(&mut Self) -> Result<T, String>) -> Result<T, String> {
-        if self.depth >= DEEPEST {
+    fn read_nested<T>(&mut self, read: impl FnOnce(&mut Self) -> Result<T, String>) -> Result<T, String> {
+        if self.depth >= MAX_DEPTH {
             return Err("the expression is nested too deeply".to_owned());
         }
         self.depth += 1;
@@ -164,41 +164,41 @@ impl<'t> Reader<'t> {
         found
     }
 
-    fn unary(&mut self) -> Result<Expr, String> {
+    fn unary(&mut self) -> Result<CodExpression, String> {
         if let Some(text) = self.quoted() {
-            return Ok(Expr::Value(Value::Text(text.to_owned())));
+            return Ok(CodExpression::Value(CodValue::Text(text.to_owned())));
         }
         if let Some(number) = self.number()? {
-            return Ok(Expr::Value(number));
+            return Ok(CodExpression::Value(number));
         }
         for op in ['-', '~', '!'] {
             if self.take(op.encode_utf8(&mut [0; 4])) {
-                return Ok(Expr::Before(op, Box::new(self.deeper(Self::unary)?)));
+                return Ok(CodExpression::Unary(op, Box::new(self.read_nested(Self::unary)?)));
             }
         }
         if self.take("+") {
-            return self.deeper(Self::unary);
+            return self.read_nested(Self::unary);
         }
         if self.take("*") {
-            return Ok(Expr::At(Box::new(self.deeper(Self::unary)?)));
+            return Ok(CodExpression::At(Box::new(self.read_nested(Self::unary)?)));
         }
         if self.take("&") {
-            return self.name().map(|name| Expr::Address(name.to_owned())).ok_or_else(|| self.wanted("a name"));
+            return self.name().map(|name| CodExpression::Address(name.to_owned())).ok_or_else(|| self.wanted("a name"));
         }
         if self.take("(") {
             return self.closed();
         }
         match self.name() {
-            Some("true") => Ok(Expr::Value(Value::Bool(true))),
-            Some("false") => Ok(Expr::Value(Value::Bool(false))),
-            Some("reg") if self.take("(") => Ok(Expr::At(Box::new(self.closed()?))),
-            Some(name) => Ok(Expr::Name(name.to_owned())),
+            Some("true") => Ok(CodExpression::Value(CodValue::Bool(true))),
+            Some("false") => Ok(CodExpression::Value(CodValue::Bool(false))),
+            Some("reg") if self.take("(") => Ok(CodExpression::At(Box::new(self.closed()?))),
+            Some(name) => Ok(CodExpression::Name(name.to_owned())),
             None => Err(self.wanted("a number, a name or a text")),
         }
     }
 
-    fn closed(&mut self) -> Result<Expr, String> {
-        let inner = self.deeper(Self::expr)?;
+    fn closed(&mut self) -> Result<CodExpression, String> {
+        let inner = self.read_nested(Self::expr)?;
         if self.take(")") { Ok(inner) } else { Err(self.wanted("`)`")) }
     }
 
@@ -212,7 +212,7 @@ impl<'t> Reader<'t> {
     }
 
     /// `25 0x19 $19 0b11001 b'11001' d'25' 2.5 1e6`; nothing where no number begins.
-    fn number(&mut self) -> Result<Option<Value>, String> {
+    fn number(&mut self) -> Result<Option<CodValue>, String> {
         let lower = self.rest.get(..2).unwrap_or(self.rest).to_ascii_lowercase();
         let radix = match lower.as_str() {
             "0x" => 16,
@@ -228,15 +228,15 @@ impl<'t> Reader<'t> {
         }
         let skip = if lower.starts_with('$') { 1 } else { 2 };
         self.rest = self.rest.get(skip..).unwrap_or("");
-        let digits = self.run_of(|c| c.is_ascii_alphanumeric());
+        let digits = self.take_while(|c| c.is_ascii_alphanumeric());
         if lower.ends_with('\'') && !self.take("'") {
             return Err(self.wanted("`'`"));
         }
         let wrong = |_| format!("`{digits}` is no number to the base {radix}");
-        i64::from_str_radix(digits, radix).map(|i| Some(Value::Int(i))).map_err(wrong)
+        i64::from_str_radix(digits, radix).map(|i| Some(CodValue::Int(i))).map_err(wrong)
     }
 
-    fn decimal(&mut self) -> Result<Value, String> {
+    fn decimal(&mut self) -> Result<CodValue, String> {
         let mut sign = false;
         // A sign belongs to a number only after its exponent mark.
         let end = self.rest.find(|c: char| {
@@ -247,7 +247,7 @@ impl<'t> Reader<'t> {
         let (text, rest) = self.rest.split_at(end.unwrap_or(self.rest.len()));
         self.rest = rest.trim_start();
         let whole = text.bytes().all(|b| b.is_ascii_digit());
-        let value = if whole { text.parse().ok().map(Value::Int) } else { text.parse().ok().map(Value::Real) };
+        let value = if whole { text.parse().ok().map(CodValue::Int) } else { text.parse().ok().map(CodValue::Real) };
         value.ok_or_else(|| format!("`{text}` is no number"))
     }
 }

@@ -24,10 +24,10 @@
 //! # }
 //! ```
 
-mod bench;
+mod circuit;
 mod command;
 mod expr;
-mod net;
+mod nets;
 mod parts;
 mod run;
 mod script;
@@ -37,6 +37,6 @@ mod wiring;
 #[cfg(test)]
 mod tests;
 
-pub use run::{Limits, Outcome, Verdict, run};
-pub use script::{Refusal, Script};
-pub use wiring::Analog;
+pub use run::{CodRunLimits, CodOutcome, CodVerdict, run_script};
+pub use script::{CodRefusal, CodScript};
+pub use wiring::SetAnalogInput;

@@ -1,27 +1,27 @@
 //! The run: from edge to edge, from message to message.
 
-use emu_core::cpu::{Cpu, Fault, Probe, Stop};
-use emu_core::image::Message;
-use emu_core::pins::{Event, Level, PinId, Time};
+use emu_core::cpu::{Cpu, ProgramFault, Probe, StopReason};
+use emu_core::image::SimulatorMessage;
+use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
 
-use super::bench::Bench;
-use super::expr::Expr;
-use super::script::{Action, Refusal, Script, refusal};
-use super::value::Value;
-use super::wiring::Analog;
-use crate::place::Names;
-use crate::seer;
+use super::circuit::CodCircuit;
+use super::expr::CodExpression;
+use super::script::{CodAction, CodRefusal, CodScript, refusal};
+use super::value::CodValue;
+use super::wiring::SetAnalogInput;
+use crate::address_names::AddressNames;
+use crate::dyn_probe;
 
 /// Machine cycles before what a part will do by itself at which the run stops, so that it can be put in the chip's queue in
 /// time: no instruction and no interrupt entry is longer.
-const LEAD: u64 = 8;
+const LEAD_CYCLES: u64 = 8;
 
 /// Stops within one machine cycle after which the run is given up.
-const PATIENCE: u32 = 10_000;
+const MAX_STEPS_WITHOUT_TIME: u32 = 10_000;
 
 /// Where a run begins and ends.
 #[derive(Debug, Clone, Copy)]
-pub struct Limits {
+pub struct CodRunLimits {
     /// The machine cycle at which it ends at the latest; `break c` may end it before.
     pub cycle: u64,
     /// Clock of the chip in Hz.
@@ -30,13 +30,13 @@ pub struct Limits {
 
 /// How a run ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Verdict {
+pub enum CodVerdict {
     /// A message halted it.
     Message {
         /// Its text.
         text: String,
         /// The assertion that does not hold, if it was one, and the values of the names in it.
-        broken: Option<(String, Vec<(String, String)>)>,
+        failed_assertion: Option<(String, Vec<(String, String)>)>,
         /// Program word address.
         pc: u32,
         /// Machine cycle.
@@ -66,10 +66,10 @@ pub enum Verdict {
         /// Program word address.
         pc: u32,
         /// What it was.
-        fault: Fault,
+        fault: ProgramFault,
     },
     /// A message cannot be carried out.
-    Refused(Refusal),
+    Refused(CodRefusal),
     /// Chip and bench answer each other without end, as in a ring of gates through a comparator.
     Unsettled {
         /// Machine cycle.
@@ -77,36 +77,36 @@ pub enum Verdict {
     },
 }
 
-impl Verdict {
+impl CodVerdict {
     /// True when the first message that halted the run says PASSED.
     #[must_use]
     pub fn passed(&self) -> bool {
-        matches!(self, Verdict::Message { text, .. } if text.contains("PASSED"))
+        matches!(self, CodVerdict::Message { text, .. } if text.contains("PASSED"))
     }
 }
 
 /// What a run came to.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Outcome {
+pub struct CodOutcome {
     /// How it ended.
-    pub verdict: Verdict,
+    pub verdict: CodVerdict,
     /// Assertions that were looked at.
-    pub checked: u64,
+    pub assertions_checked: u64,
     /// What is odd about the commands, though not wrong.
     pub warnings: Vec<String>,
 }
 
 /// Collects the edges of the pins on nets.
-struct Edges {
+struct EdgeProbe {
     attached: Vec<bool>,
-    seen: Vec<Event>,
+    seen: Vec<ChipEvent>,
 }
 
-impl Probe for Edges {
+impl Probe for EdgeProbe {
     const EVENTS: bool = true;
 
-    fn event(&mut self, event: Event) -> bool {
-        let on_net = matches!(event, Event::Edge { pin, .. } if self.attached.get(usize::from(pin)) == Some(&true));
+    fn on_event(&mut self, event: ChipEvent) -> bool {
+        let on_net = matches!(event, ChipEvent::Edge { pin, .. } if self.attached.get(usize::from(pin)) == Some(&true));
         if on_net {
             self.seen.push(event);
         }
@@ -115,79 +115,79 @@ impl Probe for Edges {
 }
 
 /// Runs `cpu`, which is just switched on, under the messages of its program. Voltages go to `analog` as they change.
-pub fn run<C: Cpu>(cpu: &mut C, script: &Script, names: Names<'_>, limits: Limits, analog: Analog<'_, C>) -> Outcome {
-    let bench = Bench::new(names, script.frequency().unwrap_or(limits.hz).max(1), limits.cycle);
+pub fn run_script<C: Cpu>(cpu: &mut C, script: &CodScript, names: AddressNames<'_>, limits: CodRunLimits, analog: SetAnalogInput<'_, C>) -> CodOutcome {
+    let bench = CodCircuit::new(names, script.frequency().unwrap_or(limits.hz).max(1), limits.cycle);
     let attached = vec![false; names.chip.pins.len()];
-    let mut run = Run { bench, edges: Edges { attached, seen: Vec::new() }, wires: Vec::new(), checked: 0 };
-    let verdict = run.whole(cpu, script, analog);
-    for pc in script.at.keys() {
-        cpu.trap(*pc, false);
+    let mut run = CodRun { bench, edges: EdgeProbe { attached, seen: Vec::new() }, pin_levels: Vec::new(), checked: 0 };
+    let verdict = run.run_to_verdict(cpu, script, analog);
+    for pc in script.by_address.keys() {
+        cpu.set_breakpoint(*pc, false);
     }
-    Outcome { verdict, checked: run.checked, warnings: run.bench.warnings }
+    CodOutcome { verdict, assertions_checked: run.checked, warnings: run.bench.warnings }
 }
 
-struct Run<'n> {
-    bench: Bench<'n>,
-    edges: Edges,
+struct CodRun<'n> {
+    bench: CodCircuit<'n>,
+    edges: EdgeProbe,
     /// Levels of the pins, edge by edge.
-    wires: Vec<Level>,
+    pin_levels: Vec<PinLevel>,
     checked: u64,
 }
 
-impl Run<'_> {
-    fn whole<C: Cpu>(&mut self, cpu: &mut C, script: &Script, analog: Analog<'_, C>) -> Verdict {
+impl CodRun<'_> {
+    fn run_to_verdict<C: Cpu>(&mut self, cpu: &mut C, script: &CodScript, analog: SetAnalogInput<'_, C>) -> CodVerdict {
         let now = |cpu: &C| cpu.cycle().saturating_mul(u64::from(cpu.clocks_per_cycle()));
         for (command, message) in &script.start {
             if let Err(cause) = self.bench.command(command, cpu, now(cpu)) {
-                return Verdict::Refused(refusal(message, cause));
+                return CodVerdict::Refused(refusal(message, cause));
             }
         }
-        if let Some((_, message)) = script.start.last().filter(|_| self.bench.unfinished()) {
-            return Verdict::Refused(refusal(message, "a stimulus without its end".to_owned()));
+        if let Some((_, message)) = script.start.last().filter(|_| self.bench.has_unfinished_stimulus()) {
+            return CodVerdict::Refused(refusal(message, "a stimulus without its end".to_owned()));
         }
         for pin in 0..self.edges.attached.len() {
-            let attached = self.bench.attached(pin as PinId);
+            let attached = self.bench.is_attached(pin as PinId);
             if let Some(known) = self.edges.attached.get_mut(pin) {
                 *known = attached;
             }
         }
-        for pc in script.at.keys() {
-            cpu.trap(*pc, true);
+        for pc in script.by_address.keys() {
+            cpu.set_breakpoint(*pc, true);
         }
         self.bench.settle(cpu, now(cpu), &[], &mut *analog);
-        self.wires = crate::run::levels(cpu, cpu.chip());
+        self.pin_levels = crate::run::pin_levels(cpu, cpu.chip());
         let (mut turns, mut last) = (0, cpu.cycle());
         loop {
             turns = if cpu.cycle() == last { turns + 1 } else { 0 };
             last = cpu.cycle();
-            if turns > PATIENCE {
-                return Verdict::Unsettled { cycle: last };
+            if turns > MAX_STEPS_WITHOUT_TIME {
+                return CodVerdict::Unsettled { cycle: last };
             }
             if cpu.cycle() >= self.bench.limit {
-                return Verdict::Limit { cycle: cpu.cycle() };
+                return CodVerdict::Limit { cycle: cpu.cycle() };
             }
-            let until = self.ahead(cpu, &mut *analog).min(self.bench.limit);
-            let stop = cpu.run(until, &mut seer::events(&mut self.edges));
-            self.answer(cpu, &mut *analog);
+            let until = self.run_limit(cpu, &mut *analog).min(self.bench.limit);
+            let stop = cpu.run(until, &mut dyn_probe::probe_events(&mut self.edges));
+            self.apply_edges(cpu, &mut *analog);
             match stop {
-                Stop::Limit | Stop::Probe => {}
-                Stop::Halted => {
+                StopReason::Limit | StopReason::Probe => {}
+                StopReason::Halted => {
                     // Something on the bench may wake it yet: the next change there, which not everything is that is due.
                     let mut t = now(cpu);
                     loop {
                         match self.next_drive(cpu, t) {
-                            None => return Verdict::Halted { pc: cpu.pc(), cycle: cpu.cycle() },
+                            None => return CodVerdict::Halted { pc: cpu.pc(), cycle: cpu.cycle() },
                             Some(next) if next / u64::from(cpu.clocks_per_cycle()) >= self.bench.limit => {
-                                return Verdict::Limit { cycle: self.bench.limit };
+                                return CodVerdict::Limit { cycle: self.bench.limit };
                             }
                             Some(next) if self.drive(cpu, next, &mut *analog) => break,
                             Some(next) => t = next,
                         }
                     }
                 }
-                Stop::Illegal { pc, word } => return Verdict::Illegal { pc, word },
-                Stop::Fault { pc, fault } => return Verdict::Fault { pc, fault },
-                Stop::Trap { pc } => {
+                StopReason::Illegal { pc, word } => return CodVerdict::Illegal { pc, word },
+                StopReason::Fault { pc, fault } => return CodVerdict::Fault { pc, fault },
+                StopReason::Breakpoint { pc } => {
                     if let Some(verdict) = self.messages(cpu, script, pc, &mut *analog) {
                         return verdict;
                     }
@@ -203,7 +203,7 @@ impl Run<'_> {
     }
 
     /// Puts what the parts drive at `t` on the nets. True when the chip gets something else by it.
-    fn drive<C: Cpu>(&mut self, cpu: &mut C, t: u64, analog: Analog<'_, C>) -> bool {
+    fn drive<C: Cpu>(&mut self, cpu: &mut C, t: u64, analog: SetAnalogInput<'_, C>) -> bool {
         for part in &mut self.bench.parts {
             part.advance(t, self.bench.hz);
         }
@@ -212,39 +212,39 @@ impl Run<'_> {
 
     /// Queues what the parts drive within the next cycles, each change at its own time, and gives the cycle up to which the chip
     /// may run before they have to be asked again.
-    fn ahead<C: Cpu>(&mut self, cpu: &mut C, analog: Analog<'_, C>) -> u64 {
+    fn run_limit<C: Cpu>(&mut self, cpu: &mut C, analog: SetAnalogInput<'_, C>) -> u64 {
         let cycle = u64::from(cpu.clocks_per_cycle());
         let mut t = cpu.cycle().saturating_mul(cycle);
         let mut queued = None;
         let next = loop {
             let Some(next) = self.next_drive(cpu, t) else { break u64::MAX };
             // One change at a time: the chip may answer to it.
-            if next / cycle > cpu.cycle().saturating_add(LEAD) || queued.is_some() {
+            if next / cycle > cpu.cycle().saturating_add(LEAD_CYCLES) || queued.is_some() {
                 break next / cycle;
             }
             queued = Some(next);
             self.drive(cpu, next, &mut *analog);
             t = next;
         };
-        let looks = self.bench.parts.iter().filter_map(|part| part.next_look(self.bench.hz)).min();
+        let looks = self.bench.parts.iter().filter_map(|part| part.next_sample(self.bench.hz)).min();
         // Looking is done behind the chip, driving before it.
         let look = looks.map_or(u64::MAX, |t| t.div_ceil(cycle));
-        let until = queued.map_or_else(|| next.saturating_sub(LEAD), |t| t.div_ceil(cycle));
+        let until = queued.map_or_else(|| next.saturating_sub(LEAD_CYCLES), |t| t.div_ceil(cycle));
         let one = cpu.cycle().saturating_add(1);
         if self.bench.shared { one } else { until.min(look).max(one) }
     }
 
     /// Lets the bench see the edges of the last stretch in their order, and what was due in it.
-    fn answer<C: Cpu>(&mut self, cpu: &mut C, analog: Analog<'_, C>) {
+    fn apply_edges<C: Cpu>(&mut self, cpu: &mut C, analog: SetAnalogInput<'_, C>) {
         let cycle = u64::from(cpu.clocks_per_cycle());
-        let clocks = |at: Time| at.cycle.saturating_mul(cycle).saturating_add(at.phase.into());
+        let clocks = |at: CycleTime| at.cycle.saturating_mul(cycle).saturating_add(at.phase.into());
         let mut last = None;
         for event in std::mem::take(&mut self.edges.seen) {
-            if let Event::Edge { at, pin, level } = event {
-                if let Some(wire) = self.wires.get_mut(usize::from(pin)) {
+            if let ChipEvent::Edge { at, pin, level } = event {
+                if let Some(wire) = self.pin_levels.get_mut(usize::from(pin)) {
                     *wire = level;
                 }
-                let then = self.wires.clone();
+                let then = self.pin_levels.clone();
                 self.bench.settle(cpu, clocks(at), &then, &mut *analog);
                 last = Some(clocks(at));
             }
@@ -253,70 +253,70 @@ impl Run<'_> {
         if let Some(last) = last.or(self.bench.shared.then_some(now)) {
             self.bench.settle(cpu, last, &[], &mut *analog);
         }
-        self.wires = crate::run::levels(cpu, cpu.chip());
+        self.pin_levels = crate::run::pin_levels(cpu, cpu.chip());
         for part in &mut self.bench.parts {
-            part.look(now, self.bench.hz);
+            part.sample(now, self.bench.hz);
             part.advance(now, self.bench.hz);
         }
     }
 
     /// Carries out the messages at an address; a verdict where one of them ends the run.
-    fn messages<C: Cpu>(&mut self, cpu: &mut C, script: &Script, pc: u32, analog: Analog<'_, C>) -> Option<Verdict> {
-        let actions = script.at.get(&pc)?;
-        let mut after: Vec<(&Action, &Message)> = Vec::new();
+    fn messages<C: Cpu>(&mut self, cpu: &mut C, script: &CodScript, pc: u32, analog: SetAnalogInput<'_, C>) -> Option<CodVerdict> {
+        let actions = script.by_address.get(&pc)?;
+        let mut after: Vec<(&CodAction, &SimulatorMessage)> = Vec::new();
         for (action, message) in actions {
             match action {
-                Action::Assert(assertion) => {
+                CodAction::Assert(assertion) => {
                     self.checked += 1;
-                    let holds = match assertion.holds.as_ref().map(|expr| self.bench.eval(expr, cpu)) {
+                    let holds = match assertion.condition.as_ref().map(|expr| self.bench.eval(expr, cpu)) {
                         None => false,
-                        Some(Ok(value)) => value.truth() == Some(true) || matches!(value, Value::Text(_)),
-                        Some(Err(cause)) => return Some(Verdict::Refused(refusal(message, cause))),
+                        Some(Ok(value)) => value.to_bool() == Some(true) || matches!(value, CodValue::Text(_)),
+                        Some(Err(cause)) => return Some(CodVerdict::Refused(refusal(message, cause))),
                     };
                     if !holds {
                         let broken =
-                            assertion.holds.as_ref().map(|expr| (message.text.clone(), self.values(expr, cpu)));
-                        return Some(Verdict::Message { text: assertion.text.clone(), broken, pc, cycle: cpu.cycle() });
+                            assertion.condition.as_ref().map(|expr| (message.text.clone(), self.values(expr, cpu)));
+                        return Some(CodVerdict::Message { text: assertion.text.clone(), failed_assertion: broken, pc, cycle: cpu.cycle() });
                     }
                 }
-                Action::Before(_) => {
-                    if let Some(verdict) = self.carry_out(cpu, action, message, &mut *analog) {
+                CodAction::Before(_) => {
+                    if let Some(verdict) = self.execute_action(cpu, action, message, &mut *analog) {
                         return Some(verdict);
                     }
                 }
-                Action::After(_) => after.push((action, message)),
+                CodAction::After(_) => after.push((action, message)),
             }
         }
         if !after.is_empty() {
-            let stop = cpu.step(&mut seer::events(&mut self.edges));
-            self.answer(cpu, &mut *analog);
+            let stop = cpu.step(&mut dyn_probe::probe_events(&mut self.edges));
+            self.apply_edges(cpu, &mut *analog);
             match stop {
-                Stop::Illegal { pc, word } => return Some(Verdict::Illegal { pc, word }),
-                Stop::Fault { pc, fault } => return Some(Verdict::Fault { pc, fault }),
+                StopReason::Illegal { pc, word } => return Some(CodVerdict::Illegal { pc, word }),
+                StopReason::Fault { pc, fault } => return Some(CodVerdict::Fault { pc, fault }),
                 _ => {}
             }
         }
-        after.into_iter().find_map(|(action, message)| self.carry_out(cpu, action, message, &mut *analog))
+        after.into_iter().find_map(|(action, message)| self.execute_action(cpu, action, message, &mut *analog))
     }
 
     /// The names in an expression with their values now.
-    fn values<C: Cpu>(&self, expr: &Expr, cpu: &C) -> Vec<(String, String)> {
-        let value = |name: &str| self.bench.eval(&Expr::Name(name.to_owned()), cpu);
+    fn values<C: Cpu>(&self, expr: &CodExpression, cpu: &C) -> Vec<(String, String)> {
+        let value = |name: &str| self.bench.eval(&CodExpression::Name(name.to_owned()), cpu);
         let named = |name: &str| Some((name.to_owned(), value(name).ok()?.to_string()));
         expr.names().into_iter().filter_map(named).collect()
     }
 
-    fn carry_out<C: Cpu>(
+    fn execute_action<C: Cpu>(
         &mut self,
         cpu: &mut C,
-        action: &Action,
-        message: &Message,
-        analog: Analog<'_, C>,
-    ) -> Option<Verdict> {
-        let (Action::Before(command) | Action::After(command)) = action else { return None };
+        action: &CodAction,
+        message: &SimulatorMessage,
+        analog: SetAnalogInput<'_, C>,
+    ) -> Option<CodVerdict> {
+        let (CodAction::Before(command) | CodAction::After(command)) = action else { return None };
         let t = cpu.cycle().saturating_mul(u64::from(cpu.clocks_per_cycle()));
         if let Err(cause) = self.bench.command(command, cpu, t) {
-            return Some(Verdict::Refused(refusal(message, cause)));
+            return Some(CodVerdict::Refused(refusal(message, cause)));
         }
         self.bench.settle(cpu, t, &[], analog);
         None

@@ -2,28 +2,28 @@
 
 use std::collections::BTreeMap;
 
-use emu_core::image::Message;
+use emu_core::image::SimulatorMessage;
 
-use super::command::{Assertion, Command, assertion, command};
-use super::expr::Expr;
+use super::command::{CodAssertion, CodCommand, parse_assertion, parse_command};
+use super::expr::CodExpression;
 
 /// Longest message in bytes; a file holds at most 255.
 const LONGEST: usize = 1000;
 
 /// What is to be done when the instruction at an address is reached.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Action {
+pub enum CodAction {
     /// Something must hold before the instruction.
-    Assert(Assertion),
+    Assert(CodAssertion),
     /// A command before the instruction.
-    Before(Command),
+    Before(CodCommand),
     /// A command after the instruction.
-    After(Command),
+    After(CodCommand),
 }
 
 /// A message that cannot be carried out.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Refusal {
+pub struct CodRefusal {
     /// Its program word address.
     pub addr: u32,
     /// Its kind.
@@ -34,7 +34,7 @@ pub struct Refusal {
     pub cause: String,
 }
 
-impl std::fmt::Display for Refusal {
+impl std::fmt::Display for CodRefusal {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "message {} at 0x{:04x}, `{}`: {}", self.kind, self.addr, self.text, self.cause)
     }
@@ -42,20 +42,20 @@ impl std::fmt::Display for Refusal {
 
 /// The messages of a program, read.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Script {
+pub struct CodScript {
     /// Commands for the start, with the messages that they came from.
-    pub start: Vec<(Command, Message)>,
+    pub start: Vec<(CodCommand, SimulatorMessage)>,
     /// What is to be done at program words, with its messages.
-    pub at: BTreeMap<u32, Vec<(Action, Message)>>,
+    pub by_address: BTreeMap<u32, Vec<(CodAction, SimulatorMessage)>>,
 }
 
-impl Script {
+impl CodScript {
     /// Reads messages. Kinds other than A, C and E are for other tools and are passed over.
     ///
     /// # Errors
     /// The messages that cannot be carried out.
-    pub fn read(messages: &[Message]) -> Result<Script, Vec<Refusal>> {
-        let mut script = Script::default();
+    pub fn read(messages: &[SimulatorMessage]) -> Result<CodScript, Vec<CodRefusal>> {
+        let mut script = CodScript::default();
         let mut refusals = Vec::new();
         for message in messages {
             if message.text.len() > LONGEST {
@@ -64,17 +64,17 @@ impl Script {
             }
             for text in lines(&message.text) {
                 let action = match message.kind {
-                    'E' | 'e' => runs(text).map(|command| {
+                    'E' | 'e' => parse_run_command(text).map(|command| {
                         script.start.push((command, message.clone()));
                         None
                     }),
-                    'A' | 'a' => assertion(text).map(|assertion| Some(Action::Assert(assertion))),
-                    'C' => runs(text).map(|command| Some(Action::Before(command))),
-                    'c' => runs(text).map(|command| Some(Action::After(command))),
+                    'A' | 'a' => parse_assertion(text).map(|assertion| Some(CodAction::Assert(assertion))),
+                    'C' => parse_run_command(text).map(|command| Some(CodAction::Before(command))),
+                    'c' => parse_run_command(text).map(|command| Some(CodAction::After(command))),
                     _ => Ok(None),
                 };
                 match action {
-                    Ok(Some(action)) => script.at.entry(message.addr).or_default().push((action, message.clone())),
+                    Ok(Some(action)) => script.by_address.entry(message.addr).or_default().push((action, message.clone())),
                     Ok(None) => {}
                     Err(cause) => refusals.push(refusal(message, cause)),
                 }
@@ -89,7 +89,7 @@ impl Script {
     pub fn frequency(&self) -> Option<u64> {
         let asked = self.start.iter().filter_map(|(command, _)| frequency(command));
         let mut hz = asked.filter_map(|expr| match expr {
-            Expr::Value(value) => value.int().and_then(|hz| u64::try_from(hz).ok()),
+            CodExpression::Value(value) => value.to_integer().and_then(|hz| u64::try_from(hz).ok()),
             _ => None,
         });
         hz.rfind(|hz| *hz > 0)
@@ -123,24 +123,24 @@ fn lines(text: &str) -> Vec<&str> {
 }
 
 /// Reads a command; a clock that stands still is none.
-fn runs(text: &str) -> Result<Command, String> {
-    let command = command(text)?;
+fn parse_run_command(text: &str) -> Result<CodCommand, String> {
+    let command = parse_command(text)?;
     match frequency(&command) {
-        Some(Expr::Value(value)) if value.int() == Some(0) => Err("a clock of 0 Hz".to_owned()),
+        Some(CodExpression::Value(value)) if value.to_integer() == Some(0) => Err("a clock of 0 Hz".to_owned()),
         _ => Ok(command),
     }
 }
 
 /// The frequency that a command asks for.
-fn frequency(command: &Command) -> Option<&Expr> {
+fn frequency(command: &CodCommand) -> Option<&CodExpression> {
     match command {
-        Command::Frequency(expr) => Some(expr),
-        Command::Assign { name, value } if name.ends_with(".frequency") => Some(value),
+        CodCommand::Frequency(expr) => Some(expr),
+        CodCommand::Assign { name, value } if name.ends_with(".frequency") => Some(value),
         _ => None,
     }
 }
 
 /// The refusal of a message.
-pub(super) fn refusal(message: &Message, cause: String) -> Refusal {
-    Refusal { addr: message.addr, kind: message.kind, text: message.text.clone(), cause }
+pub(super) fn refusal(message: &SimulatorMessage, cause: String) -> CodRefusal {
+    CodRefusal { addr: message.addr, kind: message.kind, text: message.text.clone(), cause }
 }

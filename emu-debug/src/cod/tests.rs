@@ -2,20 +2,20 @@
 
 use emu_core::rng::Rng;
 
-use super::command::{assertion, command};
-use super::parts::usart::Usart;
-use super::parts::wave::Wave;
-use super::value::Value;
-use crate::devices::eeprom24::Eeprom;
+use super::command::{parse_assertion, parse_command};
+use super::parts::usart::CodUsart;
+use super::parts::wave::StimulusWave;
+use super::value::CodValue;
+use crate::devices::eeprom24::Eeprom24;
 
 /// A waveform, cycle by cycle: at every cycle of a lap that has a point the level becomes that of the point; a new lap may begin
 /// with the initial level.
-fn ticked_wave(wave: &Wave, points: &[(u64, i64)], cycles: u64) -> Vec<i64> {
+fn ticked_wave(wave: &StimulusWave, points: &[(u64, i64)], cycles: u64) -> Vec<i64> {
     let (mut level, mut phase, mut lap) = (wave.initial, 0, 0u64);
     let mut levels = Vec::new();
     for cycle in 0..cycles {
         if cycle >= wave.start {
-            if wave.rests && lap > 0 && phase == 0 {
+            if wave.holds_last && lap > 0 && phase == 0 {
                 level = wave.initial;
             }
             for (at, to) in points {
@@ -38,9 +38,9 @@ fn waves_are_what_a_ticking_one_is() {
     let seed = 0x0A7E;
     let mut rng = Rng::new(seed);
     for turn in 0..400 {
-        let mut wave = Wave::default();
+        let mut wave = StimulusWave::default();
         (wave.start, wave.period) = (rng.below(30), rng.below(2) * rng.below(40));
-        (wave.initial, wave.rests) = (rng.below(2) as i64 * 5000, rng.below(2) == 1);
+        (wave.initial, wave.holds_last) = (rng.below(2) as i64 * 5000, rng.below(2) == 1);
         let mut points: Vec<(u64, i64)> = Vec::new();
         for _ in 0..rng.below(6) {
             let (at, level) = (rng.below(45), rng.below(2) as i64 * 5000);
@@ -83,11 +83,11 @@ fn bytes_are_sent_as_a_ticking_port_sends_them() {
     let mut rng = Rng::new(seed);
     for turn in 0..60 {
         let (hz, baud) = (10_000 + rng.below(10_000), 300 + rng.below(1000));
-        let mut usart = Usart::default();
+        let mut usart = CodUsart::default();
         usart.txbaud = baud;
         let bytes: Vec<u8> = (0..1 + rng.below(4)).map(|_| rng.below(256) as u8).collect();
         for byte in &bytes {
-            assert!(usart.assign("tx", &Value::Int((*byte).into()), 0, hz));
+            assert!(usart.assign("tx", &CodValue::Int((*byte).into()), 0, hz));
         }
         let idle = hz.div_ceil(baud) as usize;
         let mut wanted = vec![true; idle];
@@ -103,7 +103,7 @@ fn bytes_are_sent_as_a_ticking_port_sends_them() {
                 next = usart.next_drive(t, hz);
             }
             // Asked only where it says that it changes, it is right all along.
-            assert_eq!(usart.tx(t, hz), *level, "seed {seed:#x} turn {turn} clock {clock}");
+            assert_eq!(usart.tx_level(t, hz), *level, "seed {seed:#x} turn {turn} clock {clock}");
         }
     }
 }
@@ -114,7 +114,7 @@ fn bytes_are_taken_in_from_a_line_that_ticks() {
     let mut rng = Rng::new(seed);
     for turn in 0..200 {
         let (hz, baud) = (10_000 + rng.below(10_000), 300 + rng.below(700));
-        let mut usart = Usart::default();
+        let mut usart = CodUsart::default();
         usart.rxbaud = baud;
         let byte = rng.below(256) as u8;
         // The sender may be some hundredths off.
@@ -122,39 +122,39 @@ fn bytes_are_taken_in_from_a_line_that_ticks() {
         let (mut level, mut t) = (true, 100 + rng.below(100));
         for bit in frame(byte, hz, off) {
             if bit != level {
-                usart.line(bit, t, hz);
+                usart.on_rx_change(bit, t, hz);
                 level = bit;
             }
             t += 1;
         }
-        usart.look(t + hz / baud, hz);
+        usart.sample(t + hz / baud, hz);
         assert_eq!(usart.rx, byte, "seed {seed:#x} turn {turn}: {hz} Hz, {baud} and {off} baud");
-        assert_eq!(usart.next_look(hz), None);
+        assert_eq!(usart.next_sample(hz), None);
     }
 }
 
 /// The master of the bus, edge by edge.
-struct Master(Eeprom);
+struct Master(Eeprom24);
 
 impl Master {
     fn start(&mut self) {
         for (pin, high) in [(0, true), (1, true), (0, false), (1, false)] {
-            self.0.line(pin, high, 0, 1_000_000);
+            self.0.on_pin_change(pin, high, 0, 1_000_000);
         }
     }
 
     fn stop(&mut self) {
         for (pin, high) in [(0, false), (1, true), (0, true)] {
-            self.0.line(pin, high, 0, 1_000_000);
+            self.0.on_pin_change(pin, high, 0, 1_000_000);
         }
     }
 
     /// One clock with SDA let go or pulled; the level of the wire while SCL is high.
     fn clock(&mut self, high: bool) -> bool {
-        self.0.line(0, high && !self.0.pulls, 0, 1_000_000);
-        self.0.line(1, true, 0, 1_000_000);
-        let seen = high && !self.0.pulls;
-        self.0.line(1, false, 0, 1_000_000);
+        self.0.on_pin_change(0, high && !self.0.pulls_sda, 0, 1_000_000);
+        self.0.on_pin_change(1, true, 0, 1_000_000);
+        let seen = high && !self.0.pulls_sda;
+        self.0.on_pin_change(1, false, 0, 1_000_000);
         seen
     }
 
@@ -179,11 +179,11 @@ fn eeproms_keep_what_is_written() {
     let seed = 0x24C0;
     let mut rng = Rng::new(seed);
     for (name, size, page, bytes) in [("e24xx024", 256, 16, 1), ("e24xx16b", 2048, 16, 1), ("e24xx256", 32768, 64, 2)] {
-        let mut master = Master(Eeprom::module(name).unwrap());
+        let mut master = Master(Eeprom24::module(name).unwrap());
         let mut cells = vec![0u8; size];
         let select = if name == "e24xx16b" { 0 } else { rng.below(8) as u8 };
         for pin in 0..3 {
-            master.0.line(2 + pin, select >> pin & 1 == 1, 0, 1_000_000);
+            master.0.on_pin_change(2 + pin, select >> pin & 1 == 1, 0, 1_000_000);
         }
         for turn in 0..200 {
             let at = rng.below(size as u64) as usize;
@@ -201,7 +201,7 @@ fn eeproms_keep_what_is_written() {
             }
             if rng.below(2) == 0 {
                 let protected = rng.below(4) == 0;
-                master.0.line(5, protected, 0, 1_000_000);
+                master.0.on_pin_change(5, protected, 0, 1_000_000);
                 for i in 0..rng.below(20) as usize {
                     let byte = rng.below(256) as u8;
                     assert!(master.send(byte));
@@ -241,12 +241,12 @@ fn random_messages_are_answered() {
     for _ in 0..20_000 {
         let text: Vec<&str> = (0..rng.below(7)).map(|_| words[rng.below(words.len() as u64) as usize]).collect();
         let text = text.join(if rng.below(2) == 0 { " " } else { "" });
-        match (command(&text).is_ok(), assertion(&text).is_ok()) {
+        match (parse_command(&text).is_ok(), parse_assertion(&text).is_ok()) {
             (false, false) => refused += 1,
             _ => taken += 1,
         }
     }
     assert!(taken > 500 && refused > 500, "{taken} {refused}");
-    assert!(assertion(&"(".repeat(100_000)).is_err());
-    assert!(assertion(&"-".repeat(100_000)).is_err());
+    assert!(parse_assertion(&"(".repeat(100_000)).is_err());
+    assert!(parse_assertion(&"-".repeat(100_000)).is_err());
 }

@@ -2,7 +2,7 @@
 
 /// A value.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Value {
+pub enum CodValue {
     /// A whole number.
     Int(i64),
     /// A decimal, as frequencies, resistances and voltages are written.
@@ -13,51 +13,51 @@ pub enum Value {
     Text(String),
 }
 
-impl std::fmt::Display for Value {
+impl std::fmt::Display for CodValue {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Value::Int(i @ 0..) => write!(f, "0x{i:02x}"),
-            Value::Int(i) => write!(f, "{i}"),
-            Value::Real(r) => write!(f, "{r}"),
-            Value::Bool(b) => write!(f, "{b}"),
-            Value::Text(text) => write!(f, "{text:?}"),
+            CodValue::Int(i @ 0..) => write!(f, "0x{i:02x}"),
+            CodValue::Int(i) => write!(f, "{i}"),
+            CodValue::Real(r) => write!(f, "{r}"),
+            CodValue::Bool(b) => write!(f, "{b}"),
+            CodValue::Text(text) => write!(f, "{text:?}"),
         }
     }
 }
 
-impl Value {
+impl CodValue {
     /// As a whole number: decimals lose their fraction, truth is 1; nothing for a text.
     #[must_use]
-    pub fn int(&self) -> Option<i64> {
+    pub fn to_integer(&self) -> Option<i64> {
         match self {
-            Value::Int(i) => Some(*i),
+            CodValue::Int(i) => Some(*i),
             // The conversion saturates.
-            Value::Real(r) => Some(*r as i64),
-            Value::Bool(b) => Some(i64::from(*b)),
-            Value::Text(_) => None,
+            CodValue::Real(r) => Some(*r as i64),
+            CodValue::Bool(b) => Some(i64::from(*b)),
+            CodValue::Text(_) => None,
         }
     }
 
     /// As a decimal; nothing for a text.
     #[must_use]
-    pub fn real(&self) -> Option<f64> {
+    pub fn to_real(&self) -> Option<f64> {
         match self {
-            Value::Real(r) => Some(*r),
-            other => other.int().map(|i| i as f64),
+            CodValue::Real(r) => Some(*r),
+            other => other.to_integer().map(|i| i as f64),
         }
     }
 
     /// True for what is not 0; nothing for a text.
     #[must_use]
-    pub fn truth(&self) -> Option<bool> {
-        self.real().map(|r| r != 0.0)
+    pub fn to_bool(&self) -> Option<bool> {
+        self.to_real().map(|r| r != 0.0)
     }
 }
 
 /// An operator between two values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Op {
+pub enum CodOperator {
     Add,
     Sub,
     Xor,
@@ -77,85 +77,85 @@ pub enum Op {
     Ge,
 }
 
-impl Op {
+impl CodOperator {
     /// The operator as it is written, longest spellings first, and how tightly it binds. This is gpsim's order, in which
     /// comparisons bind tightest and `& | ^` as loosely as `+`.
-    pub(super) const ALL: [(&'static str, Op, u8); 17] = [
-        ("<<", Op::Shl, 3),
-        (">>", Op::Shr, 3),
-        ("||", Op::Any, 4),
-        ("&&", Op::All, 5),
-        ("==", Op::Eq, 6),
-        ("!=", Op::Ne, 6),
-        ("<=", Op::Le, 7),
-        (">=", Op::Ge, 7),
-        ("<", Op::Lt, 7),
-        (">", Op::Gt, 7),
-        ("+", Op::Add, 1),
-        ("-", Op::Sub, 1),
-        ("^", Op::Xor, 1),
-        ("|", Op::Or, 1),
-        ("&", Op::And, 1),
-        ("*", Op::Mul, 2),
-        ("/", Op::Div, 2),
+    pub(super) const ALL: [(&'static str, CodOperator, u8); 17] = [
+        ("<<", CodOperator::Shl, 3),
+        (">>", CodOperator::Shr, 3),
+        ("||", CodOperator::Any, 4),
+        ("&&", CodOperator::All, 5),
+        ("==", CodOperator::Eq, 6),
+        ("!=", CodOperator::Ne, 6),
+        ("<=", CodOperator::Le, 7),
+        (">=", CodOperator::Ge, 7),
+        ("<", CodOperator::Lt, 7),
+        (">", CodOperator::Gt, 7),
+        ("+", CodOperator::Add, 1),
+        ("-", CodOperator::Sub, 1),
+        ("^", CodOperator::Xor, 1),
+        ("|", CodOperator::Or, 1),
+        ("&", CodOperator::And, 1),
+        ("*", CodOperator::Mul, 2),
+        ("/", CodOperator::Div, 2),
     ];
 
     /// The result; the reason where there is none.
-    pub(super) fn apply(self, a: &Value, b: &Value) -> Result<Value, String> {
-        if let (Value::Text(a), Value::Text(b)) = (a, b) {
+    pub(super) fn apply(self, a: &CodValue, b: &CodValue) -> Result<CodValue, String> {
+        if let (CodValue::Text(a), CodValue::Text(b)) = (a, b) {
             return match self {
-                Op::Eq => Ok(Value::Bool(a == b)),
-                Op::Ne => Ok(Value::Bool(a != b)),
+                CodOperator::Eq => Ok(CodValue::Bool(a == b)),
+                CodOperator::Ne => Ok(CodValue::Bool(a != b)),
                 _ => Err("texts can only be compared".to_owned()),
             };
         }
         let text = || "a text is no number".to_owned();
         match self {
-            Op::Any => return Ok(Value::Bool(a.truth().ok_or_else(text)? || b.truth().ok_or_else(text)?)),
-            Op::All => return Ok(Value::Bool(a.truth().ok_or_else(text)? && b.truth().ok_or_else(text)?)),
+            CodOperator::Any => return Ok(CodValue::Bool(a.to_bool().ok_or_else(text)? || b.to_bool().ok_or_else(text)?)),
+            CodOperator::All => return Ok(CodValue::Bool(a.to_bool().ok_or_else(text)? && b.to_bool().ok_or_else(text)?)),
             _ => {}
         }
-        if matches!(a, Value::Real(_)) || matches!(b, Value::Real(_)) {
-            return self.real(a.real().ok_or_else(text)?, b.real().ok_or_else(text)?);
+        if matches!(a, CodValue::Real(_)) || matches!(b, CodValue::Real(_)) {
+            return self.real(a.to_real().ok_or_else(text)?, b.to_real().ok_or_else(text)?);
         }
-        self.int(a.int().ok_or_else(text)?, b.int().ok_or_else(text)?)
+        self.int(a.to_integer().ok_or_else(text)?, b.to_integer().ok_or_else(text)?)
     }
 
-    fn real(self, a: f64, b: f64) -> Result<Value, String> {
+    fn real(self, a: f64, b: f64) -> Result<CodValue, String> {
         Ok(match self {
-            Op::Add => Value::Real(a + b),
-            Op::Sub => Value::Real(a - b),
-            Op::Mul => Value::Real(a * b),
-            Op::Div => Value::Real(a / b),
-            Op::Eq => Value::Bool(a == b),
-            Op::Ne => Value::Bool(a != b),
-            Op::Lt => Value::Bool(a < b),
-            Op::Le => Value::Bool(a <= b),
-            Op::Gt => Value::Bool(a > b),
-            Op::Ge => Value::Bool(a >= b),
+            CodOperator::Add => CodValue::Real(a + b),
+            CodOperator::Sub => CodValue::Real(a - b),
+            CodOperator::Mul => CodValue::Real(a * b),
+            CodOperator::Div => CodValue::Real(a / b),
+            CodOperator::Eq => CodValue::Bool(a == b),
+            CodOperator::Ne => CodValue::Bool(a != b),
+            CodOperator::Lt => CodValue::Bool(a < b),
+            CodOperator::Le => CodValue::Bool(a <= b),
+            CodOperator::Gt => CodValue::Bool(a > b),
+            CodOperator::Ge => CodValue::Bool(a >= b),
             _ => return Err("bits of a decimal".to_owned()),
         })
     }
 
-    fn int(self, a: i64, b: i64) -> Result<Value, String> {
+    fn int(self, a: i64, b: i64) -> Result<CodValue, String> {
         let shift = u32::try_from(b).unwrap_or(u32::MAX);
         Ok(match self {
-            Op::Add => Value::Int(a.wrapping_add(b)),
-            Op::Sub => Value::Int(a.wrapping_sub(b)),
-            Op::Mul => Value::Int(a.wrapping_mul(b)),
-            Op::Div => Value::Int(a.checked_div(b).ok_or_else(|| "a division by 0".to_owned())?),
-            Op::And => Value::Int(a & b),
-            Op::Or => Value::Int(a | b),
-            Op::Xor => Value::Int(a ^ b),
-            Op::Shl => Value::Int(a.checked_shl(shift).unwrap_or(0)),
-            Op::Shr => Value::Int(a.checked_shr(shift).unwrap_or(0)),
-            Op::Eq => Value::Bool(a == b),
-            Op::Ne => Value::Bool(a != b),
-            Op::Lt => Value::Bool(a < b),
-            Op::Le => Value::Bool(a <= b),
-            Op::Gt => Value::Bool(a > b),
-            Op::Ge => Value::Bool(a >= b),
-            Op::Any | Op::All => Value::Bool(false),
+            CodOperator::Add => CodValue::Int(a.wrapping_add(b)),
+            CodOperator::Sub => CodValue::Int(a.wrapping_sub(b)),
+            CodOperator::Mul => CodValue::Int(a.wrapping_mul(b)),
+            CodOperator::Div => CodValue::Int(a.checked_div(b).ok_or_else(|| "a division by 0".to_owned())?),
+            CodOperator::And => CodValue::Int(a & b),
+            CodOperator::Or => CodValue::Int(a | b),
+            CodOperator::Xor => CodValue::Int(a ^ b),
+            CodOperator::Shl => CodValue::Int(a.checked_shl(shift).unwrap_or(0)),
+            CodOperator::Shr => CodValue::Int(a.checked_shr(shift).unwrap_or(0)),
+            CodOperator::Eq => CodValue::Bool(a == b),
+            CodOperator::Ne => CodValue::Bool(a != b),
+            CodOperator::Lt => CodValue::Bool(a < b),
+            CodOperator::Le => CodValue::Bool(a <= b),
+            CodOperator::Gt => CodValue::Bool(a > b),
+            CodOperator::Ge => CodValue::Bool(a >= b),
+            CodOperator::Any | CodOperator::All => CodValue::Bool(false),
         })
     }
 }

@@ -4,79 +4,79 @@
 //! a copy of the machine, which is cheap and disturbs nothing.
 
 use emu_core::cpu::Cpu;
-use emu_core::pins::{Level, PinId, Time};
+use emu_core::pins::{PinLevel, PinId, CycleTime};
 
-use super::bench::Bench;
-use super::net::{HIGH, Member, Wires};
-use super::parts::{SUPPLY, Source, conductance};
+use super::circuit::CodCircuit;
+use super::nets::{HIGH_MILLIVOLTS, NetMember, NetSolver};
+use super::parts::{SUPPLY_MILLIVOLTS, VoltageSource, conductance};
 
 /// How the voltage of a pin reaches a chip whose inputs know voltages: cpu, when, pin, millivolts.
-pub type Analog<'a, C> = &'a mut dyn FnMut(&mut C, Time, PinId, i64);
+pub type SetAnalogInput<'a, C> = &'a mut dyn FnMut(&mut C, CycleTime, PinId, i64);
 
 /// Turns in which parts may answer each other before a ring of gates is taken for one.
-const TURNS: usize = 64;
+const MAX_SETTLE_PASSES: usize = 64;
 
 /// What the chip puts on a pin: an output of 150 ohms or a pull-up of 20 kilohms (gpsim's; DS30292, table 15.1: IPURB 50 to
 /// 400 uA).
-fn output(high: bool) -> Source {
-    Source { millivolts: if high { SUPPLY } else { 0 }, conductance: conductance(150.0) }
+fn output(high: bool) -> VoltageSource {
+    VoltageSource { millivolts: if high { SUPPLY_MILLIVOLTS } else { 0 }, conductance: conductance(150.0) }
 }
 
 /// The chip's own part in the level of a pin. `outside` is what the bench puts there.
-pub fn own<C: Cpu>(cpu: &C, pin: PinId, outside: Level) -> Option<Source> {
-    let with = |level: Level| {
+pub fn chip_pin_source<C: Cpu>(cpu: &C, pin: PinId, outside: PinLevel) -> Option<VoltageSource> {
+    let with = |level: PinLevel| {
         let mut copy = cpu.clone();
-        copy.drive(Time::at(copy.cycle()), pin, level);
-        copy.level(pin)
+        copy.drive(CycleTime::at(copy.cycle()), pin, level);
+        copy.pin_level(pin)
     };
-    match (outside, cpu.level(pin)) {
-        (Level::Float, Level::Float) => return None,
-        (Level::Low, Level::High) => return Some(output(true)),
-        (Level::High | Level::Float, Level::Low) => return Some(output(false)),
-        (_, Level::High) if with(Level::Low) == Level::High => return Some(output(true)),
-        (Level::Low, _) if with(Level::High) == Level::Low => return Some(output(false)),
+    match (outside, cpu.pin_level(pin)) {
+        (PinLevel::Float, PinLevel::Float) => return None,
+        (PinLevel::Low, PinLevel::High) => return Some(output(true)),
+        (PinLevel::High | PinLevel::Float, PinLevel::Low) => return Some(output(false)),
+        (_, PinLevel::High) if with(PinLevel::Low) == PinLevel::High => return Some(output(true)),
+        (PinLevel::Low, _) if with(PinLevel::High) == PinLevel::Low => return Some(output(false)),
         _ => {}
     }
-    let pulled = with(Level::Float) == Level::High;
-    pulled.then(|| Source { millivolts: SUPPLY, conductance: conductance(20e3) })
+    let pulled = with(PinLevel::Float) == PinLevel::High;
+    pulled.then(|| VoltageSource { millivolts: SUPPLY_MILLIVOLTS, conductance: conductance(20e3) })
 }
 
-impl Bench<'_> {
+impl CodCircuit<'_> {
     /// True for a pin that hangs on a net.
     #[must_use]
-    pub fn attached(&self, pin: PinId) -> bool {
-        self.nets.iter().any(|net| net.members.contains(&Member::Pin(pin)))
+    pub fn is_attached(&self, pin: PinId) -> bool {
+        self.nets.iter().any(|net| net.members.contains(&NetMember::Pin(pin)))
     }
 
     /// Lets parts and chip see what everybody drives at the clock `t`, until nothing changes any more. `then` are the
     /// levels of the pins at that time, where the chip has gone on since; the chip then gets nothing yet, since that would be
     /// an answer to what has passed: it gets what is left of it in the end. True when the chip gets something else now.
-    pub fn settle<C: Cpu>(&mut self, cpu: &mut C, t: u64, then: &[Level], analog: Analog<'_, C>) -> bool {
+    pub fn settle<C: Cpu>(&mut self, cpu: &mut C, t: u64, then: &[PinLevel], analog: SetAnalogInput<'_, C>) -> bool {
         let cycle = u64::from(cpu.clocks_per_cycle());
-        let mut own_of: Vec<Option<Source>> = Vec::with_capacity(self.outside.len());
-        for (pin, (outside, _)) in self.outside.iter().enumerate() {
+        let mut own_of: Vec<Option<VoltageSource>> = Vec::with_capacity(self.external_levels.len());
+        for (pin, (outside, _)) in self.external_levels.iter().enumerate() {
             let pin = pin as PinId;
-            let level = then.get(usize::from(pin)).copied().filter(|level| *level != cpu.level(pin));
+            let level = then.get(usize::from(pin)).copied().filter(|level| *level != cpu.pin_level(pin));
             own_of.push(match level {
-                _ if !self.attached(pin) => None,
+                _ if !self.is_attached(pin) => None,
                 // A level that the bench explains is not the chip's.
-                Some(level) => (level != *outside && level != Level::Float).then(|| output(level == Level::High)),
-                None => own(cpu, pin, *outside),
+                Some(level) => (level != *outside && level != PinLevel::Float).then(|| output(level == PinLevel::High)),
+                None => chip_pin_source(cpu, pin, *outside),
             });
         }
         let own = |pin: PinId| own_of.get(usize::from(pin)).copied().flatten();
-        for _ in 0..TURNS {
+        for _ in 0..MAX_SETTLE_PASSES {
             let mut lines = Vec::new();
             {
-                let drives = |part: usize, pin: usize| self.parts.get(part)?.drives(pin, t, cycle, self.hz);
-                let wires = Wires { nets: &self.nets, parts: &self.parts, own: &own, drives: &drives };
+                let drives = |part: usize, pin: usize| self.parts.get(part)?.source_of_pin(pin, t, cycle, self.hz);
+                let wires = NetSolver { nets: &self.nets, parts: &self.parts, chip_source: &own, part_source: &drives };
                 for (at, net) in self.nets.iter().enumerate() {
                     // What nobody drives keeps its charge.
                     let Some(millivolts) = wires.voltage(at, None) else { continue };
-                    let high = millivolts >= HIGH;
+                    let high = millivolts >= HIGH_MILLIVOLTS;
                     for member in &net.members {
-                        if let Member::Part(part, pin) = *member {
-                            let seen = self.parts.get(part).and_then(|part| part.seen.get(pin));
+                        if let NetMember::Part(part, pin) = *member {
+                            let seen = self.parts.get(part).and_then(|part| part.pin_levels.get(pin));
                             if seen.is_some_and(|seen| *seen != high) {
                                 lines.push((part, pin, high));
                             }
@@ -89,40 +89,40 @@ impl Bench<'_> {
             }
             for (part, pin, high) in lines {
                 if let Some(part) = self.parts.get_mut(part) {
-                    part.line(pin, high, t, self.hz);
+                    part.on_pin_change(pin, high, t, self.hz);
                 }
             }
         }
         if !then.is_empty() {
             return false;
         }
-        let strong = |member: &&Member| match **member {
-            Member::Pin(pin) => own(pin).is_some_and(|source| source.conductance >= conductance(1e3)),
-            Member::Part(..) => false,
+        let strong = |member: &&NetMember| match **member {
+            NetMember::Pin(pin) => own(pin).is_some_and(|source| source.conductance >= conductance(1e3)),
+            NetMember::Part(..) => false,
         };
         let shared = self.nets.iter().any(|net| net.members.iter().filter(strong).count() > 1);
         let mut changes = Vec::new();
         {
-            let drives = |part: usize, pin: usize| self.parts.get(part)?.drives(pin, t, cycle, self.hz);
-            let wires = Wires { nets: &self.nets, parts: &self.parts, own: &own, drives: &drives };
+            let drives = |part: usize, pin: usize| self.parts.get(part)?.source_of_pin(pin, t, cycle, self.hz);
+            let wires = NetSolver { nets: &self.nets, parts: &self.parts, chip_source: &own, part_source: &drives };
             for (at, net) in self.nets.iter().enumerate() {
                 for &member in &net.members {
-                    let Member::Pin(pin) = member else { continue };
+                    let NetMember::Pin(pin) = member else { continue };
                     let others = wires.voltage(at, Some(member));
                     // A pull-up of the chip may be stronger than a resistor; a driver of the chip always wins.
                     let weak = own(pin).is_some_and(|source| source.conductance < conductance(1e3));
                     let counts = if weak { wires.voltage(at, None) } else { others };
-                    let level = counts.filter(|_| others.is_some()).map_or(Level::Float, |mv| Level::of(mv >= HIGH));
+                    let level = counts.filter(|_| others.is_some()).map_or(PinLevel::Float, |mv| PinLevel::from_bit(mv >= HIGH_MILLIVOLTS));
                     changes.push((pin, level, others));
                 }
             }
         }
         self.shared = shared;
         // The time at which it happens, if that has not passed.
-        let at = Time { cycle: t / cycle, phase: (t % cycle) as u8 };
+        let at = CycleTime { cycle: t / cycle, phase: (t % cycle) as u8 };
         let mut changed = false;
         for (pin, level, millivolts) in changes {
-            let Some(outside) = self.outside.get_mut(usize::from(pin)) else { continue };
+            let Some(outside) = self.external_levels.get_mut(usize::from(pin)) else { continue };
             let before = std::mem::replace(outside, (level, millivolts));
             changed |= before != (level, millivolts);
             if before.0 != level {

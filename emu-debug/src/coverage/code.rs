@@ -2,50 +2,50 @@
 
 use emu_core::chip::Chip;
 use emu_core::image::Image;
-use emu_core::table::{Flow, Line};
+use emu_core::table::{FlowKind, DisassembledInstruction};
 
 /// Erased bytes in a row from which on they are no program.
-const ERASED: usize = 8;
+const ERASED_RUN: usize = 8;
 
 /// An instruction of an image.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Instruction {
+pub struct ImageInstruction {
     /// Address in program words.
     pub pc: u32,
     /// Length in program words.
     pub len: u32,
     /// What it may do to the order in which the program runs.
-    pub flow: Flow,
+    pub flow: FlowKind,
     /// Its text.
     pub text: String,
 }
 
 /// Program memory by words; nothing where the image fills nothing.
-pub(super) struct Words {
+pub(super) struct ProgramWords {
     chip: &'static Chip,
     words: Vec<Option<u16>>,
 }
 
-impl Words {
+impl ProgramWords {
     /// Of an image for a chip.
-    pub fn of(chip: &'static Chip, image: &Image) -> Words {
-        Words { chip, words: words(chip, image) }
+    pub fn of(chip: &'static Chip, image: &Image) -> ProgramWords {
+        ProgramWords { chip, words: words(chip, image) }
     }
 
     /// The instruction at a program word, where there is one.
-    pub fn line(&self, pc: u32) -> Option<Line> {
+    pub fn line(&self, pc: u32) -> Option<DisassembledInstruction> {
         let here: Vec<u16> = self.words.iter().skip(pc as usize).take(4).map_while(|word| *word).collect();
         (!here.is_empty()).then(|| (self.chip.isa.disassemble)(&here, pc))
     }
 
     /// The instructions, one behind the other; where one was `executed` another begins anew. Words that are no instruction are left
     /// out, and so are erased ones that were not executed.
-    pub fn instructions(&self, executed: impl Fn(u32) -> bool) -> Vec<Instruction> {
-        let erased = |at: usize| self.words.get(at) == Some(&Some(self.chip.isa.erased));
+    pub fn instructions(&self, executed: impl Fn(u32) -> bool) -> Vec<ImageInstruction> {
+        let erased = |at: usize| self.words.get(at) == Some(&Some(self.chip.isa.erased_word));
         let (mut found, mut at) = (Vec::new(), 0);
         while at < self.words.len() {
             let run = (at..).take_while(|&at| erased(at) && !executed(at as u32)).count();
-            if run * self.chip.word_bytes as usize >= ERASED {
+            if run * self.chip.word_bytes as usize >= ERASED_RUN {
                 at += run;
                 continue;
             }
@@ -56,7 +56,7 @@ impl Words {
             let broken = !executed(pc) && (at + 1..at + len).any(|at| executed(at as u32));
             match line.and_then(|line| Some((line.row?, line.text))) {
                 Some((row, text)) if !broken => {
-                    found.push(Instruction { pc, len: len as u32, flow: (self.chip.isa.flow)(row), text });
+                    found.push(ImageInstruction { pc, len: len as u32, flow: (self.chip.isa.flow)(row), text });
                     at += len;
                 }
                 _ => at += 1,
@@ -68,13 +68,13 @@ impl Words {
 
 fn words(chip: &Chip, image: &Image) -> Vec<Option<u16>> {
     let size = chip.word_bytes.max(1);
-    let end = image.end(chip.code).min(chip.flash).div_ceil(size);
+    let end = image.end(chip.code_space).min(chip.flash_bytes).div_ceil(size);
     let mut words: Vec<Option<u16>> = vec![None; end as usize];
-    for (addr, byte) in image.bytes_in(chip.code) {
+    for (addr, byte) in image.bytes_in(chip.code_space) {
         if let Some(word) = words.get_mut((addr / size) as usize) {
             let shift = 8 * (addr % size);
             let mask = if size == 1 { 0xFF } else { 0xFFu16 << shift };
-            *word = Some(word.unwrap_or(chip.isa.erased) & !mask | u16::from(byte) << shift);
+            *word = Some(word.unwrap_or(chip.isa.erased_word) & !mask | u16::from(byte) << shift);
         }
     }
     words

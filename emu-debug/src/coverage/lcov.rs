@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use super::Reached;
-use crate::source::Source;
+use super::CoveredInstruction;
+use crate::program_source::ProgramSource;
 
 /// A function, or a rung.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Function {
+pub struct FunctionCount {
     /// Line where it begins.
     pub line: u32,
     /// Name.
@@ -19,60 +19,60 @@ pub struct Function {
 
 /// The two ways of something.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Branch {
+pub struct BranchCount {
     /// Its line.
     pub line: u32,
     /// Tells it from others of the line: the address of the instruction in program words, or the number of the element.
     pub block: u32,
     /// How often each way was gone; nothing where it never came to that.
-    pub ways: Option<[u64; 2]>,
+    pub counts_by_outcome: Option<[u64; 2]>,
 }
 
 /// What is told of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Record {
+pub struct LcovRecord {
     /// Its name.
     pub file: String,
     /// Functions by line.
-    pub functions: Vec<Function>,
+    pub functions: Vec<FunctionCount>,
     /// Branches by line.
-    pub branches: Vec<Branch>,
+    pub branches: Vec<BranchCount>,
     /// How often each line was executed that has code: as often as the instruction of it that was executed most often.
     pub lines: BTreeMap<u32, u64>,
 }
 
-impl Record {
+impl LcovRecord {
     /// A file of which nothing is told yet.
     #[must_use]
-    pub fn new(file: impl Into<String>) -> Record {
-        Record { file: file.into(), ..Record::default() }
+    pub fn new(file: impl Into<String>) -> LcovRecord {
+        LcovRecord { file: file.into(), ..LcovRecord::default() }
     }
 
     /// An instruction belongs to a line.
-    pub fn add(&mut self, line: u32, reached: &Reached) {
+    pub fn add_instruction(&mut self, line: u32, reached: &CoveredInstruction) {
         let count = self.lines.entry(line).or_default();
         *count = (*count).max(reached.count);
-        if let Some(ways) = reached.ways {
+        if let Some(ways) = reached.counts_by_outcome {
             let ways = (reached.count > 0).then_some(ways);
-            self.branches.push(Branch { line, block: reached.instruction.pc, ways });
+            self.branches.push(BranchCount { line, block: reached.instruction.pc, counts_by_outcome: ways });
         }
     }
 }
 
 /// The records of the source files of a program, by name. Empty where nothing is known of lines.
 #[must_use]
-pub fn by_source(reached: &[Reached], source: &Source<'_>) -> Vec<Record> {
-    let mut files: BTreeMap<&str, Record> = BTreeMap::new();
-    let functions = functions(source);
+pub fn source_records(reached: &[CoveredInstruction], source: &ProgramSource<'_>) -> Vec<LcovRecord> {
+    let mut files: BTreeMap<&str, LcovRecord> = BTreeMap::new();
+    let functions = function_names(source);
     for one in reached {
         let Some(at) = source.line_at(one.instruction.pc) else { continue };
-        let record = files.entry(&at.file).or_insert_with(|| Record::new(&*at.file));
-        record.add(at.line, one);
+        let record = files.entry(&at.file).or_insert_with(|| LcovRecord::new(&*at.file));
+        record.add_instruction(at.line, one);
         if let Some(name) = functions.get(&one.instruction.pc) {
-            record.functions.push(Function { line: at.line, name: (*name).to_owned(), count: one.count });
+            record.functions.push(FunctionCount { line: at.line, name: (*name).to_owned(), count: one.count });
         }
     }
-    let mut records: Vec<Record> = files.into_values().collect();
+    let mut records: Vec<LcovRecord> = files.into_values().collect();
     for record in &mut records {
         record.branches.sort_by_key(|branch| (branch.line, branch.block));
         record.functions.sort_by_key(|function| function.line);
@@ -82,16 +82,16 @@ pub fn by_source(reached: &[Reached], source: &Source<'_>) -> Vec<Record> {
 
 /// Names of functions by program word: symbols with a size, where the program has such; else none, since labels are not told
 /// from functions.
-pub(crate) fn functions<'a>(source: &Source<'a>) -> BTreeMap<u32, &'a str> {
+pub(crate) fn function_names<'a>(source: &ProgramSource<'a>) -> BTreeMap<u32, &'a str> {
     let chip = source.names.chip;
-    let sized = source.names.symbols.iter().filter(|symbol| symbol.space == chip.code && symbol.size > 0);
+    let sized = source.names.symbols.iter().filter(|symbol| symbol.space == chip.code_space && symbol.size > 0);
     sized.map(|symbol| (symbol.addr / chip.word_bytes.max(1), symbol.name.as_str())).collect()
 }
 
 /// A listing with a line for each instruction, and what is told of it as of a file of this name.
 #[must_use]
-pub fn by_listing(reached: &[Reached], source: &Source<'_>, file: &str) -> (String, Record) {
-    let (mut text, mut record) = (String::new(), Record::new(file));
+pub fn listing_record(reached: &[CoveredInstruction], source: &ProgramSource<'_>, file: &str) -> (String, LcovRecord) {
+    let (mut text, mut record) = (String::new(), LcovRecord::new(file));
     let mut line = 0;
     let mut row = |text: &mut String, words: String| {
         text.push_str(&words);
@@ -103,28 +103,28 @@ pub fn by_listing(reached: &[Reached], source: &Source<'_>, file: &str) -> (Stri
     for one in reached {
         let pc = one.instruction.pc;
         let byte = pc * chip.word_bytes;
-        for symbol in source.names.symbols.iter().filter(|s| s.space == chip.code && s.addr == byte) {
+        for symbol in source.names.symbols.iter().filter(|s| s.space == chip.code_space && s.addr == byte) {
             let line = row(&mut text, format!("{}:", symbol.name));
-            record.functions.push(Function { line, name: symbol.name.clone(), count: one.count });
+            record.functions.push(FunctionCount { line, name: symbol.name.clone(), count: one.count });
         }
         let line = row(&mut text, format!("  0x{:04x}  {}", chip.code_address(pc), one.instruction.text));
-        record.add(line, one);
+        record.add_instruction(line, one);
     }
     (text, record)
 }
 
 /// The tracefile.
 #[must_use]
-pub fn text(records: &[Record]) -> String {
+pub fn format_tracefile(records: &[LcovRecord]) -> String {
     let mut out = String::new();
     for record in records {
         // Writing to a string does not fail.
-        let _ = one(&mut out, record);
+        let _ = write_record(&mut out, record);
     }
     out
 }
 
-fn one(out: &mut String, record: &Record) -> std::fmt::Result {
+fn write_record(out: &mut String, record: &LcovRecord) -> std::fmt::Result {
     // A name with a line break would be two lines.
     let plain = |text: &str| text.chars().filter(|c| !c.is_control()).collect::<String>();
     writeln!(out, "TN:\nSF:{}", plain(&record.file))?;
@@ -141,7 +141,7 @@ fn one(out: &mut String, record: &Record) -> std::fmt::Result {
     let mut hit = 0;
     for branch in &record.branches {
         for way in 0..2 {
-            let count = branch.ways.map(|ways| ways[way]);
+            let count = branch.counts_by_outcome.map(|ways| ways[way]);
             hit += u32::from(count.is_some_and(|count| count > 0));
             let count = count.map_or("-".to_owned(), |count| count.to_string());
             writeln!(out, "BRDA:{},{},{way},{count}", branch.line, branch.block)?;

@@ -1,15 +1,15 @@
 //! Breakpoints and watchpoints.
 
-use emu_core::pins::{Level, PinId};
+use emu_core::pins::{PinLevel, PinId};
 
-use super::amount::Amount;
-use super::expr::Expr;
-use super::target::Target;
-use crate::place::Range;
+use super::expression_value::ExpressionValue;
+use super::expression::DebugExpression;
+use super::dyn_machine::DynMachine;
+use crate::address_names::AddressRange;
 
 /// Accesses that a watchpoint waits for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Access {
+pub enum AccessKind {
     /// Reads, also those that go before a write.
     Read,
     /// Reads and writes.
@@ -20,24 +20,24 @@ pub enum Access {
 
 /// What a point waits for.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum What {
+pub enum PointTrigger {
     /// One of these program words is next.
     Code(Vec<u32>),
     /// The program accesses one of these bytes, as the probe of the machine sees it.
-    Access(Range, Access),
+    Access(AddressRange, AccessKind),
     /// The value of an expression has changed; looked at behind every instruction.
-    Change(Expr),
+    Change(DebugExpression),
     /// A pin comes to a level, or to any other than it had.
-    Pin(PinId, Option<Level>),
+    Pin(PinId, Option<PinLevel>),
 }
 
 /// A breakpoint or watchpoint.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Point {
+pub struct DebugPoint {
     /// Its number, from 1; never used twice in a session.
     pub id: u32,
     /// What it waits for.
-    pub what: What,
+    pub trigger: PointTrigger,
     /// What the user called it.
     pub text: String,
     /// It is deleted when it stops the machine.
@@ -45,7 +45,7 @@ pub struct Point {
     /// It counts.
     pub enabled: bool,
     /// It stops the machine only where this is not 0.
-    pub condition: Option<Expr>,
+    pub condition: Option<DebugExpression>,
     /// That as it was written; empty where there is none.
     pub condition_text: String,
     /// It passes over this many hits.
@@ -56,28 +56,28 @@ pub struct Point {
     pub commands: Vec<String>,
 }
 
-impl Point {
+impl DebugPoint {
     /// The condition, if there is one, holds now. One that has no value (a pin that floats) holds: better to stop than to miss it.
     #[must_use]
-    pub fn holds(&self, target: &dyn Target) -> bool {
-        self.condition.as_ref().is_none_or(|condition| condition.amount(target).is_none_or(Amount::is_true))
+    pub fn condition_holds(&self, target: &dyn DynMachine) -> bool {
+        self.condition.as_ref().is_none_or(|condition| condition.evaluate(target).is_none_or(ExpressionValue::is_true))
     }
 }
 
 /// All points of a session, in order of their numbers.
 #[derive(Debug, Clone, Default)]
-pub struct Points {
-    all: Vec<Point>,
-    last: u32,
+pub struct DebugPoints {
+    all: Vec<DebugPoint>,
+    last_id: u32,
 }
 
-impl Points {
+impl DebugPoints {
     /// Adds a point; gives its number.
-    pub fn add(&mut self, what: What, text: &str, temporary: bool) -> u32 {
-        self.last += 1;
-        self.all.push(Point {
-            id: self.last,
-            what,
+    pub fn add(&mut self, what: PointTrigger, text: &str, temporary: bool) -> u32 {
+        self.last_id += 1;
+        self.all.push(DebugPoint {
+            id: self.last_id,
+            trigger: what,
             text: text.to_owned(),
             temporary,
             enabled: true,
@@ -87,23 +87,23 @@ impl Points {
             hits: 0,
             commands: Vec::new(),
         });
-        self.last
+        self.last_id
     }
 
     /// All of them.
     #[must_use]
-    pub fn all(&self) -> &[Point] {
+    pub fn all(&self) -> &[DebugPoint] {
         &self.all
     }
 
     /// The point of that number.
     #[must_use]
-    pub fn get(&self, id: u32) -> Option<&Point> {
+    pub fn get(&self, id: u32) -> Option<&DebugPoint> {
         self.all.iter().find(|point| point.id == id)
     }
 
     /// The point of that number, to be changed.
-    pub fn get_mut(&mut self, id: u32) -> Option<&mut Point> {
+    pub fn get_mut(&mut self, id: u32) -> Option<&mut DebugPoint> {
         self.all.iter_mut().find(|point| point.id == id)
     }
 
@@ -120,15 +120,15 @@ impl Points {
     }
 
     /// Those that count.
-    pub fn enabled(&self) -> impl Iterator<Item = &Point> {
+    pub fn enabled(&self) -> impl Iterator<Item = &DebugPoint> {
         self.all.iter().filter(|point| point.enabled)
     }
 }
 
 /// Program words at which points stop the machine.
-pub(super) fn code_points(points: &Points) -> impl Iterator<Item = u32> + '_ {
-    points.enabled().flat_map(|point| match &point.what {
-        What::Code(words) => words.clone(),
+pub(super) fn breakpoint_words(points: &DebugPoints) -> impl Iterator<Item = u32> + '_ {
+    points.enabled().flat_map(|point| match &point.trigger {
+        PointTrigger::Code(words) => words.clone(),
         _ => Vec::new(),
     })
 }

@@ -2,19 +2,19 @@
 
 use std::sync::{Arc, OnceLock};
 
-use emu_core::chip::{Chip, Family};
-use emu_core::image::{BlockInfo, CONSTANT, FrameView as _, Lines, SymbolAt, VariableInfo, VariableLocation};
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::image::{BlockInfo, CONSTANT_SPACE, FrameView as _, SourceLines, SymbolAt, VariableInfo, VariableLocation};
 
-use super::calls::{CallFrame, CallStack, View};
-use super::expr::Expr;
-use super::eyes::byte_of;
-use super::object::ObjectExpr;
-use super::parse;
-use super::place::Place;
-use super::target::Target;
-use crate::bits;
-use crate::place::{Names, Range, split_memory};
-use crate::source::Source;
+use super::call_stack::{CallFrame, CallStack, MachineFrame};
+use super::expression::DebugExpression;
+use super::breakpoint_probe::byte_of;
+use super::c_objects::ObjectExpr;
+use super::parse_expression;
+use super::expression_place::ExpressionPlace;
+use super::dyn_machine::DynMachine;
+use crate::bit_space;
+use crate::address_names::{AddressNames, AddressRange, split_memory};
+use crate::program_source::ProgramSource;
 use crate::stimulus;
 
 /// Begins a location that is an address (DWARF 5, section 7.7.1, `DW_OP_addr`).
@@ -22,36 +22,36 @@ const DW_OP_ADDR: u8 = 0x03;
 
 /// Everything that has a name.
 #[derive(Debug, Clone)]
-pub struct Scope {
+pub struct NameScope {
     chip: &'static Chip,
     /// Symbols of the image.
     pub symbols: Vec<SymbolAt>,
     /// Source lines of the image.
-    pub lines: Lines,
+    pub lines: SourceLines,
     /// Symbols of a ladder program, and where the chip keeps them.
-    pub ladder: Vec<(String, Place)>,
+    pub ladder: Vec<(String, ExpressionPlace)>,
     calls: OnceLock<CallStack>,
 }
 
 /// Where the machine is, for names of variables of C.
 #[derive(Debug)]
-pub(super) struct Here {
+pub(super) struct FrameContext {
     pub calls: CallStack,
     /// Byte address of the frame that is looked at.
     byte: u32,
     /// Its level, 0 the innermost.
     level: usize,
     /// Functions put in place of their calls that are left out of it.
-    left_out: usize,
+    inlined_skipped: usize,
     /// That frame, where it is a caller.
     frame: Option<CallFrame>,
 }
 
-impl Scope {
+impl NameScope {
     /// What a chip has names for, and nothing else.
     #[must_use]
-    pub fn new(chip: &'static Chip) -> Scope {
-        Scope { chip, symbols: Vec::new(), lines: Lines::default(), ladder: Vec::new(), calls: OnceLock::new() }
+    pub fn new(chip: &'static Chip) -> NameScope {
+        NameScope { chip, symbols: Vec::new(), lines: SourceLines::default(), ladder: Vec::new(), calls: OnceLock::new() }
     }
 
     /// The chip.
@@ -62,46 +62,46 @@ impl Scope {
 
     /// What is known of program addresses.
     #[must_use]
-    pub fn source(&self) -> Source<'_> {
-        Source { names: Names { chip: self.chip, symbols: &self.symbols }, lines: &self.lines }
+    pub fn source(&self) -> ProgramSource<'_> {
+        ProgramSource { names: AddressNames { chip: self.chip, symbols: &self.symbols }, lines: &self.lines }
     }
 
     /// Reads an expression without variables of C.
     ///
     /// # Errors
     /// What is wrong with it, in a sentence.
-    pub fn expr(&self, text: &str) -> Result<Expr, String> {
-        parse::parse(self, None, text)
+    pub fn parse_expression(&self, text: &str) -> Result<DebugExpression, String> {
+        parse_expression::parse(self, None, text)
     }
 
     /// Reads an expression in the frame at a level, 0 the innermost: variables of C that are known there have their names and types.
     ///
     /// # Errors
     /// What is wrong with it, in a sentence.
-    pub fn expr_in(&self, text: &str, target: &dyn Target, level: usize) -> Result<Expr, String> {
-        parse::parse(self, self.here(target, level).as_ref(), text)
+    pub fn parse_expression_in_frame(&self, text: &str, target: &dyn DynMachine, level: usize) -> Result<DebugExpression, String> {
+        parse_expression::parse(self, self.frame_context(target, level).as_ref(), text)
     }
 
     /// Reads an expression as the machine is when it comes to a program word: for conditions of breakpoints.
     ///
     /// # Errors
     /// What is wrong with it, in a sentence.
-    pub fn expr_at(&self, text: &str, word: u32) -> Result<Expr, String> {
-        let here = Here {
+    pub fn parse_expression_at_word(&self, text: &str, word: u32) -> Result<DebugExpression, String> {
+        let here = FrameContext {
             calls: self.calls().clone(),
             byte: word.saturating_mul(self.chip.word_bytes),
             level: 0,
-            left_out: 0,
+            inlined_skipped: 0,
             frame: None,
         };
-        parse::parse(self, Some(&here), text)
+        parse_expression::parse(self, Some(&here), text)
     }
 
     /// Functions, variables and calls of the program.
     pub fn calls(&self) -> &CallStack {
         self.calls.get_or_init(|| {
             let (info, word) = (self.lines.debug_info(), self.chip.word_bytes.max(1));
-            let sized = self.symbols.iter().filter(|symbol| symbol.space == self.chip.code && symbol.size > 0);
+            let sized = self.symbols.iter().filter(|symbol| symbol.space == self.chip.code_space && symbol.size > 0);
             let sized = sized.map(|symbol| {
                 let end = symbol.addr.saturating_add(symbol.size);
                 (symbol.addr / word..end.div_ceil(word), symbol.name.clone())
@@ -115,19 +115,19 @@ impl Scope {
         })
     }
 
-    fn here(&self, target: &dyn Target, level: usize) -> Option<Here> {
+    fn frame_context(&self, target: &dyn DynMachine, level: usize) -> Option<FrameContext> {
         let calls = self.calls();
         if calls.info.functions.is_empty() && calls.info.globals.is_empty() {
             return None;
         }
         let frame = calls.frame(target, level)?;
-        let byte = View { target, frame: &frame }.byte();
-        let left_out = frame.left_out;
-        Some(Here { calls: calls.clone(), byte, level, left_out, frame: Some(frame).filter(|_| level > 0) })
+        let byte = MachineFrame { target, frame: &frame }.pc_byte();
+        let left_out = frame.inlined_skipped;
+        Some(FrameContext { calls: calls.clone(), byte, level, inlined_skipped: left_out, frame: Some(frame).filter(|_| level > 0) })
     }
 
     /// The variable of C that a name stands for in a frame.
-    pub(super) fn variable(&self, here: &Here, name: &str) -> Option<ObjectExpr> {
+    pub(super) fn find_variable(&self, here: &FrameContext, name: &str) -> Option<ObjectExpr> {
         let info = &here.calls.info;
         let locals = self.blocks(here);
         let own = locals
@@ -146,29 +146,29 @@ impl Scope {
     }
 
     /// `$pc`, `$sp` and `$r16` of a frame that has called another; a constant of an enumeration, which no symbol hides.
-    pub(super) fn in_frame(&self, here: &Here, name: &str) -> Option<Expr> {
+    pub(super) fn find_in_frame(&self, here: &FrameContext, name: &str) -> Option<DebugExpression> {
         if let Some(own) = name.strip_prefix('$') {
             let frame = here.frame.as_ref()?;
             return match own.to_ascii_lowercase().as_str() {
-                "pc" => Some(Expr::Number(self.chip.code_address(frame.word).into())),
-                "sp" => Some(Expr::Number(frame.sp.into())),
+                "pc" => Some(DebugExpression::Number(self.chip.code_address(frame.word).into())),
+                "sp" => Some(DebugExpression::Number(frame.sp.into())),
                 own => {
                     let number: usize = own.strip_prefix('r')?.parse().ok()?;
-                    let addr = (*frame.saved.get(number)?)?;
-                    Some(Expr::Place(Place::Memory { space: self.chip.ram, addr, bytes: 1, signed: false }))
+                    let addr = (*frame.saved_registers.get(number)?)?;
+                    Some(DebugExpression::Place(ExpressionPlace::Memory { space: self.chip.ram_space, addr, bytes: 1, signed: false }))
                 }
             };
         }
         if self.symbols.iter().any(|symbol| symbol.is_named(name)) {
             return None;
         }
-        let (value, kind) = super::ctype::enumerator(&here.calls.info, name)?;
-        let value = ObjectExpr::value_of(here.calls.clone(), Expr::Number(value), kind);
-        Some(Expr::Object(Box::new(value)))
+        let (value, kind) = super::c_types::find_enumerator(&here.calls.info, name)?;
+        let value = ObjectExpr::value_of(here.calls.clone(), DebugExpression::Number(value), kind);
+        Some(DebugExpression::Object(Box::new(value)))
     }
 
     /// `function::variable`, from wherever it is.
-    pub(super) fn qualified(&self, here: &Here, name: &str) -> Option<Expr> {
+    pub(super) fn find_qualified(&self, here: &FrameContext, name: &str) -> Option<DebugExpression> {
         let (function, name) = name.split_once("::")?;
         let function = here.calls.info.functions.iter().find(|own| own.name == function)?;
         let mut blocks = vec![&function.block];
@@ -176,7 +176,7 @@ impl Scope {
             if let Some(found) = block.variables.iter().find(|variable| variable.name == name) {
                 let everywhere = matches!(&found.location, VariableLocation::Expression(bytes) if bytes.first() == Some(&DW_OP_ADDR));
                 let known = if everywhere { Vec::new() } else { function.block.ranges.clone() };
-                return Some(Expr::Object(Box::new(ObjectExpr::variable(here.calls.clone(), found, known, 0))));
+                return Some(DebugExpression::Object(Box::new(ObjectExpr::variable(here.calls.clone(), found, known, 0))));
             }
             blocks.extend(&block.blocks);
         }
@@ -184,15 +184,15 @@ impl Scope {
     }
 
     /// The blocks around a frame, the innermost first, and the code in which what they have is known.
-    fn blocks<'a>(&self, here: &'a Here) -> Vec<(&'a BlockInfo, Vec<std::ops::Range<u32>>)> {
+    fn blocks<'a>(&self, here: &'a FrameContext) -> Vec<(&'a BlockInfo, Vec<std::ops::Range<u32>>)> {
         let Some(function) = here.calls.info.function_at(here.byte) else { return Vec::new() };
-        let around = function.block.around(here.byte);
+        let around = function.block.blocks_around(here.byte);
         let known = |block: &BlockInfo| match block.ranges.is_empty() {
             true => function.block.ranges.clone(),
             false => block.ranges.clone(),
         };
         // What was put in place of a call is a function of its own.
-        let (mut left, mut own) = (here.left_out, Vec::new());
+        let (mut left, mut own) = (here.inlined_skipped, Vec::new());
         for block in around {
             if left == 0 {
                 own.push((block, known(block)));
@@ -207,8 +207,8 @@ impl Scope {
 
     /// Parameters, or other variables, of the function of a frame that are known there, by name: those of the innermost block first.
     #[must_use]
-    pub fn locals(&self, target: &dyn Target, level: usize, parameters: bool) -> Vec<(String, ObjectExpr)> {
-        let Some(here) = self.here(target, level) else { return Vec::new() };
+    pub fn locals(&self, target: &dyn DynMachine, level: usize, parameters: bool) -> Vec<(String, ObjectExpr)> {
+        let Some(here) = self.frame_context(target, level) else { return Vec::new() };
         let wanted = |variable: &&VariableInfo| variable.parameter == parameters;
         let blocks = self.blocks(&here);
         let all =
@@ -224,22 +224,22 @@ impl Scope {
     #[must_use]
     pub fn type_named(&self, text: &str) -> Option<ObjectExpr> {
         let calls = self.calls();
-        let kind = super::ctype::named(&calls.info, text)?;
-        Some(ObjectExpr::at(calls.clone(), Expr::Number(0), kind))
+        let kind = super::c_types::find_type(&calls.info, text)?;
+        Some(ObjectExpr::at(calls.clone(), DebugExpression::Number(0), kind))
     }
 
     /// Bytes of a memory as [`Names::range`] reads them; a symbol of the ladder program or a bit of a byte stands for its bytes.
     ///
     /// # Errors
     /// No such memory or place.
-    pub fn range(&self, text: &str) -> Result<Range, String> {
+    pub fn parse_range(&self, text: &str) -> Result<AddressRange, String> {
         match self.ladder.iter().find(|(name, _)| name == text.trim()).map(|found| found.1) {
-            Some(Place::Bit { space, addr, .. }) => Ok(Range { space, start: addr, end: addr + 1 }),
-            Some(Place::Memory { space, addr, bytes, .. }) => {
-                let width = self.chip.width(space).max(1);
-                Ok(Range { space, start: addr / width, end: (addr + u32::from(bytes)).div_ceil(width) })
+            Some(ExpressionPlace::Bit { space, addr, .. }) => Ok(AddressRange { space, start: addr, end: addr + 1 }),
+            Some(ExpressionPlace::Memory { space, addr, bytes, .. }) => {
+                let width = self.chip.bytes_per_address(space).max(1);
+                Ok(AddressRange { space, start: addr / width, end: (addr + u32::from(bytes)).div_ceil(width) })
             }
-            _ => self.source().names.range(text),
+            _ => self.source().names.parse_range(text),
         }
     }
 
@@ -248,31 +248,31 @@ impl Scope {
     ///
     /// # Errors
     /// No such memory or place, or one of which it does not.
-    pub fn accessed(&self, text: &str, target: &dyn Target) -> Result<(Range, String), String> {
+    pub fn parse_watched_range(&self, text: &str, target: &dyn DynMachine) -> Result<(AddressRange, String), String> {
         let text = text.trim();
-        let expr = self.expr_in(text, target, 0).ok();
+        let expr = self.parse_expression_in_frame(text, target, 0).ok();
         let bit = expr.as_ref().and_then(|expr| expr.place(target));
         let (range, name) = match bit {
-            Some(Place::Bit { space, addr, bit }) => match bits::of_byte(self.chip, space, addr) {
-                Some(Range { space, start, .. }) => {
+            Some(ExpressionPlace::Bit { space, addr, bit }) => match bit_space::bits_of_byte(self.chip, space, addr) {
+                Some(AddressRange { space, start, .. }) => {
                     let own = start + u32::from(bit);
-                    (Range { space, start: own, end: own + 1 }, text.to_owned())
+                    (AddressRange { space, start: own, end: own + 1 }, text.to_owned())
                 }
                 // A cell of AP101 is a bit.
-                None if self.chip.family == Family::Ap101 => {
-                    (Range { space, start: addr, end: addr + 1 }, text.to_owned())
+                None if self.chip.family == ChipFamily::Ap101 => {
+                    (AddressRange { space, start: addr, end: addr + 1 }, text.to_owned())
                 }
-                None => (Range { space, start: addr, end: addr + 1 }, format!("the byte of {text}")),
+                None => (AddressRange { space, start: addr, end: addr + 1 }, format!("the byte of {text}")),
             },
-            Some(Place::Memory { space, addr, .. }) if expr.as_ref().is_some_and(|expr| expr.object().is_some()) => {
-                let width = self.chip.width(space).max(1);
+            Some(ExpressionPlace::Memory { space, addr, .. }) if expr.as_ref().is_some_and(|expr| expr.object().is_some()) => {
+                let width = self.chip.bytes_per_address(space).max(1);
                 let bytes = expr.as_ref().and_then(|expr| expr.object()?.bytes()).unwrap_or(1);
                 let end = addr.saturating_add(bytes).div_ceil(width);
-                (Range { space, start: addr / width, end }, text.to_owned())
+                (AddressRange { space, start: addr / width, end }, text.to_owned())
             }
-            _ => (self.range(text)?, text.to_owned()),
+            _ => (self.parse_range(text)?, text.to_owned()),
         };
-        self.source().names.told(&range).map_err(|why| match self.ladder.iter().any(|(name, _)| name == text) {
+        self.source().names.check_observable(&range).map_err(|why| match self.ladder.iter().any(|(name, _)| name == text) {
             true => format!("`{text}` is kept in {}:0x{:x}; {why}", range.space, range.start),
             false => why,
         })?;
@@ -284,96 +284,96 @@ impl Scope {
     ///
     /// # Errors
     /// Nothing has that name.
-    pub(super) fn named(&self, name: &str) -> Result<Expr, String> {
+    pub(super) fn find_name(&self, name: &str) -> Result<DebugExpression, String> {
         if let Some(own) = name.strip_prefix('$') {
             let place = match own.to_ascii_lowercase().as_str() {
-                "pc" => Some(Place::Pc),
-                "cycle" => Some(Place::Cycle),
-                "instructions" => Some(Place::Instructions),
+                "pc" => Some(ExpressionPlace::Pc),
+                "cycle" => Some(ExpressionPlace::Cycle),
+                "instructions" => Some(ExpressionPlace::Instructions),
                 _ => self.register(own),
             };
             return match place {
-                Some(place) => Ok(Expr::Place(place)),
+                Some(place) => Ok(DebugExpression::Place(place)),
                 None => self
                     .memory(own)
                     .map_err(|_| format!("nothing is called `{name}`; `info registers` lists registers")),
             };
         }
         if let Some((_, place)) = self.ladder.iter().find(|(known, _)| known == name) {
-            return Ok(Expr::Place(*place));
+            return Ok(DebugExpression::Place(*place));
         }
         // Headers name the registers of a chip by constants.
-        let own = self.symbols.iter().any(|symbol| symbol.space != CONSTANT && symbol.is_named(name));
+        let own = self.symbols.iter().any(|symbol| symbol.space != CONSTANT_SPACE && symbol.is_named(name));
         if !own && let Some(place) = self.register(name).or_else(|| self.pin(name)) {
-            return Ok(Expr::Place(place));
+            return Ok(DebugExpression::Place(place));
         }
         self.memory(name).or_else(|why| self.bit(name).unwrap_or(Err(why)))
     }
 
     /// Length of the longest name of a C++ or Rust symbol with which a text begins: those have brackets and spaces in them.
-    pub(super) fn mangled_name(&self, text: &str) -> Option<usize> {
+    pub(super) fn mangled_name_length(&self, text: &str) -> Option<usize> {
         let names = self.symbols.iter().filter_map(|s| Some([s.name.as_str(), &s.mangled.as_ref()?.path]));
         names.flatten().filter(|name| text.starts_with(*name)).map(str::len).max()
     }
 
-    fn register(&self, name: &str) -> Option<Place> {
+    fn register(&self, name: &str) -> Option<ExpressionPlace> {
         match name.to_ascii_lowercase().as_str() {
-            "pc" => Some(Place::Pc),
-            _ => self.chip.cpu_regs.iter().find(|reg| reg.eq_ignore_ascii_case(name)).map(|reg| Place::Reg(reg)),
+            "pc" => Some(ExpressionPlace::Pc),
+            _ => self.chip.cpu_regs.iter().find(|reg| reg.eq_ignore_ascii_case(name)).map(|reg| ExpressionPlace::Reg(reg)),
         }
     }
 
-    fn pin(&self, name: &str) -> Option<Place> {
-        stimulus::pin(self.chip, name).ok().filter(|_| self.chip.reg(name).is_none()).map(Place::Pin)
+    fn pin(&self, name: &str) -> Option<ExpressionPlace> {
+        stimulus::find_pin(self.chip, name).ok().filter(|_| self.chip.reg(name).is_none()).map(ExpressionPlace::Pin)
     }
 
     /// `data:0x100`, `buf`, `TCNT1`, `P1`, `main` (its address), a constant (its value).
-    fn memory(&self, name: &str) -> Result<Expr, String> {
+    fn memory(&self, name: &str) -> Result<DebugExpression, String> {
         let names = self.source().names;
         let known = |space: &str| self.symbols.iter().find(|s| s.space == space && s.is_named(name));
-        if let Some(label) = known(self.chip.code) {
-            return Ok(Expr::Number(i64::from(label.addr / self.chip.width(self.chip.code))));
+        if let Some(label) = known(self.chip.code_space) {
+            return Ok(DebugExpression::Number(i64::from(label.addr / self.chip.bytes_per_address(self.chip.code_space))));
         }
-        if let Some(constant) = known(CONSTANT).filter(|_| self.chip.reg(name).is_none()) {
-            return Ok(Expr::Number(constant.addr.into()));
+        if let Some(constant) = known(CONSTANT_SPACE).filter(|_| self.chip.reg(name).is_none()) {
+            return Ok(DebugExpression::Number(constant.addr.into()));
         }
-        let range = names.range(name)?;
-        if range.space == self.chip.code && split_memory(name).is_none() {
-            return Ok(Expr::Number(range.start.into()));
+        let range = names.parse_range(name)?;
+        if range.space == self.chip.code_space && split_memory(name).is_none() {
+            return Ok(DebugExpression::Number(range.start.into()));
         }
-        Ok(Expr::Place(self.place_of(&range)))
+        Ok(DebugExpression::Place(self.place_of(&range)))
     }
 
     /// The value that stands in a range: up to four bytes without a sign, a bit where the memory holds bits.
     #[must_use]
-    pub fn place_of(&self, range: &Range) -> Place {
-        let width = self.chip.width(range.space);
+    pub fn place_of(&self, range: &AddressRange) -> ExpressionPlace {
+        let width = self.chip.bytes_per_address(range.space);
         let (space, addr, bit) = byte_of(self.chip, range.space, range.start.saturating_mul(width));
         match bit {
-            Some(bit) => Place::Bit { space, addr, bit },
+            Some(bit) => ExpressionPlace::Bit { space, addr, bit },
             None => {
                 let bytes = range.end.saturating_sub(range.start).saturating_mul(width).clamp(1, 4) as u8;
-                Place::Memory { space, addr, bytes, signed: false }
+                ExpressionPlace::Memory { space, addr, bytes, signed: false }
             }
         }
     }
 
     /// `PORTB.5`, `data:0x20.3`, `buf.0`: a bit of a byte by its place. Nothing where the text has no such shape.
-    fn bit(&self, name: &str) -> Option<Result<Expr, String>> {
+    fn bit(&self, name: &str) -> Option<Result<DebugExpression, String>> {
         let (byte, bit) = name.rsplit_once('.')?;
         let bit: u8 = bit.parse().ok()?;
-        let of = match self.named(byte) {
+        let of = match self.find_name(byte) {
             Ok(of) => of,
             Err(why) => return Some(Err(why)),
         };
         let most = match &of {
-            Expr::Place(Place::Memory { bytes, .. }) => 8 * bytes,
-            Expr::Place(Place::Bit { .. } | Place::Pin(_)) => 1,
+            DebugExpression::Place(ExpressionPlace::Memory { bytes, .. }) => 8 * bytes,
+            DebugExpression::Place(ExpressionPlace::Bit { .. } | ExpressionPlace::Pin(_)) => 1,
             _ => 64,
         };
         if bit >= most {
             return Some(Err(format!("`{byte}` has no bit {bit}: its bits are 0 to {}", most - 1)));
         }
-        Some(Ok(Expr::Bit(Box::new(of), bit)))
+        Some(Ok(DebugExpression::Bit(Box::new(of), bit)))
     }
 }

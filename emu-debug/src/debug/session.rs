@@ -3,58 +3,58 @@
 use std::collections::{BTreeSet, HashMap};
 use std::time::{Duration, Instant};
 
-use emu_core::chip::Family;
-use emu_core::cpu::{END_OF_TIME, Fault, Stop};
-use emu_core::state::Damaged;
+use emu_core::chip::ChipFamily;
+use emu_core::cpu::{LAST_CYCLE, ProgramFault, StopReason};
+use emu_core::state::SnapshotDamaged;
 
-use super::amount::Amount;
-use super::events::Events;
-use super::expr::Expr;
-use super::eyes::{Eyes, Sight, candidates};
-use super::flow::{Flow, flow};
-use super::history::{Action, History, Left};
-use super::line::{Follow, Line};
-use super::points::{Points, code_points};
-use super::scope::Scope;
-use super::target::{Look, Target};
-use crate::time::Clock;
+use super::expression_value::ExpressionValue;
+use super::event_log::SessionEvents;
+use super::expression::DebugExpression;
+use super::breakpoint_probe::{BreakpointProbe, Observation, candidate_hits};
+use super::call_flow::{CallFlow, call_flow};
+use super::history::{UserAction, MachineHistory, LeftPosition};
+use super::followed_machine::{ProgramFollower, FollowedMachine};
+use super::points::{DebugPoints, breakpoint_words};
+use super::scope::NameScope;
+use super::dyn_machine::{ObserveLevel, DynMachine};
+use crate::time::CycleClock;
 
 /// How long a stretch of a run takes between two copies, on the host.
-pub(super) const STRETCH: std::ops::Range<Duration> = Duration::from_micros(300)..Duration::from_millis(1);
+pub(super) const HOST_TIME_BETWEEN_COPIES: std::ops::Range<Duration> = Duration::from_micros(300)..Duration::from_millis(1);
 
 /// Machine cycles of a stretch.
-const CYCLES: std::ops::RangeInclusive<u64> = 1 << 10..=1 << 40;
+const CYCLES_BETWEEN_COPIES: std::ops::RangeInclusive<u64> = 1 << 10..=1 << 40;
 
 /// Machine cycles of the first stretch, and of the last of a program that waits: by then it stands in its waiting loop.
-pub(super) const SHORT: u64 = 1 << 12;
+pub(super) const FIRST_STRETCH: u64 = 1 << 12;
 
 /// Steps in which a controller at rest comes round: two program cycles of all that its memory holds.
-const ROUND: u32 = 2 << 12;
+const MAX_PERIOD_STEPS: u32 = 2 << 12;
 
 /// What a session begins with.
-pub struct Options {
+pub struct SessionOptions {
     /// How long a cycle is.
-    pub clock: Clock,
+    pub clock: CycleClock,
     /// Bytes that copies of the machine may take.
-    pub history: usize,
+    pub history_bytes: usize,
     /// Who follows the program, such as a ladder view.
-    pub follow: Option<Box<dyn Follow>>,
+    pub follower: Option<Box<dyn ProgramFollower>>,
 }
 
 /// Where a run is to stop, besides at points.
 #[derive(Debug, Clone, Default)]
-pub struct Goal {
+pub struct RunGoal {
     /// At this machine cycle at the latest.
     pub until: Option<u64>,
     /// Before one of these program words.
     pub words: BTreeSet<u32>,
     /// Time passes up to that cycle even where nothing can wake the chip, instead of [`Why::Halted`].
-    pub passes: bool,
+    pub runs_while_halted: bool,
 }
 
 /// What a point has seen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Hit {
+pub struct PointHit {
     /// Number of the point.
     pub id: u32,
     /// The value before, of a watched expression.
@@ -69,17 +69,17 @@ pub struct Hit {
 
 /// Why the machine stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Why {
+pub enum HaltReason {
     /// What was asked for is done.
     Done,
     /// Points have stopped it.
-    Points(Vec<Hit>),
+    Points(Vec<PointHit>),
     /// The cycle asked for was reached.
     Limit,
     /// Nothing can wake the chip any more.
     Halted,
     /// Only something from outside can change what the program does: it waits for a pin, or sleeps with its receiver open.
-    Waits,
+    BlockedOnInput,
     /// No instruction.
     Illegal {
         /// Program word address.
@@ -92,7 +92,7 @@ pub enum Why {
         /// Program word address.
         pc: u32,
         /// What it was.
-        fault: Fault,
+        fault: ProgramFault,
     },
     /// The user has interrupted it.
     Interrupted,
@@ -102,47 +102,47 @@ pub enum Why {
 
 /// How a command of the session has ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Halt {
+pub struct HaltResult {
     /// Why.
-    pub why: Why,
+    pub reason: HaltReason,
 }
 
 /// A machine under the debugger.
-pub struct Session {
-    pub(super) line: Line,
-    pub(super) history: History,
-    pub(super) left: Option<Left>,
+pub struct DebugSession {
+    pub(super) current: FollowedMachine,
+    pub(super) history: MachineHistory,
+    pub(super) left_position: Option<LeftPosition>,
     /// Who follows a program of which nothing is known yet, and the bytes that copies may take: for another history.
-    first: (Option<Box<dyn Follow>>, usize),
+    fresh_history: (Option<Box<dyn ProgramFollower>>, usize),
     /// Breakpoints and watchpoints.
-    pub points: Points,
+    pub points: DebugPoints,
     /// Names.
-    pub scope: Scope,
-    clock: Clock,
-    pub(super) events: Events,
+    pub scope: NameScope,
+    clock: CycleClock,
+    pub(super) events: SessionEvents,
     /// Cycles of the next stretch.
     stretch: u64,
-    flows: HashMap<u32, (u16, Flow, u32)>,
+    flows: HashMap<u32, (u16, CallFlow, u32)>,
 }
 
 /// Asked now and then whether to go on.
-pub(super) type GoOn<'a> = &'a mut dyn FnMut() -> bool;
+pub(super) type KeepRunning<'a> = &'a mut dyn FnMut() -> bool;
 
-impl Session {
+impl DebugSession {
     /// A session with a machine as it is now, which is where its history begins.
     #[must_use]
-    pub fn new(target: Box<dyn Target>, scope: Scope, options: Options) -> Session {
-        let first = (options.follow.as_ref().map(|follow| follow.fork()), options.history);
-        let line = Line::new(target, options.follow);
-        Session {
-            first,
-            history: History::new(&line, options.history),
-            line,
-            left: None,
-            points: Points::default(),
+    pub fn new(target: Box<dyn DynMachine>, scope: NameScope, options: SessionOptions) -> DebugSession {
+        let first = (options.follower.as_ref().map(|follow| follow.fork()), options.history_bytes);
+        let line = FollowedMachine::new(target, options.follower);
+        DebugSession {
+            fresh_history: first,
+            history: MachineHistory::new(&line, options.history_bytes),
+            current: line,
+            left_position: None,
+            points: DebugPoints::default(),
             scope,
             clock: options.clock,
-            events: Events::default(),
+            events: SessionEvents::default(),
             stretch: 1 << 14,
             flows: HashMap::new(),
         }
@@ -150,32 +150,32 @@ impl Session {
 
     /// The machine now.
     #[must_use]
-    pub fn target(&self) -> &dyn Target {
-        &*self.line.target
+    pub fn machine(&self) -> &dyn DynMachine {
+        &*self.current.machine
     }
 
     /// Who follows the program.
     #[must_use]
-    pub fn follow(&self) -> Option<&dyn Follow> {
-        self.line.follow.as_deref()
+    pub fn follower(&self) -> Option<&dyn ProgramFollower> {
+        self.current.follower.as_deref()
     }
 
     /// A step has ended here; else a limit, or the user, has stopped a run in the middle of one, such as in sleep.
     #[must_use]
-    pub fn settled(&self) -> bool {
-        self.line.settled
+    pub fn is_at_step_end(&self) -> bool {
+        self.current.at_step_end
     }
 
     /// How long a cycle is.
     #[must_use]
-    pub fn clock(&self) -> Clock {
+    pub fn clock(&self) -> CycleClock {
         self.clock
     }
 
     /// Scans begun since power-up, or since the state that was loaded last, where the program has scans.
     #[must_use]
     pub fn scan(&self) -> Option<u64> {
-        self.line.follow.as_ref().and_then(|follow| follow.scan())
+        self.current.follower.as_ref().and_then(|follow| follow.scan())
     }
 
     /// Copies of the machine that are kept, and the bytes that they take.
@@ -191,28 +191,28 @@ impl Session {
     }
 
     /// What was done from outside, in order, each with the cycle at which the machine stood.
-    pub fn deeds(&self) -> impl Iterator<Item = (u64, &Action)> {
-        self.history.deeds.iter().map(|deed| (deed.cycle, &deed.action))
+    pub fn input_events(&self) -> impl Iterator<Item = (u64, &UserAction)> {
+        self.history.input_events.iter().map(|deed| (deed.cycle, &deed.action))
     }
 
     /// Does something from outside, now. What was to come in this history is forgotten.
     ///
     /// # Errors
     /// The machine cannot: one sentence; nothing has changed.
-    pub fn act(&mut self, action: Action) -> Result<(), String> {
+    pub fn apply_action(&mut self, action: UserAction) -> Result<(), String> {
         // A part of it may have been done when it fails.
-        let before = self.line.target.fork();
-        let mut eyes = Eyes::new(&Points::default(), &*before);
+        let before = self.current.machine.fork();
+        let mut eyes = BreakpointProbe::new(&DebugPoints::default(), &*before);
         eyes.events = Some(std::mem::take(&mut self.events));
-        let done = self.line.apply(&action, Look::Events, &mut eyes);
+        let done = self.current.apply(&action, ObserveLevel::Events, &mut eyes);
         self.events = eyes.events.take().unwrap_or_default();
         if let Err(why) = done {
-            self.line.target = before;
+            self.current.machine = before;
             return Err(why);
         }
-        self.history.branch(&self.line, action);
-        self.left = None;
-        self.line.done = self.history.deeds.len();
+        self.history.branch(&self.current, action);
+        self.left_position = None;
+        self.current.events_applied = self.history.input_events.len();
         Ok(())
     }
 
@@ -220,29 +220,29 @@ impl Session {
     ///
     /// # Errors
     /// It has no place, or not this value.
-    pub fn assign(&mut self, expr: &Expr, value: Amount) -> Result<(), String> {
-        let object = expr.object().filter(|object| object.needs_parts(self.target()));
-        let writes = match (object, expr.place(self.target())) {
-            (Some(object), _) => object.writes(self.target(), value)?,
-            (None, Some(place)) => vec![(place, value.whole())],
+    pub fn assign(&mut self, expr: &DebugExpression, value: ExpressionValue) -> Result<(), String> {
+        let object = expr.object().filter(|object| object.is_wider_than_place(self.machine()));
+        let writes = match (object, expr.place(self.machine())) {
+            (Some(object), _) => object.writes_for(self.machine(), value)?,
+            (None, Some(place)) => vec![(place, value.to_integer())],
             (None, None) => return Err("it is no place that can be set".to_owned()),
         };
-        writes.into_iter().try_for_each(|(place, value)| self.act(Action::Set(place, value)))
+        writes.into_iter().try_for_each(|(place, value)| self.apply_action(UserAction::Set(place, value)))
     }
 
     /// Whether the machine can be saved and loaded.
     ///
     /// # Errors
     /// It cannot, since what stands at its pins has a state of its own: one sentence.
-    pub fn bare(&self) -> Result<(), String> {
+    pub fn check_snapshot_possible(&self) -> Result<(), String> {
         const DEVICES: &str = "the devices at its pins have a state of their own, which no snapshot holds";
-        if self.line.target.is_bare() { Ok(()) } else { Err(DEVICES.to_owned()) }
+        if self.current.machine.has_no_devices() { Ok(()) } else { Err(DEVICES.to_owned()) }
     }
 
     /// The state of the machine now, for [`Session::load`]: of the chip alone ([`Session::bare`]).
     #[must_use]
     pub fn save(&self) -> Vec<u8> {
-        self.line.target.save()
+        self.current.machine.save()
     }
 
     /// Makes the chip the one whose state this is, at the machine cycle `cycle`. A history begins there; points stay, and who follows
@@ -250,112 +250,112 @@ impl Session {
     ///
     /// # Errors
     /// It is no state of this chip at that cycle; nothing has changed.
-    pub fn load(&mut self, state: &[u8], cycle: u64) -> Result<(), Damaged> {
-        let mut target = self.line.target.fork();
+    pub fn load(&mut self, state: &[u8], cycle: u64) -> Result<(), SnapshotDamaged> {
+        let mut target = self.current.machine.fork();
         target.restore(state)?;
         if target.cycle() != cycle {
-            return Err(Damaged);
+            return Err(SnapshotDamaged);
         }
-        self.line = Line::new(target, self.first.0.as_ref().map(|follow| follow.fork()));
-        self.history = History::new(&self.line, self.first.1);
-        self.left = None;
-        self.events = Events::default();
+        self.current = FollowedMachine::new(target, self.fresh_history.0.as_ref().map(|follow| follow.fork()));
+        self.history = MachineHistory::new(&self.current, self.fresh_history.1);
+        self.left_position = None;
+        self.events = SessionEvents::default();
         self.flows.clear();
         Ok(())
     }
 
     /// Steps `n` instructions (entries of interrupts count as one each), or fewer where a watchpoint stops it. Sleep is passed, up to
     /// the cycle `limit`. A place within a step from which steps have led back ends one: so as many lead there again.
-    pub fn stepi(&mut self, n: u64, limit: u64, go_on: GoOn<'_>) -> Halt {
-        self.steps(&mut { n }, limit, false, go_on)
+    pub fn step_instructions(&mut self, n: u64, limit: u64, go_on: KeepRunning<'_>) -> HaltResult {
+        self.step_remaining(&mut { n }, limit, false, go_on)
     }
 
     /// The same; `rest` is what is left of the steps, and with `breaks` breakpoints stop it too.
-    pub fn steps(&mut self, rest: &mut u64, limit: u64, breaks: bool, go_on: GoOn<'_>) -> Halt {
-        let stands = self.line.cycle();
-        let mut left = self.left.take().filter(|left| left.stands == stands && left.at < limit);
+    pub fn step_remaining(&mut self, rest: &mut u64, limit: u64, breaks: bool, go_on: KeepRunning<'_>) -> HaltResult {
+        let stands = self.current.cycle();
+        let mut left = self.left_position.take().filter(|left| left.returned_to == stands && left.cycle < limit);
         loop {
-            let end = left.map_or(limit, |left| left.at);
-            let halt = self.walk((end, breaks, false), &mut *go_on, &mut |_, _, _| {
+            let end = left.map_or(limit, |left| left.cycle);
+            let halt = self.step_until_with((end, breaks, false), &mut *go_on, &mut |_, _, _| {
                 *rest = rest.saturating_sub(1);
                 *rest == 0
             });
             let Some(passed) = left.take() else { return halt };
-            let stands = self.line.cycle();
-            self.left = (stands < passed.at).then_some(Left { stands, ..passed });
-            if halt.why != Why::Limit {
+            let stands = self.current.cycle();
+            self.left_position = (stands < passed.cycle).then_some(LeftPosition { returned_to: stands, ..passed });
+            if halt.reason != HaltReason::Limit {
                 return halt;
             }
-            *rest = rest.saturating_sub(u64::from(!self.line.settled));
+            *rest = rest.saturating_sub(u64::from(!self.current.at_step_end));
             if *rest == 0 {
-                return Halt { why: Why::Done };
+                return HaltResult { reason: HaltReason::Done };
             }
         }
     }
 
     /// Runs until a point, the goal, or the end of the program.
-    pub fn run(&mut self, goal: &Goal, go_on: GoOn<'_>) -> Halt {
-        let until = goal.until.unwrap_or(END_OF_TIME).min(END_OF_TIME);
-        let words = code_points(&self.points).chain(goal.words.iter().copied()).collect::<BTreeSet<u32>>();
-        let mut left_start = !words.contains(&self.line.target.pc()) || self.line.target.sleeps();
-        let mut eyes = Eyes::new(&self.points, &*self.line.target);
-        self.line.insists = goal.passes && goal.until.is_some();
-        let (mut stretch, mut waits) = (SHORT.min(self.stretch), false);
+    pub fn run(&mut self, goal: &RunGoal, go_on: KeepRunning<'_>) -> HaltResult {
+        let until = goal.until.unwrap_or(LAST_CYCLE).min(LAST_CYCLE);
+        let words = breakpoint_words(&self.points).chain(goal.words.iter().copied()).collect::<BTreeSet<u32>>();
+        let mut left_start = !words.contains(&self.current.machine.pc()) || self.current.machine.is_asleep();
+        let mut eyes = BreakpointProbe::new(&self.points, &*self.current.machine);
+        self.current.runs_while_halted = goal.runs_while_halted && goal.until.is_some();
+        let (mut stretch, mut waits) = (FIRST_STRETCH.min(self.stretch), false);
         loop {
-            if self.line.cycle() >= until {
-                return Halt { why: Why::Limit };
+            if self.current.cycle() >= until {
+                return HaltResult { reason: HaltReason::Limit };
             }
-            let start = (Instant::now(), self.line.cycle());
+            let start = (Instant::now(), self.current.cycle());
             eyes.events = Some(std::mem::take(&mut self.events));
-            let deeds = &self.history.deeds;
+            let deeds = &self.history.input_events;
             // A step passes them.
-            self.line.set_traps(&words);
+            self.current.set_breakpoints(&words);
             let stop = if left_start {
-                let end = until.min(start.1.saturating_add(stretch)).min(self.line.due(deeds));
-                self.line.run(deeds, end, &words, eyes.look(), &mut eyes)
+                let end = until.min(start.1.saturating_add(stretch)).min(self.current.next_event_cycle(deeds));
+                self.current.run(deeds, end, &words, eyes.observe_level(), &mut eyes)
             } else {
                 left_start = true;
                 let end = until.min(start.1.saturating_add(stretch));
-                self.line.step(deeds, end, eyes.look(), &mut eyes)
+                self.current.step(deeds, end, eyes.observe_level(), &mut eyes)
             };
-            let stop = if stop == Stop::Halted { self.rest(&words, until, &mut eyes) } else { stop };
+            let stop = if stop == StopReason::Halted { self.run_settled_controller(&words, until, &mut eyes) } else { stop };
             self.events = eyes.events.take().unwrap_or_default();
-            let sights = std::mem::take(&mut eyes.seen);
-            let changes = eyes.changed(&*self.line.target);
-            if start.1 < self.line.cycle() {
-                self.keep(start.0.elapsed(), self.line.cycle() - start.1);
+            let sights = std::mem::take(&mut eyes.observations);
+            let changes = eyes.take_changes(&*self.current.machine);
+            if start.1 < self.current.cycle() {
+                self.keep_copy(start.0.elapsed(), self.current.cycle() - start.1);
             }
-            let hits = self.hits(&sights, &changes, stop);
+            let hits = self.take_hits(&sights, &changes, stop);
             if !hits.is_empty() {
-                return Halt { why: Why::Points(hits) };
+                return HaltResult { reason: HaltReason::Points(hits) };
             }
             match stop {
-                Stop::Trap { pc } if goal.words.contains(&pc) => return Halt { why: Why::Done },
+                StopReason::Breakpoint { pc } if goal.words.contains(&pc) => return HaltResult { reason: HaltReason::Done },
                 // With no end in sight the time of a program that waits would pass for ever, and in no time.
-                Stop::Limit if goal.until.is_none() && self.waits() => match waits {
-                    true => return Halt { why: Why::Waits },
-                    false => (waits, stretch) = (true, SHORT),
+                StopReason::Limit if goal.until.is_none() && self.is_blocked_on_input() => match waits {
+                    true => return HaltResult { reason: HaltReason::BlockedOnInput },
+                    false => (waits, stretch) = (true, FIRST_STRETCH),
                 },
-                Stop::Limit | Stop::Trap { .. } | Stop::Probe => (waits, stretch) = (false, self.stretch),
-                stop => return Halt { why: ended(stop) },
+                StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe => (waits, stretch) = (false, self.stretch),
+                stop => return HaltResult { reason: halt_reason(stop) },
             }
             // Whoever runs on from a word where it is to stop passes it: so it is not interrupted there before it was seen to stand there.
-            let unseen = stop == Stop::Limit && words.contains(&self.line.target.pc());
+            let unseen = stop == StopReason::Limit && words.contains(&self.current.machine.pc());
             if !unseen && !go_on() {
-                return Halt { why: Why::Interrupted };
+                return HaltResult { reason: HaltReason::Interrupted };
             }
         }
     }
 
     /// What the instruction at a program word does to the stack of calls, and its length in program words.
-    pub fn flow(&mut self, pc: u32) -> (Flow, u32) {
-        let (chip, target) = (self.scope.chip(), &*self.line.target);
+    pub fn call_flow(&mut self, pc: u32) -> (CallFlow, u32) {
+        let (chip, target) = (self.scope.chip(), &*self.current.machine);
         let read = |word| self::word(target, word);
         let first = read(pc);
         match self.flows.get(&pc) {
             Some((known, flow, len)) if *known == first => (*flow, *len),
             _ => {
-                let (flow, len) = flow(chip, read, pc);
+                let (flow, len) = call_flow(chip, read, pc);
                 self.flows.insert(pc, (first, flow, len));
                 (flow, len)
             }
@@ -365,50 +365,50 @@ impl Session {
     /// A word of program memory; 0 beyond its end.
     #[must_use]
     pub fn word(&self, word: u32) -> u16 {
-        self::word(&*self.line.target, word)
+        self::word(&*self.current.machine, word)
     }
 
     /// A controller that has settled is called halted, since nothing it does makes a difference any more; but its programs run on. So
     /// where a word of the program is waited for, it is stepped on, for as long as it takes it to come round.
-    fn rest(&mut self, words: &BTreeSet<u32>, until: u64, eyes: &mut Eyes) -> Stop {
-        if self.scope.chip().family != Family::Ap101 || words.is_empty() {
-            return Stop::Halted;
+    fn run_settled_controller(&mut self, words: &BTreeSet<u32>, until: u64, eyes: &mut BreakpointProbe) -> StopReason {
+        if self.scope.chip().family != ChipFamily::Ap101 || words.is_empty() {
+            return StopReason::Halted;
         }
-        self.line.set_traps(words);
-        for _ in 0..ROUND {
-            match self.line.step_to_trap(&self.history.deeds, words, until, eyes.look(), eyes) {
-                Stop::Limit if self.line.cycle() < until => {}
+        self.current.set_breakpoints(words);
+        for _ in 0..MAX_PERIOD_STEPS {
+            match self.current.step_to_breakpoint(&self.history.input_events, words, until, eyes.observe_level(), eyes) {
+                StopReason::Limit if self.current.cycle() < until => {}
                 stop => return stop,
             }
         }
-        Stop::Halted
+        StopReason::Halted
     }
 
     /// Keeps a copy of the machine as it is now, and makes the next stretch longer or shorter; one that was cut short tells nothing of
     /// how long a whole one takes.
-    pub(super) fn keep(&mut self, took: Duration, cycles: u64) {
-        if took >= STRETCH.end {
-            self.stretch = (self.stretch / 2).max(*CYCLES.start());
-        } else if took < STRETCH.start && cycles >= self.stretch {
-            self.stretch = (self.stretch * 2).min(*CYCLES.end());
+    pub(super) fn keep_copy(&mut self, took: Duration, cycles: u64) {
+        if took >= HOST_TIME_BETWEEN_COPIES.end {
+            self.stretch = (self.stretch / 2).max(*CYCLES_BETWEEN_COPIES.start());
+        } else if took < HOST_TIME_BETWEEN_COPIES.start && cycles >= self.stretch {
+            self.stretch = (self.stretch * 2).min(*CYCLES_BETWEEN_COPIES.end());
         }
         // Runs that were stopped early leave no copy each.
-        if took >= STRETCH.start / 4 {
-            self.history.keep(&self.line, took);
+        if took >= HOST_TIME_BETWEEN_COPIES.start / 4 {
+            self.history.keep_copy(&self.current, took);
         }
     }
 
     /// The points that stop the machine here: what they saw, their conditions and counts considered.
-    pub(super) fn hits(
+    pub(super) fn take_hits(
         &mut self,
-        sights: &[Sight],
+        sights: &[Observation],
         changes: &[(u32, Option<i64>, Option<i64>)],
-        stop: Stop,
-    ) -> Vec<Hit> {
-        let target = &*self.line.target;
-        let mut hits = candidates(&self.points, target, sights, changes, stop);
+        stop: StopReason,
+    ) -> Vec<PointHit> {
+        let target = &*self.current.machine;
+        let mut hits = candidate_hits(&self.points, target, sights, changes, stop);
         hits.retain(|hit| {
-            let Some(point) = self.points.get_mut(hit.id).filter(|point| point.holds(target)) else { return false };
+            let Some(point) = self.points.get_mut(hit.id).filter(|point| point.condition_holds(target)) else { return false };
             point.hits += 1;
             let passes = point.ignore > 0;
             point.ignore = point.ignore.saturating_sub(1);
@@ -424,22 +424,22 @@ impl Session {
 
     /// Forgets events behind the present.
     pub(super) fn forget_events(&mut self) {
-        self.events.forget(self.line.cycle());
+        self.events.forget_after(self.current.cycle());
     }
 }
 
-pub(super) fn ended(stop: Stop) -> Why {
+pub(super) fn halt_reason(stop: StopReason) -> HaltReason {
     match stop {
-        Stop::Illegal { pc, word } => Why::Illegal { pc, word },
-        Stop::Fault { pc, fault } => Why::Fault { pc, fault },
-        Stop::Halted => Why::Halted,
-        Stop::Limit | Stop::Trap { .. } | Stop::Probe => Why::Limit,
+        StopReason::Illegal { pc, word } => HaltReason::Illegal { pc, word },
+        StopReason::Fault { pc, fault } => HaltReason::Fault { pc, fault },
+        StopReason::Halted => HaltReason::Halted,
+        StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe => HaltReason::Limit,
     }
 }
 
-pub(super) fn word(target: &dyn Target, word: u32) -> u16 {
+pub(super) fn word(target: &dyn DynMachine, word: u32) -> u16 {
     let chip = target.chip();
-    let byte = |n: u32| target.peek(chip.code, word.saturating_mul(chip.word_bytes).saturating_add(n)).unwrap_or(0);
+    let byte = |n: u32| target.peek(chip.code_space, word.saturating_mul(chip.word_bytes).saturating_add(n)).unwrap_or(0);
     match chip.word_bytes {
         1 => byte(0).into(),
         _ => u16::from_le_bytes([byte(0), byte(1)]),

@@ -3,21 +3,21 @@
 use std::sync::Arc;
 
 /// Bytes that are shared or copied together.
-const PIECE: usize = 4096;
+const PIECE_BYTES: usize = 4096;
 
 /// The bytes of a memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Cells {
+pub struct SharedBytes {
     pieces: Arc<Vec<Arc<Vec<u8>>>>,
     len: usize,
 }
 
-impl Cells {
+impl SharedBytes {
     /// `len` bytes, all of them `value`.
     #[must_use]
-    pub fn new(len: usize, value: u8) -> Cells {
-        let piece = Arc::new(vec![value; PIECE]);
-        Cells { pieces: Arc::new(vec![piece; len.div_ceil(PIECE)]), len }
+    pub fn new(len: usize, value: u8) -> SharedBytes {
+        let piece = Arc::new(vec![value; PIECE_BYTES]);
+        SharedBytes { pieces: Arc::new(vec![piece; len.div_ceil(PIECE_BYTES)]), len }
     }
 
     /// Bytes.
@@ -35,15 +35,15 @@ impl Cells {
     /// The byte at an address, FFh behind the end.
     #[must_use]
     pub fn get(&self, at: usize) -> u8 {
-        let piece = self.pieces.get(at / PIECE).filter(|_| at < self.len);
-        piece.and_then(|piece| piece.get(at % PIECE)).copied().unwrap_or(0xFF)
+        let piece = self.pieces.get(at / PIECE_BYTES).filter(|_| at < self.len);
+        piece.and_then(|piece| piece.get(at % PIECE_BYTES)).copied().unwrap_or(0xFF)
     }
 
     /// Sets the byte at an address; nothing behind the end.
     pub fn set(&mut self, at: usize, value: u8) {
         if at < self.len && self.get(at) != value {
-            let piece = Arc::make_mut(&mut self.pieces).get_mut(at / PIECE);
-            if let Some(cell) = piece.and_then(|piece| Arc::make_mut(piece).get_mut(at % PIECE)) {
+            let piece = Arc::make_mut(&mut self.pieces).get_mut(at / PIECE_BYTES);
+            if let Some(cell) = piece.and_then(|piece| Arc::make_mut(piece).get_mut(at % PIECE_BYTES)) {
                 *cell = value;
             }
         }

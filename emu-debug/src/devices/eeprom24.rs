@@ -6,11 +6,11 @@
 //! Bytes that are written wait in the page buffer; a stop condition between bytes starts the write cycle, in which no address is
 //! acknowledged (polling). A start condition in the place of the stop, or a stop within a byte, drops them.
 
-use super::cells::Cells;
+use super::cells::SharedBytes;
 
 /// Size and addressing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Kind {
+struct Eeprom24Kind {
     name: &'static str,
     size: usize,
     page: usize,
@@ -24,26 +24,26 @@ struct Kind {
 
 /// By name; the size is in bytes.
 #[rustfmt::skip]
-const KINDS: [Kind; 11] = [
-    Kind { name: "24c01",   size: 0x80,     page: 8,   address: 1, select: 0x0E, block: 0x00 },
-    Kind { name: "24c02",   size: 0x100,    page: 8,   address: 1, select: 0x0E, block: 0x00 },
-    Kind { name: "24c04",   size: 0x200,    page: 16,  address: 1, select: 0x0C, block: 0x02 },
-    Kind { name: "24c08",   size: 0x400,    page: 16,  address: 1, select: 0x08, block: 0x06 },
-    Kind { name: "24c16",   size: 0x800,    page: 16,  address: 1, select: 0x00, block: 0x0E },
-    Kind { name: "24c32",   size: 0x1000,   page: 32,  address: 2, select: 0x0E, block: 0x00 },
-    Kind { name: "24c64",   size: 0x2000,   page: 32,  address: 2, select: 0x0E, block: 0x00 },
-    Kind { name: "24c128",  size: 0x4000,   page: 64,  address: 2, select: 0x0E, block: 0x00 },
-    Kind { name: "24c256",  size: 0x8000,   page: 64,  address: 2, select: 0x0E, block: 0x00 },
-    Kind { name: "24c512",  size: 0x1_0000, page: 128, address: 2, select: 0x0E, block: 0x00 },
-    Kind { name: "24c1024", size: 0x2_0000, page: 256, address: 2, select: 0x0C, block: 0x02 },
+const KINDS: [Eeprom24Kind; 11] = [
+    Eeprom24Kind { name: "24c01",   size: 0x80,     page: 8,   address: 1, select: 0x0E, block: 0x00 },
+    Eeprom24Kind { name: "24c02",   size: 0x100,    page: 8,   address: 1, select: 0x0E, block: 0x00 },
+    Eeprom24Kind { name: "24c04",   size: 0x200,    page: 16,  address: 1, select: 0x0C, block: 0x02 },
+    Eeprom24Kind { name: "24c08",   size: 0x400,    page: 16,  address: 1, select: 0x08, block: 0x06 },
+    Eeprom24Kind { name: "24c16",   size: 0x800,    page: 16,  address: 1, select: 0x00, block: 0x0E },
+    Eeprom24Kind { name: "24c32",   size: 0x1000,   page: 32,  address: 2, select: 0x0E, block: 0x00 },
+    Eeprom24Kind { name: "24c64",   size: 0x2000,   page: 32,  address: 2, select: 0x0E, block: 0x00 },
+    Eeprom24Kind { name: "24c128",  size: 0x4000,   page: 64,  address: 2, select: 0x0E, block: 0x00 },
+    Eeprom24Kind { name: "24c256",  size: 0x8000,   page: 64,  address: 2, select: 0x0E, block: 0x00 },
+    Eeprom24Kind { name: "24c512",  size: 0x1_0000, page: 128, address: 2, select: 0x0E, block: 0x00 },
+    Eeprom24Kind { name: "24c1024", size: 0x2_0000, page: 256, address: 2, select: 0x0C, block: 0x02 },
 ];
 
 /// The modules of gpsim, whose writes take no time.
 #[rustfmt::skip]
-const MODULES: [(&[&str], Kind); 3] = [
-    (&["e24xx024", "I2C-EEPROM2k"],    Kind { name: "", size: 256,   page: 16, address: 1, select: 0x0E, block: 0x00 }),
-    (&["e24xx16b", "I2C-EEPROM16k"],   Kind { name: "", size: 2048,  page: 16, address: 1, select: 0x00, block: 0x0E }),
-    (&["e24xx256", "I2C-EEPROM256k"],  Kind { name: "", size: 32768, page: 64, address: 2, select: 0x0E, block: 0x00 }),
+const MODULES: [(&[&str], Eeprom24Kind); 3] = [
+    (&["e24xx024", "I2C-EEPROM2k"],    Eeprom24Kind { name: "", size: 256,   page: 16, address: 1, select: 0x0E, block: 0x00 }),
+    (&["e24xx16b", "I2C-EEPROM16k"],   Eeprom24Kind { name: "", size: 2048,  page: 16, address: 1, select: 0x00, block: 0x0E }),
+    (&["e24xx256", "I2C-EEPROM256k"],  Eeprom24Kind { name: "", size: 32768, page: 64, address: 2, select: 0x0E, block: 0x00 }),
 ];
 
 /// The write cycle in microseconds: tWR, the longest that the sheets give.
@@ -51,7 +51,7 @@ const WRITE_US: u64 = 5_000;
 
 /// Where a transfer stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Phase {
+enum TransferPhase {
     /// Waits for a start.
     Idle,
     /// Takes in the control byte, address bytes still to come, or data.
@@ -64,24 +64,24 @@ enum Phase {
 
 /// The EEPROM.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Eeprom {
-    kind: Kind,
+pub struct Eeprom24 {
+    kind: Eeprom24Kind,
     /// What it holds.
-    pub cells: Cells,
+    pub cells: SharedBytes,
     /// Bytes that wait for the write cycle, by their place in the page.
     buffer: Vec<(usize, u8)>,
     /// The write cycle in microseconds, and the clock at which the one that goes on ends.
     write_us: u64,
-    busy: u64,
-    phase: Phase,
+    busy_until: u64,
+    phase: TransferPhase,
     /// Bits of the byte that is on its way, and how many have been clocked: 8 is the acknowledge.
     shift: u8,
     bits: u8,
     at: usize,
     /// It pulls SDA low.
-    pub pulls: bool,
+    pub pulls_sda: bool,
     /// The master has acknowledged the byte sent last.
-    more: bool,
+    acknowledged: bool,
     sda: bool,
     scl: bool,
     /// A0, A1, A2 in bits 1 to 3, as they stand in the control byte.
@@ -92,34 +92,34 @@ pub struct Eeprom {
 /// The pins, in the order of the terminals.
 pub const PINS: [&str; 6] = ["SDA", "SCL", "A0", "A1", "A2", "WP"];
 
-impl Eeprom {
+impl Eeprom24 {
     /// An EEPROM by its name, `24c01` to `24c1024`, erased; its address is given by the lines A0 to A2.
     #[must_use]
-    pub fn new(name: &str) -> Option<Eeprom> {
+    pub fn new(name: &str) -> Option<Eeprom24> {
         let kind = KINDS.iter().find(|kind| kind.name.eq_ignore_ascii_case(name))?;
-        Some(Eeprom::of(*kind, 0xFF, WRITE_US))
+        Some(Eeprom24::of(*kind, 0xFF, WRITE_US))
     }
 
     /// An EEPROM by the name of gpsim's module: `e24xx024`, `e24xx16b`, `e24xx256`. It holds zeros, and writes take no time.
     #[must_use]
-    pub fn module(name: &str) -> Option<Eeprom> {
+    pub fn module(name: &str) -> Option<Eeprom24> {
         let (_, kind) = MODULES.iter().find(|(names, _)| names.contains(&name))?;
-        Some(Eeprom::of(*kind, 0, 0))
+        Some(Eeprom24::of(*kind, 0, 0))
     }
 
-    fn of(kind: Kind, value: u8, write_us: u64) -> Eeprom {
-        Eeprom {
+    fn of(kind: Eeprom24Kind, value: u8, write_us: u64) -> Eeprom24 {
+        Eeprom24 {
             kind,
-            cells: Cells::new(kind.size, value),
+            cells: SharedBytes::new(kind.size, value),
             buffer: Vec::new(),
             write_us,
-            busy: 0,
-            phase: Phase::Idle,
+            busy_until: 0,
+            phase: TransferPhase::Idle,
             shift: 0,
             bits: 0,
             at: 0,
-            pulls: false,
-            more: false,
+            pulls_sda: false,
+            acknowledged: false,
             sda: true,
             scl: true,
             select: 0,
@@ -133,7 +133,7 @@ impl Eeprom {
     }
 
     /// Ties A0 to A2 so that it answers to an address of seven bits; false where no tying does that.
-    pub fn answer_to(&mut self, address: u8) -> bool {
+    pub fn tie_address(&mut self, address: u8) -> bool {
         let control = address << 1;
         self.select = control & 0x0E;
         address < 0x80 && control & 0xF0 == 0xA0 && control & 0x0E & !self.kind.select == 0
@@ -141,32 +141,32 @@ impl Eeprom {
 
     /// It answers to an address of seven bits, as its lines A0 to A2 stand: kinds with fewer of them answer to several.
     #[must_use]
-    pub fn answers(&self, address: u8) -> bool {
+    pub fn is_addressed_by(&self, address: u8) -> bool {
         let control = address << 1;
         address < 0x80 && control & 0xF0 == 0xA0 && (control ^ self.select) & self.kind.select == 0
     }
 
     /// The level of a pin has changed at the clock `t`, of `hz` to a second.
-    pub fn line(&mut self, pin: usize, high: bool, t: u64, hz: u64) {
+    pub fn on_pin_change(&mut self, pin: usize, high: bool, t: u64, hz: u64) {
         match pin {
-            0 => self.sda(high, t, hz),
-            1 => self.scl(high, t),
+            0 => self.on_sda(high, t, hz),
+            1 => self.on_scl(high, t),
             2..=4 => self.select = self.select & !(1 << (pin - 1)) | u8::from(high) << (pin - 1),
             _ => self.protected = high,
         }
     }
 
-    fn sda(&mut self, high: bool, t: u64, hz: u64) {
+    fn on_sda(&mut self, high: bool, t: u64, hz: u64) {
         if std::mem::replace(&mut self.sda, high) == high || !self.scl {
             return;
         }
         // A change of SDA while SCL is high is a stop or a start. The clock pulse of which it is a part has begun a bit.
-        if high && self.phase == Phase::Data && self.bits <= 1 && !self.buffer.is_empty() {
+        if high && self.phase == TransferPhase::Data && self.bits <= 1 && !self.buffer.is_empty() {
             self.write(t, hz);
         }
         self.buffer.clear();
-        self.phase = if high { Phase::Idle } else { Phase::Control };
-        (self.bits, self.shift, self.pulls) = (0, 0, false);
+        self.phase = if high { TransferPhase::Idle } else { TransferPhase::Control };
+        (self.bits, self.shift, self.pulls_sda) = (0, 0, false);
     }
 
     /// The write cycle begins.
@@ -175,26 +175,26 @@ impl Eeprom {
             self.cells.set(at, byte);
         }
         let clocks = u128::from(self.write_us) * u128::from(hz) / 1_000_000;
-        self.busy = t.saturating_add(u64::try_from(clocks).unwrap_or(u64::MAX));
+        self.busy_until = t.saturating_add(u64::try_from(clocks).unwrap_or(u64::MAX));
     }
 
-    fn scl(&mut self, high: bool, t: u64) {
-        if std::mem::replace(&mut self.scl, high) == high || self.phase == Phase::Idle {
+    fn on_scl(&mut self, high: bool, t: u64) {
+        if std::mem::replace(&mut self.scl, high) == high || self.phase == TransferPhase::Idle {
             return;
         }
-        if high { self.rising() } else { self.falling(t) }
+        if high { self.on_scl_rising() } else { self.on_scl_falling(t) }
     }
 
     /// The master's bits are taken at the rising edge.
-    fn rising(&mut self) {
+    fn on_scl_rising(&mut self) {
         match self.bits {
-            0..=7 if self.phase != Phase::Send => {
+            0..=7 if self.phase != TransferPhase::Send => {
                 self.shift = self.shift << 1 | u8::from(self.sda);
                 self.bits += 1;
             }
             0..=7 => self.bits += 1,
             8 => {
-                self.more = !self.sda;
+                self.acknowledged = !self.sda;
                 self.bits = 9;
             }
             _ => {}
@@ -202,20 +202,20 @@ impl Eeprom {
     }
 
     /// What the memory puts on SDA changes after the falling edge.
-    fn falling(&mut self, t: u64) {
+    fn on_scl_falling(&mut self, t: u64) {
         match (self.bits, self.phase) {
-            (8, Phase::Send) => self.pulls = false,
-            (8, _) => self.pulls = self.byte(self.shift, t),
-            (9, Phase::Send) if !self.more => {
-                (self.phase, self.bits, self.pulls) = (Phase::Idle, 0, false);
+            (8, TransferPhase::Send) => self.pulls_sda = false,
+            (8, _) => self.pulls_sda = self.receive_byte(self.shift, t),
+            (9, TransferPhase::Send) if !self.acknowledged => {
+                (self.phase, self.bits, self.pulls_sda) = (TransferPhase::Idle, 0, false);
             }
             (9, phase) => {
-                (self.bits, self.shift, self.pulls) = (0, 0, false);
-                if phase == Phase::Send {
+                (self.bits, self.shift, self.pulls_sda) = (0, 0, false);
+                if phase == TransferPhase::Send {
                     self.load();
                 }
             }
-            (1..=7, Phase::Send) => self.pulls = self.shift >> (7 - self.bits) & 1 == 0,
+            (1..=7, TransferPhase::Send) => self.pulls_sda = self.shift >> (7 - self.bits) & 1 == 0,
             _ => {}
         }
     }
@@ -224,29 +224,29 @@ impl Eeprom {
     fn load(&mut self) {
         self.shift = self.cells.get(self.at);
         self.at = (self.at + 1) % self.kind.size;
-        self.pulls = self.shift & 0x80 == 0;
+        self.pulls_sda = self.shift & 0x80 == 0;
     }
 
     /// Takes a byte of the master at the clock `t`; true where it is acknowledged.
-    fn byte(&mut self, byte: u8, t: u64) -> bool {
+    fn receive_byte(&mut self, byte: u8, t: u64) -> bool {
         match self.phase {
-            Phase::Control => {
-                if t < self.busy || byte & 0xF0 != 0xA0 || (byte ^ self.select) & self.kind.select != 0 {
-                    self.phase = Phase::Idle;
+            TransferPhase::Control => {
+                if t < self.busy_until || byte & 0xF0 != 0xA0 || (byte ^ self.select) & self.kind.select != 0 {
+                    self.phase = TransferPhase::Idle;
                     return false;
                 }
                 if byte & 1 == 1 {
-                    self.phase = Phase::Send;
+                    self.phase = TransferPhase::Send;
                 } else {
                     self.at = usize::from((byte & self.kind.block) >> 1);
-                    self.phase = Phase::Address(self.kind.address);
+                    self.phase = TransferPhase::Address(self.kind.address);
                 }
             }
-            Phase::Address(left) => {
+            TransferPhase::Address(left) => {
                 self.at = (self.at << 8 | usize::from(byte)) % self.kind.size;
-                self.phase = if left > 1 { Phase::Address(left - 1) } else { Phase::Data };
+                self.phase = if left > 1 { TransferPhase::Address(left - 1) } else { TransferPhase::Data };
             }
-            Phase::Data => {
+            TransferPhase::Data => {
                 if !self.protected {
                     let at = self.at;
                     self.buffer.retain(|waiting| waiting.0 != at);
@@ -256,7 +256,7 @@ impl Eeprom {
                 let page = self.at / self.kind.page * self.kind.page;
                 self.at = page + (self.at + 1) % self.kind.page;
             }
-            Phase::Send | Phase::Idle => return false,
+            TransferPhase::Send | TransferPhase::Idle => return false,
         }
         true
     }

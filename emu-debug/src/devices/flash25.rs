@@ -5,28 +5,28 @@
 //! power-down with its release. Other instructions are ignored up to the end of the transfer, those of the status registers'
 //! protection too: nothing is protected.
 
-use super::cells::Cells;
+use super::cells::SharedBytes;
 
 /// Size, and the times of a kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Kind {
+struct Flash25Kind {
     name: &'static str,
     /// 2 to the power of this many bytes, as the third byte of RDID has it.
     log2: u8,
     /// Microseconds of tPP, tSE, tBE1, tBE2, tCE.
     program_us: u64,
     erase_us: [u64; 3],
-    whole_us: u64,
+    erase_all_us: u64,
 }
 
 /// By name.
 #[rustfmt::skip]
-const KINDS: [Kind; 5] = [
-    Kind { name: "25q80",  log2: 20, program_us: 700, erase_us: [30_000, 120_000, 150_000], whole_us:  2_000_000 },
-    Kind { name: "25q16",  log2: 21, program_us: 400, erase_us: [45_000, 120_000, 150_000], whole_us:  5_000_000 },
-    Kind { name: "25q32",  log2: 22, program_us: 400, erase_us: [45_000, 120_000, 150_000], whole_us: 10_000_000 },
-    Kind { name: "25q64",  log2: 23, program_us: 400, erase_us: [45_000, 120_000, 150_000], whole_us: 20_000_000 },
-    Kind { name: "25q128", log2: 24, program_us: 400, erase_us: [45_000, 120_000, 150_000], whole_us: 40_000_000 },
+const KINDS: [Flash25Kind; 5] = [
+    Flash25Kind { name: "25q80",  log2: 20, program_us: 700, erase_us: [30_000, 120_000, 150_000], erase_all_us:  2_000_000 },
+    Flash25Kind { name: "25q16",  log2: 21, program_us: 400, erase_us: [45_000, 120_000, 150_000], erase_all_us:  5_000_000 },
+    Flash25Kind { name: "25q32",  log2: 22, program_us: 400, erase_us: [45_000, 120_000, 150_000], erase_all_us: 10_000_000 },
+    Flash25Kind { name: "25q64",  log2: 23, program_us: 400, erase_us: [45_000, 120_000, 150_000], erase_all_us: 20_000_000 },
+    Flash25Kind { name: "25q128", log2: 24, program_us: 400, erase_us: [45_000, 120_000, 150_000], erase_all_us: 40_000_000 },
 ];
 
 /// Manufacturer and memory type in RDID.
@@ -37,7 +37,7 @@ const MEMORY_TYPE: u8 = 0x40;
 const PAGE: usize = 256;
 
 /// Instructions.
-mod op {
+mod opcode {
     pub const PROGRAM: u8 = 0x02;
     pub const READ: u8 = 0x03;
     pub const WRITE_DISABLE: u8 = 0x04;
@@ -58,10 +58,10 @@ const WEL: u8 = 1 << 1;
 
 /// The memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Flash {
-    kind: Kind,
+pub struct Flash25 {
+    kind: Flash25Kind,
     /// What it holds.
-    pub cells: Cells,
+    pub cells: SharedBytes,
     selected: bool,
     sck: bool,
     mosi: bool,
@@ -77,23 +77,23 @@ pub struct Flash {
     answer: Option<u8>,
     /// Bytes to be programmed, by their place in the page.
     page: Vec<Option<u8>>,
-    enabled: bool,
-    down: bool,
+    write_enabled: bool,
+    powered_down: bool,
     /// The clock at which what goes on ends.
-    busy: u64,
+    busy_until: u64,
 }
 
 /// The pins, in the order of the terminals.
 pub const PINS: [&str; 4] = ["CS", "SCK", "MOSI", "MISO"];
 
-impl Flash {
+impl Flash25 {
     /// A memory by its name, `25q80` to `25q128`, erased and not selected.
     #[must_use]
-    pub fn new(name: &str) -> Option<Flash> {
+    pub fn new(name: &str) -> Option<Flash25> {
         let kind = *KINDS.iter().find(|kind| kind.name.eq_ignore_ascii_case(name))?;
-        Some(Flash {
+        Some(Flash25 {
             kind,
-            cells: Cells::new(1 << kind.log2, 0xFF),
+            cells: SharedBytes::new(1 << kind.log2, 0xFF),
             selected: false,
             sck: false,
             mosi: false,
@@ -105,9 +105,9 @@ impl Flash {
             addr: 0,
             answer: None,
             page: Vec::new(),
-            enabled: false,
-            down: false,
-            busy: 0,
+            write_enabled: false,
+            powered_down: false,
+            busy_until: 0,
         })
     }
 
@@ -117,7 +117,7 @@ impl Flash {
     }
 
     /// The level of a pin has changed at the clock `t`, of `hz` to a second.
-    pub fn line(&mut self, pin: usize, high: bool, t: u64, hz: u64) {
+    pub fn on_pin_change(&mut self, pin: usize, high: bool, t: u64, hz: u64) {
         match pin {
             0 if self.selected == high => {
                 self.selected = !high;
@@ -127,8 +127,8 @@ impl Flash {
                 self.sck = high;
                 match (self.selected, high) {
                     (false, _) => {}
-                    (true, true) => self.rising(t),
-                    (true, false) => self.falling(),
+                    (true, true) => self.on_sck_rising(t),
+                    (true, false) => self.on_sck_falling(),
                 }
             }
             2 => self.mosi = high,
@@ -142,27 +142,27 @@ impl Flash {
     }
 
     /// Bits are taken at the rising edge.
-    fn rising(&mut self, t: u64) {
+    fn on_sck_rising(&mut self, t: u64) {
         self.shift = self.shift << 1 | u8::from(self.mosi);
         self.bits += 1;
         if self.bits == 8 {
             self.bits = 0;
-            self.answer = self.byte(self.shift, t);
+            self.answer = self.receive_byte(self.shift, t);
             self.count = self.count.saturating_add(1);
         }
     }
 
     /// What it puts out changes at the falling edge.
-    fn falling(&mut self) {
+    fn on_sck_falling(&mut self) {
         self.out = self.answer.map(|byte| byte >> (7 - self.bits) & 1 == 1);
     }
 
     /// Takes a byte at the clock `t`; gives the next one to send.
-    fn byte(&mut self, byte: u8, t: u64) -> Option<u8> {
-        let busy = t < self.busy;
+    fn receive_byte(&mut self, byte: u8, t: u64) -> Option<u8> {
+        let busy = t < self.busy_until;
         if self.count == 0 {
             // What goes on leaves the status registers alone to be read, power-down nothing but its release.
-            let heard = (!busy || op::STATUS.contains(&byte)) && (!self.down || byte == op::RELEASE);
+            let heard = (!busy || opcode::STATUS.contains(&byte)) && (!self.powered_down || byte == opcode::RELEASE);
             self.command = Some(byte).filter(|_| heard);
             self.addr = 0;
         } else if self.count <= 3 {
@@ -171,9 +171,9 @@ impl Flash {
         let (command, count) = (self.command?, self.count);
         let id = [WINBOND, self.kind.log2 - 1];
         match command {
-            op::READ if count >= 3 => Some(self.next_cell()),
-            op::FAST_READ if count >= 4 => Some(self.next_cell()),
-            op::PROGRAM if count >= 4 => {
+            opcode::READ if count >= 3 => Some(self.next_cell()),
+            opcode::FAST_READ if count >= 4 => Some(self.next_cell()),
+            opcode::PROGRAM if count >= 4 => {
                 self.page.resize(PAGE, None);
                 // Beyond its end the page begins anew; of more bytes than it has the last count.
                 let at = (self.addr + count - 4) % PAGE;
@@ -182,13 +182,13 @@ impl Flash {
                 }
                 None
             }
-            op::ID => Some(*[WINBOND, MEMORY_TYPE, self.kind.log2].get(count)?),
-            op::MANUFACTURER if count >= 3 => id.get((count - 3 + (self.addr & 1)) % 2).copied(),
-            op::RELEASE if count >= 3 => Some(id[1]),
+            opcode::ID => Some(*[WINBOND, MEMORY_TYPE, self.kind.log2].get(count)?),
+            opcode::MANUFACTURER if count >= 3 => id.get((count - 3 + (self.addr & 1)) % 2).copied(),
+            opcode::RELEASE if count >= 3 => Some(id[1]),
             // The write enable is taken back when that is over for which it was given.
-            _ if command == op::STATUS[0] && busy => Some(BUSY | WEL),
-            _ if command == op::STATUS[0] => Some(if self.enabled { WEL } else { 0 }),
-            _ if op::STATUS.contains(&command) => Some(0),
+            _ if command == opcode::STATUS[0] && busy => Some(BUSY | WEL),
+            _ if command == opcode::STATUS[0] => Some(if self.write_enabled { WEL } else { 0 }),
+            _ if opcode::STATUS.contains(&command) => Some(0),
             _ => None,
         }
     }
@@ -204,11 +204,11 @@ impl Flash {
         self.out = None;
         let Some(command) = self.command.filter(|_| self.bits == 0) else { return };
         match command {
-            op::WRITE_ENABLE => self.enabled = true,
-            op::WRITE_DISABLE => self.enabled = false,
-            op::POWER_DOWN => self.down = true,
-            op::RELEASE => self.down = false,
-            op::PROGRAM if self.enabled && !self.page.is_empty() => {
+            opcode::WRITE_ENABLE => self.write_enabled = true,
+            opcode::WRITE_DISABLE => self.write_enabled = false,
+            opcode::POWER_DOWN => self.powered_down = true,
+            opcode::RELEASE => self.powered_down = false,
+            opcode::PROGRAM if self.write_enabled && !self.page.is_empty() => {
                 let first = self.addr % self.cells.len() / PAGE * PAGE;
                 for (at, byte) in self.page.iter().enumerate() {
                     let Some(byte) = byte else { continue };
@@ -216,27 +216,27 @@ impl Flash {
                     let old = self.cells.get(first + at);
                     self.cells.set(first + at, old & byte);
                 }
-                self.start(self.kind.program_us, t, hz);
+                self.start_operation(self.kind.program_us, t, hz);
             }
-            _ if op::ERASE_ALL.contains(&command) && self.enabled => {
-                self.cells = Cells::new(self.cells.len(), 0xFF);
-                self.start(self.kind.whole_us, t, hz);
+            _ if opcode::ERASE_ALL.contains(&command) && self.write_enabled => {
+                self.cells = SharedBytes::new(self.cells.len(), 0xFF);
+                self.start_operation(self.kind.erase_all_us, t, hz);
             }
             _ => {
-                let erase = op::ERASES.iter().zip(self.kind.erase_us).find(|((code, _), _)| *code == command);
-                if let Some((&(_, size), us)) = erase.filter(|_| self.enabled && self.count == 4) {
+                let erase = opcode::ERASES.iter().zip(self.kind.erase_us).find(|((code, _), _)| *code == command);
+                if let Some((&(_, size), us)) = erase.filter(|_| self.write_enabled && self.count == 4) {
                     let first = self.addr % self.cells.len() / size * size;
                     (first..first + size).for_each(|at| self.cells.set(at, 0xFF));
-                    self.start(us, t, hz);
+                    self.start_operation(us, t, hz);
                 }
             }
         }
     }
 
     /// Something that takes time begins; the write enable does not outlive it.
-    fn start(&mut self, us: u64, t: u64, hz: u64) {
+    fn start_operation(&mut self, us: u64, t: u64, hz: u64) {
         let clocks = u128::from(us) * u128::from(hz) / 1_000_000;
-        self.busy = t.saturating_add(u64::try_from(clocks).unwrap_or(u64::MAX));
-        self.enabled = false;
+        self.busy_until = t.saturating_add(u64::try_from(clocks).unwrap_or(u64::MAX));
+        self.write_enabled = false;
     }
 }

@@ -9,49 +9,49 @@ pub mod cells;
 pub mod eeprom24;
 pub mod flash25;
 
-use cells::Cells;
-use eeprom24::Eeprom;
-use emu_core::pins::Level;
-use flash25::Flash;
+use cells::SharedBytes;
+use eeprom24::Eeprom24;
+use emu_core::pins::PinLevel;
+use flash25::Flash25;
 
 /// A device.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Device {
+pub enum ExternalDevice {
     /// At a two-wire bus.
-    Eeprom(Eeprom),
+    Eeprom(Eeprom24),
     /// At an SPI bus.
-    Flash(Flash),
+    Flash(Flash25),
 }
 
 /// Nanoseconds from the edge of SCL to that of SDA: between tDH and tAA of the data sheets, 50 to 900 ns.
 const SDA_NS: u64 = 300;
 
-impl Device {
+impl ExternalDevice {
     /// Names of its pins.
     #[must_use]
     pub fn pins(&self) -> &'static [&'static str] {
         match self {
-            Device::Eeprom(_) => &eeprom24::PINS,
-            Device::Flash(_) => &flash25::PINS,
+            ExternalDevice::Eeprom(_) => &eeprom24::PINS,
+            ExternalDevice::Flash(_) => &flash25::PINS,
         }
     }
 
     /// The pin that it drives.
     #[must_use]
-    pub fn driven(&self) -> usize {
+    pub fn driven_pin(&self) -> usize {
         match self {
-            Device::Eeprom(_) => 0,
-            Device::Flash(_) => 3,
+            ExternalDevice::Eeprom(_) => 0,
+            ExternalDevice::Flash(_) => 3,
         }
     }
 
     /// What it does to that pin. The lines of a two-wire bus have resistors to the supply.
     #[must_use]
-    pub fn level(&self) -> Level {
+    pub fn driven_level(&self) -> PinLevel {
         match self {
-            Device::Eeprom(eeprom) if eeprom.pulls => Level::Low,
-            Device::Eeprom(_) => Level::PullUp,
-            Device::Flash(flash) => flash.out.map_or(Level::Float, Level::of),
+            ExternalDevice::Eeprom(eeprom) if eeprom.pulls_sda => PinLevel::Low,
+            ExternalDevice::Eeprom(_) => PinLevel::PullUp,
+            ExternalDevice::Flash(flash) => flash.out.map_or(PinLevel::Float, PinLevel::from_bit),
         }
     }
 
@@ -60,33 +60,33 @@ impl Device {
     #[must_use]
     pub fn delay_ns(&self) -> u64 {
         match self {
-            Device::Eeprom(_) => SDA_NS,
-            Device::Flash(_) => 0,
+            ExternalDevice::Eeprom(_) => SDA_NS,
+            ExternalDevice::Flash(_) => 0,
         }
     }
 
     /// The level of a pin has changed at the clock `t`, of `hz` to a second.
-    pub fn line(&mut self, pin: usize, high: bool, t: u64, hz: u64) {
+    pub fn on_pin_change(&mut self, pin: usize, high: bool, t: u64, hz: u64) {
         match self {
-            Device::Eeprom(eeprom) => eeprom.line(pin, high, t, hz),
-            Device::Flash(flash) => flash.line(pin, high, t, hz),
+            ExternalDevice::Eeprom(eeprom) => eeprom.on_pin_change(pin, high, t, hz),
+            ExternalDevice::Flash(flash) => flash.on_pin_change(pin, high, t, hz),
         }
     }
 
     /// What it holds.
     #[must_use]
-    pub fn cells(&self) -> &Cells {
+    pub fn cells(&self) -> &SharedBytes {
         match self {
-            Device::Eeprom(eeprom) => &eeprom.cells,
-            Device::Flash(flash) => &flash.cells,
+            ExternalDevice::Eeprom(eeprom) => &eeprom.cells,
+            ExternalDevice::Flash(flash) => &flash.cells,
         }
     }
 
     /// What it holds, to be set.
-    pub fn cells_mut(&mut self) -> &mut Cells {
+    pub fn cells_mut(&mut self) -> &mut SharedBytes {
         match self {
-            Device::Eeprom(eeprom) => &mut eeprom.cells,
-            Device::Flash(flash) => &mut flash.cells,
+            ExternalDevice::Eeprom(eeprom) => &mut eeprom.cells,
+            ExternalDevice::Flash(flash) => &mut flash.cells,
         }
     }
 }

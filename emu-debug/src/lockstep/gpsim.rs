@@ -4,19 +4,19 @@
 
 use std::io;
 
-use super::pipe::{Pipe, after};
-use super::{Nap, Peer, Start, View, no_chip, odd, sleeps_on};
+use super::pipe::{PeerPipe, number_after};
+use super::{PassedSleep, PeerSimulator, PeerStart, RegisterView, unknown_chip, invalid_answer, endless_sleep};
 
 /// The program and the package.
 pub const PROGRAM: (&str, &str) = ("gpsim", "gpsim");
 
 /// Where nothing says how W is printed, it is among the registers of the chip.
-const ALL: &str = "dump s";
+const DUMP_REGISTERS: &str = "dump s";
 
 /// gpsim with a program.
 #[derive(Debug)]
-pub struct Gpsim {
-    pipe: Pipe,
+pub struct GpsimPeer {
+    pipe: PeerPipe,
     /// The command that prints W.
     w: &'static str,
 }
@@ -24,7 +24,7 @@ pub struct Gpsim {
 /// The chip of gpsim that is the same machine as `chip` under another name: the 16F84A differs from the 16F84 in its speed alone
 /// (DS35007, section 1), the 16F871 has ports D and E beside what the 16F870 has (DS30569, table 1-1).
 #[must_use]
-pub fn stands_for(chip: &str) -> Option<&'static str> {
+pub fn equivalent_chip(chip: &str) -> Option<&'static str> {
     match chip {
         "pic16f84a" => Some("p16f84"),
         "pic16f870" => Some("p16f871"),
@@ -32,76 +32,76 @@ pub fn stands_for(chip: &str) -> Option<&'static str> {
     }
 }
 
-impl Gpsim {
+impl GpsimPeer {
     /// Starts it with a program.
     ///
     /// # Errors
     /// As [`Pipe::start`]; the chip is not known there.
-    pub fn new(start: &Start<'_>) -> io::Result<Gpsim> {
-        let name = stands_for(start.chip).map_or_else(|| start.chip.replacen("pic", "p", 1), str::to_owned);
-        let mut pipe = Pipe::start(start, &["-i"])?;
+    pub fn new(start: &PeerStart<'_>) -> io::Result<GpsimPeer> {
+        let name = equivalent_chip(start.chip).map_or_else(|| start.chip.replacen("pic", "p", 1), str::to_owned);
+        let mut pipe = PeerPipe::start(start, &["-i"])?;
         let (hex, hz) = (start.hex, start.hz);
-        pipe.tell(&format!(
+        pipe.write_commands(&format!(
             "load {name} {hex}\nfrequency {hz}\n{name}.BreakOnInvalidRegisterRead = false\n\
              {name}.BreakOnInvalidRegisterWrite = false\npc\nW\ncycles\n"
         ))?;
-        let lines = pipe.until(ends)?;
+        let lines = pipe.read_until(is_last_line)?;
         if lines.iter().any(|line| line.contains("not a valid processor")) {
-            return Err(no_chip(start.chip));
+            return Err(unknown_chip(start.chip));
         }
         if !lines.iter().any(|line| line.starts_with("pc = ")) {
-            return Err(odd(format!("it does not load {hex} for {name}: {}", complaint(&lines))));
+            return Err(invalid_answer(format!("it does not load {hex} for {name}: {}", error_message(&lines))));
         }
         // The 16C71 has no register of that name (0.31).
-        let w = if lines.iter().any(|line| line.starts_with("W = ")) { "W" } else { ALL };
-        Ok(Gpsim { pipe, w })
+        let w = if lines.iter().any(|line| line.starts_with("W = ")) { "W" } else { DUMP_REGISTERS };
+        Ok(GpsimPeer { pipe, w })
     }
 
     /// What it shows after these commands.
-    fn look(&mut self, commands: &str) -> io::Result<View> {
-        self.pipe.tell(&format!("{commands}pc\nstatus\nfsr\n{}\ncycles\n", self.w))?;
-        let lines = self.pipe.until(ends)?;
-        view(&lines).ok_or_else(|| odd(complaint(&lines)))
+    fn query_view(&mut self, commands: &str) -> io::Result<RegisterView> {
+        self.pipe.write_commands(&format!("{commands}pc\nstatus\nfsr\n{}\ncycles\n", self.w))?;
+        let lines = self.pipe.read_until(is_last_line)?;
+        parse_view(&lines).ok_or_else(|| invalid_answer(error_message(&lines)))
     }
 }
 
 /// The answer to the last command: the cycle counter, as `N = 0xN`.
-fn ends(line: &str) -> bool {
+fn is_last_line(line: &str) -> bool {
     line.split_once(" = 0x").is_some_and(|(name, _)| !name.is_empty() && name.bytes().all(|b| b.is_ascii_digit()))
 }
 
 /// What is wrong in an answer.
-fn complaint(lines: &[String]) -> String {
+fn error_message(lines: &[String]) -> String {
     let found = lines.iter().find(|line| line.contains("ERROR") || line.contains("failed"));
     found.map_or_else(|| format!("it answers `{}`", lines.join(" / ")), |line| format!("it says `{line}`"))
 }
 
-impl Peer for Gpsim {
-    fn step(&mut self) -> io::Result<View> {
-        self.look("step 1\n")
+impl PeerSimulator for GpsimPeer {
+    fn step(&mut self) -> io::Result<RegisterView> {
+        self.query_view("step 1\n")
     }
 
-    fn sleep(&mut self, nap: Nap) -> io::Result<View> {
-        self.look("step 1\n")?;
+    fn pass_sleep(&mut self, nap: PassedSleep) -> io::Result<RegisterView> {
+        self.query_view("step 1\n")?;
         // A break at a cycle would end a sleep without a wake, but it cannot be taken back (0.31).
-        let view = self.look(&format!("break e 0x{:x}\nrun\n", nap.pc)).map_err(|error| sleeps_on(error, nap))?;
-        self.pipe.tell("clear 0\ncycles\n")?;
-        self.pipe.until(ends)?;
+        let view = self.query_view(&format!("break e 0x{:x}\nrun\n", nap.pc)).map_err(|error| endless_sleep(error, nap))?;
+        self.pipe.write_commands("clear 0\ncycles\n")?;
+        self.pipe.read_until(is_last_line)?;
         Ok(view)
     }
 }
 
 /// Reads what the commands have printed.
-fn view(lines: &[String]) -> Option<View> {
+fn parse_view(lines: &[String]) -> Option<RegisterView> {
     let value = |key: &str| {
-        lines.iter().rev().find(|line| line.starts_with(key)).and_then(|line| after(line, " = ", 16)).map(|n| n as u32)
+        lines.iter().rev().find(|line| line.starts_with(key)).and_then(|line| number_after(line, " = ", 16)).map(|n| n as u32)
     };
-    let cycle = lines.iter().rev().find(|line| ends(line)).and_then(|line| after(line, " = ", 16))?;
+    let cycle = lines.iter().rev().find(|line| is_last_line(line)).and_then(|line| number_after(line, " = ", 16))?;
     let dumped = || {
         let line = lines.iter().find(|line| line.contains(" W  "))?;
-        after(line.split_once(" W  ")?.1, "=", 16).map(|n| n as u32)
+        number_after(line.split_once(" W  ")?.1, "=", 16).map(|n| n as u32)
     };
     let (status, fsr, pc) = (value("status = ")?, value("fsr = ")?, value("pc = ")?);
     let w = value("W = ").or_else(dumped)?;
-    Some(View { cycle: Some(cycle), regs: vec![("W", w), ("STATUS", status), ("FSR", fsr), ("PC", pc)] })
+    Some(RegisterView { cycle: Some(cycle), regs: vec![("W", w), ("STATUS", status), ("FSR", fsr), ("PC", pc)] })
 }

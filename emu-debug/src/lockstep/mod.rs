@@ -20,14 +20,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use emu_core::chip::Family;
-use emu_core::cpu::{Cpu, Probe, Stop};
+use emu_core::chip::ChipFamily;
+use emu_core::cpu::{Cpu, Probe, StopReason};
 
-use crate::seer;
+use crate::dyn_probe;
 
 /// What a machine shows at an instruction boundary.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct View {
+pub struct RegisterView {
     /// Machine cycles since the start, where the peer tells them.
     pub cycle: Option<u64>,
     /// Registers by their names in [`emu_core::chip::Chip::cpu_regs`], as the peer gives them. PC is as the chip's addresses are
@@ -35,7 +35,7 @@ pub struct View {
     pub regs: Vec<(&'static str, u32)>,
 }
 
-impl View {
+impl RegisterView {
     /// The program counter.
     #[must_use]
     pub fn pc(&self) -> Option<u32> {
@@ -45,7 +45,7 @@ impl View {
 
 /// How a peer is started.
 #[derive(Debug, Clone, Copy)]
-pub struct Start<'a> {
+pub struct PeerStart<'a> {
     /// Its program, by name or path.
     pub program: &'a Path,
     /// The folder that it runs in.
@@ -61,14 +61,14 @@ pub struct Start<'a> {
     /// Clocks of the oscillator in a machine cycle.
     pub clocks_per_cycle: u32,
     /// How long an answer may take.
-    pub patience: Duration,
+    pub timeout: Duration,
     /// Set where the run is to end: what waits for the peer ends then with [`io::ErrorKind::Interrupted`].
     pub interrupt: &'a Arc<AtomicBool>,
 }
 
 /// A sleep that our machine has passed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Nap {
+pub struct PassedSleep {
     /// Where it goes on, as the chip's addresses are written.
     pub pc: u32,
     /// Machine cycles from the start to the wake, as the peer counts them.
@@ -76,39 +76,39 @@ pub struct Nap {
 }
 
 /// A simulator with the same program, at its start.
-pub trait Peer {
+pub trait PeerSimulator {
     /// Executes an instruction and shows what has become of it.
     ///
     /// # Errors
     /// The simulator has ended, says what cannot be understood, or does not answer in time ([`io::ErrorKind::TimedOut`]).
-    fn step(&mut self) -> io::Result<View>;
+    fn step(&mut self) -> io::Result<RegisterView>;
 
     /// Executes an instruction that puts our machine to sleep, passes the sleep, and shows what it is then. A peer that wakes
     /// elsewhere or later shows where it is.
     ///
     /// # Errors
     /// As [`Peer::step`].
-    fn sleep(&mut self, nap: Nap) -> io::Result<View>;
+    fn pass_sleep(&mut self, nap: PassedSleep) -> io::Result<RegisterView>;
 }
 
 /// What is compared, and how far.
 #[derive(Debug, Clone, Default)]
-pub struct Terms {
+pub struct CompareOptions {
     /// Registers that may differ.
     pub ignore: Vec<String>,
     /// Cycles may differ.
-    pub cycles_free: bool,
+    pub ignore_cycles: bool,
     /// Machine cycle at which it ends.
     pub until: u64,
     /// Instructions after which it ends.
-    pub steps: u64,
+    pub max_steps: u64,
     /// Instructions that are kept for the message.
-    pub last: usize,
+    pub kept_instructions: usize,
 }
 
 /// An instruction that both have executed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Done {
+pub struct ExecutedInstruction {
     /// Its program word.
     pub pc: u32,
     /// The machine cycle in which it began.
@@ -119,180 +119,180 @@ pub struct Done {
 
 /// How it ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Outcome {
+pub enum LockstepOutcome {
     /// No difference up to the end.
     Same {
         /// Why it ended here.
-        end: End,
+        end: LockstepEnd,
     },
     /// The first difference.
     Differs {
         /// Our registers before the instruction, and after it.
-        before: View,
+        before: RegisterView,
         /// See `before`.
-        ours: View,
+        ours: RegisterView,
         /// The peer's after it.
-        theirs: View,
+        theirs: RegisterView,
         /// Names of what differs; `cycles` for those.
-        what: Vec<&'static str>,
+        differing_names: Vec<&'static str>,
         /// The interrupt that both enter hereabouts, at different instructions.
-        moment: Option<u8>,
+        shared_interrupt: Option<u8>,
     },
 }
 
 /// Why nothing more is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum End {
+pub enum LockstepEnd {
     /// [`Terms::until`] or [`Terms::steps`].
     Limit,
     /// [`Start::interrupt`].
     Interrupted,
     /// Our machine has ended, or what it stands at is no instruction.
-    Stopped(Stop),
+    Stopped(StopReason),
 }
 
 /// How a run side by side went.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Report {
+pub struct LockstepReport {
     /// How it ended.
-    pub outcome: Outcome,
+    pub outcome: LockstepOutcome,
     /// Instructions compared.
     pub steps: u64,
     /// Our machine cycle at the end.
     pub cycle: u64,
     /// The last instructions, the one that differs at the end.
-    pub last: VecDeque<Done>,
+    pub last_instructions: VecDeque<ExecutedInstruction>,
     /// Sleeps that the peer passes in more or fewer cycles: those are not compared, what is behind them is.
-    pub other_sleeps: u64,
+    pub sleeps_of_other_length: u64,
 }
 
-impl Report {
+impl LockstepReport {
     /// Of a run that was to end before the peer had begun; `cycle` is ours.
     #[must_use]
-    pub fn interrupted(cycle: u64) -> Report {
-        let outcome = Outcome::Same { end: End::Interrupted };
-        Report { outcome, steps: 0, cycle, last: VecDeque::new(), other_sleeps: 0 }
+    pub fn interrupted(cycle: u64) -> LockstepReport {
+        let outcome = LockstepOutcome::Same { end: LockstepEnd::Interrupted };
+        LockstepReport { outcome, steps: 0, cycle, last_instructions: VecDeque::new(), sleeps_of_other_length: 0 }
     }
 }
 
 /// The name under which cycles are told, and may be ignored.
-pub const CYCLES: &str = "cycles";
+pub const CYCLES_NAME: &str = "cycles";
 
 /// Runs both until they differ, or to the end.
 ///
 /// # Errors
 /// As [`Peer::step`].
-pub fn compare<C: Cpu>(cpu: &mut C, peer: &mut dyn Peer, terms: &Terms) -> io::Result<Report> {
+pub fn compare<C: Cpu>(cpu: &mut C, peer: &mut dyn PeerSimulator, terms: &CompareOptions) -> io::Result<LockstepReport> {
     let (mut last, mut steps, mut other_sleeps) = (VecDeque::new(), 0, 0);
     // Our cycle where the peer's count is 0.
     let mut begun = cpu.cycle();
     loop {
-        let report = |outcome, cycle, last| Ok(Report { outcome, steps, cycle, last, other_sleeps });
-        if cpu.cycle() >= terms.until || steps >= terms.steps {
-            return report(Outcome::Same { end: End::Limit }, cpu.cycle(), last);
+        let report = |outcome, cycle, last| Ok(LockstepReport { outcome, steps, cycle, last_instructions: last, sleeps_of_other_length: other_sleeps });
+        if cpu.cycle() >= terms.until || steps >= terms.max_steps {
+            return report(LockstepOutcome::Same { end: LockstepEnd::Limit }, cpu.cycle(), last);
         }
         let (pc, cycle) = (cpu.pc(), cpu.cycle());
         let before = cpu.clone();
-        let mut entered = Entered(None);
+        let mut entered = InterruptEntryProbe(None);
         let executed = cpu.instructions();
         // What keeps the core from its next instruction (a memory that is read) is passed along with it.
         let mut kept = 0;
         while cpu.instructions() == executed && entered.0.is_none() && cpu.cycle() < terms.until {
             kept = cpu.cycle() - cycle;
-            match cpu.step(&mut seer::events(&mut entered)) {
-                Stop::Limit => {}
-                stop => return report(Outcome::Same { end: End::Stopped(stop) }, cycle, last),
+            match cpu.step(&mut dyn_probe::probe_events(&mut entered)) {
+                StopReason::Limit => {}
+                stop => return report(LockstepOutcome::Same { end: LockstepEnd::Stopped(stop) }, cycle, last),
             }
         }
-        let asleep = entered.0.is_none() && cpu.sleeps();
+        let asleep = entered.0.is_none() && cpu.is_asleep();
         let answer = if asleep {
-            if let Err(end) = pass(cpu, terms.until, &mut entered) {
-                return report(Outcome::Same { end }, cpu.cycle(), last);
+            if let Err(end) = pass_own_sleep(cpu, terms.until, &mut entered) {
+                return report(LockstepOutcome::Same { end }, cpu.cycle(), last);
             }
             let pc = cpu.chip().code_address(cpu.pc());
-            peer.sleep(Nap { pc, cycle: cpu.cycle().wrapping_sub(begun) })
+            peer.pass_sleep(PassedSleep { pc, cycle: cpu.cycle().wrapping_sub(begun) })
         } else {
             peer.step()
         };
         let answer = answer.and_then(|view| catch_up(cpu, peer, begun, view, kept, terms));
         let theirs = match answer {
             Err(error) if error.kind() == io::ErrorKind::Interrupted => {
-                return report(Outcome::Same { end: End::Interrupted }, cycle, last);
+                return report(LockstepOutcome::Same { end: LockstepEnd::Interrupted }, cycle, last);
             }
             answer => answer?,
         };
-        let mut what = differences(&view(cpu, &theirs, begun), &theirs, terms);
+        let mut what = differences(&own_view(cpu, &theirs, begun), &theirs, terms);
         if !what.is_empty()
-            && let Some((further, vector, shift)) = follow(cpu, entered.0, &theirs, (begun, asleep), terms)
+            && let Some((further, vector, shift)) = match_peer_state(cpu, entered.0, &theirs, (begun, asleep), terms)
         {
             (*cpu, entered.0, what) = (further, vector, Vec::new());
             other_sleeps += u64::from(shift != begun);
             begun = shift;
         }
         steps += 1;
-        if last.len() >= terms.last.max(1) {
+        if last.len() >= terms.kept_instructions.max(1) {
             last.pop_front();
         }
-        last.push_back(Done { pc, cycle, interrupt: entered.0 });
+        last.push_back(ExecutedInstruction { pc, cycle, interrupt: entered.0 });
         if !what.is_empty() {
-            let (before, ours) = (view(&before, &theirs, begun), view(cpu, &theirs, begun));
-            let moment = moment(cpu, entered.0, &theirs, peer);
-            let outcome = Outcome::Differs { before, ours, theirs, what, moment };
-            return Ok(Report { outcome, steps, cycle: cpu.cycle(), last, other_sleeps });
+            let (before, ours) = (own_view(&before, &theirs, begun), own_view(cpu, &theirs, begun));
+            let moment = find_shared_interrupt(cpu, entered.0, &theirs, peer);
+            let outcome = LockstepOutcome::Differs { before, ours, theirs, differing_names: what, shared_interrupt: moment };
+            return Ok(LockstepReport { outcome, steps, cycle: cpu.cycle(), last_instructions: last, sleeps_of_other_length: other_sleeps });
         }
     }
 }
 
 /// Passes the sleep that the machine is in, up to its next instruction, that of an interrupt perhaps.
-fn pass<C: Cpu>(cpu: &mut C, until: u64, entered: &mut Entered) -> Result<(), End> {
+fn pass_own_sleep<C: Cpu>(cpu: &mut C, until: u64, entered: &mut InterruptEntryProbe) -> Result<(), LockstepEnd> {
     // Nothing is driven from outside, so nothing wakes it.
-    if cpu.clone().waits_for_ever() {
-        return Err(End::Stopped(Stop::Halted));
+    if cpu.clone().is_blocked_on_input() {
+        return Err(LockstepEnd::Stopped(StopReason::Halted));
     }
-    match cpu.run(until, &mut Woken(entered)) {
-        Stop::Probe => Ok(()),
-        Stop::Limit => Err(End::Limit),
-        stop => Err(End::Stopped(stop)),
+    match cpu.run(until, &mut WakeProbe(entered)) {
+        StopReason::Probe => Ok(()),
+        StopReason::Limit => Err(LockstepEnd::Limit),
+        stop => Err(LockstepEnd::Stopped(stop)),
     }
 }
 
 /// Stops before the first instruction, and notes the interrupt that it belongs to.
-struct Woken<'a>(&'a mut Entered);
+struct WakeProbe<'a>(&'a mut InterruptEntryProbe);
 
-impl Probe for Woken<'_> {
+impl Probe for WakeProbe<'_> {
     const INSN: bool = true;
 
-    fn insn(&mut self, _at: u64, _pc: u32) -> bool {
+    fn on_instruction(&mut self, _at: u64, _pc: u32) -> bool {
         true
     }
 
-    fn irq(&mut self, at: u64, vector: u8) {
-        self.0.irq(at, vector);
+    fn on_interrupt(&mut self, at: u64, vector: u8) {
+        self.0.on_interrupt(at, vector);
     }
 }
 
 /// Looks for the peer's state where ours differs at first: it may enter an interrupt along with the instruction before it, or along
 /// with its first instruction, or both, and after a sleep its cycles may be others. Gives our machine there, the interrupt, and our
 /// cycle where the peer's count is 0.
-fn follow<C: Cpu>(
+fn match_peer_state<C: Cpu>(
     cpu: &C,
     interrupt: Option<u8>,
-    theirs: &View,
+    theirs: &RegisterView,
     (begun, asleep): (u64, bool),
-    terms: &Terms,
+    terms: &CompareOptions,
 ) -> Option<(C, Option<u8>, u64)> {
     let fits = |cpu: &C| {
         let shift = theirs.cycle.filter(|_| asleep).map_or(begun, |cycle| cpu.cycle().wrapping_sub(cycle));
-        differences(&view(cpu, theirs, shift), theirs, terms).is_empty().then_some(shift)
+        differences(&own_view(cpu, theirs, shift), theirs, terms).is_empty().then_some(shift)
     };
     let mut further = cpu.clone();
     if let Some(shift) = fits(&further) {
         return Some((further, interrupt, shift));
     }
-    let mut entered = Entered(interrupt);
+    let mut entered = InterruptEntryProbe(interrupt);
     // The entry, unless it is behind us already; then an instruction.
     for _ in 0..1 + u32::from(interrupt.is_none()) {
-        if further.step(&mut seer::events(&mut entered)) != Stop::Limit || entered.0.is_none() {
+        if further.step(&mut dyn_probe::probe_events(&mut entered)) != StopReason::Limit || entered.0.is_none() {
             return None;
         }
         if let Some(shift) = fits(&further) {
@@ -309,18 +309,18 @@ const IGNORED_WORDS: u64 = 2;
 /// one. Returns the peer's view after them, or `view` where the peer is not behind.
 fn catch_up<C: Cpu>(
     cpu: &C,
-    peer: &mut dyn Peer,
+    peer: &mut dyn PeerSimulator,
     begun: u64,
-    view_before: View,
+    view_before: RegisterView,
     kept: u64,
-    terms: &Terms,
-) -> io::Result<View> {
+    terms: &CompareOptions,
+) -> io::Result<RegisterView> {
     let mut theirs = view_before;
-    if kept == 0 || cpu.chip().family != Family::Pic16 {
+    if kept == 0 || cpu.chip().family != ChipFamily::Pic16 {
         return Ok(theirs);
     }
     for _ in 0..kept.min(IGNORED_WORDS) {
-        let ours = view(cpu, &theirs, begun);
+        let ours = own_view(cpu, &theirs, begun);
         let is_behind = theirs.cycle.zip(ours.cycle).is_some_and(|(theirs, ours)| theirs < ours);
         if !is_behind || differences(&ours, &theirs, terms).is_empty() {
             break;
@@ -331,16 +331,16 @@ fn catch_up<C: Cpu>(
 }
 
 /// Instructions within which an interrupt is looked for that one of the two has entered.
-const NEAR: u32 = 16;
+const MAX_INTERRUPT_DISTANCE: u32 = 16;
 
 /// The interrupt that one of the two has entered just now, and the other enters soon: `entered` by us, else by the peer.
-fn moment<C: Cpu>(cpu: &C, entered: Option<u8>, theirs: &View, peer: &mut dyn Peer) -> Option<u8> {
-    let (mut ours, mut found) = (cpu.clone(), Entered(entered));
-    for _ in 0..NEAR {
+fn find_shared_interrupt<C: Cpu>(cpu: &C, entered: Option<u8>, theirs: &RegisterView, peer: &mut dyn PeerSimulator) -> Option<u8> {
+    let (mut ours, mut found) = (cpu.clone(), InterruptEntryProbe(entered));
+    for _ in 0..MAX_INTERRUPT_DISTANCE {
         if found.0.is_some() {
             break;
         }
-        ours.step(&mut seer::events(&mut found));
+        ours.step(&mut dyn_probe::probe_events(&mut found));
     }
     let vector = found.0?;
     let address = |cpu: &C| Some(cpu.chip().code_address(cpu.pc()));
@@ -351,63 +351,63 @@ fn moment<C: Cpu>(cpu: &C, entered: Option<u8>, theirs: &View, peer: &mut dyn Pe
     if entered.is_none() {
         return there.contains(&theirs.pc()).then_some(vector);
     }
-    (0..NEAR).any(|_| peer.step().is_ok_and(|view| there.contains(&view.pc()))).then_some(vector)
+    (0..MAX_INTERRUPT_DISTANCE).any(|_| peer.step().is_ok_and(|view| there.contains(&view.pc()))).then_some(vector)
 }
 
 /// Our registers, those that the peer tells.
-fn view<C: Cpu>(cpu: &C, theirs: &View, begun: u64) -> View {
+fn own_view<C: Cpu>(cpu: &C, theirs: &RegisterView, begun: u64) -> RegisterView {
     let own = |name: &'static str| match name {
         "PC" => cpu.chip().code_address(cpu.pc()),
         _ => cpu.reg(name).unwrap_or(0),
     };
-    View {
+    RegisterView {
         cycle: theirs.cycle.map(|_| cpu.cycle().wrapping_sub(begun)),
         regs: theirs.regs.iter().map(|&(name, _)| (name, own(name))).collect(),
     }
 }
 
 /// Names of what differs and may not.
-fn differences(ours: &View, theirs: &View, terms: &Terms) -> Vec<&'static str> {
+fn differences(ours: &RegisterView, theirs: &RegisterView, terms: &CompareOptions) -> Vec<&'static str> {
     let free = |name: &str| terms.ignore.iter().any(|ignored| ignored.eq_ignore_ascii_case(name));
     let pairs = ours.regs.iter().zip(&theirs.regs).filter(|(ours, theirs)| ours.1 != theirs.1);
     let mut what: Vec<&'static str> = pairs.map(|(ours, _)| ours.0).filter(|name| !free(name)).collect();
-    if ours.cycle != theirs.cycle && !terms.cycles_free && !free(CYCLES) {
-        what.push(CYCLES);
+    if ours.cycle != theirs.cycle && !terms.ignore_cycles && !free(CYCLES_NAME) {
+        what.push(CYCLES_NAME);
     }
     what
 }
 
 /// Notes the interrupt that is entered.
-struct Entered(Option<u8>);
+struct InterruptEntryProbe(Option<u8>);
 
-impl Probe for Entered {
-    fn irq(&mut self, _at: u64, vector: u8) {
+impl Probe for InterruptEntryProbe {
+    fn on_interrupt(&mut self, _at: u64, vector: u8) {
         self.0 = Some(vector);
     }
 }
 
 /// How long what waits for a peer waits before it looks whether the run is to end.
-const GLANCE: Duration = Duration::from_millis(50);
+const INTERRUPT_POLL: Duration = Duration::from_millis(50);
 
 /// An error where the run is to end.
-fn go_on(interrupt: &AtomicBool) -> io::Result<()> {
+fn check_interrupt(interrupt: &AtomicBool) -> io::Result<()> {
     if interrupt.load(Ordering::Relaxed) { Err(io::ErrorKind::Interrupted.into()) } else { Ok(()) }
 }
 
 /// What a peer has said, as far as a message has room for it.
-fn brief(what: &str) -> String {
+fn shorten(what: &str) -> String {
     const ROOM: usize = 300;
     let (brief, more) = (what.chars().take(ROOM).collect::<String>(), what.chars().nth(ROOM).is_some());
     if more { brief + ".." } else { brief }
 }
 
 /// What cannot be understood of a peer.
-pub(crate) fn odd(what: impl Into<String>) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidData, brief(&what.into()))
+pub(crate) fn invalid_answer(what: impl Into<String>) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, shorten(&what.into()))
 }
 
 /// A sleep that has no end there.
-pub(crate) fn sleeps_on(error: io::Error, nap: Nap) -> io::Error {
+pub(crate) fn endless_sleep(error: io::Error, nap: PassedSleep) -> io::Error {
     match error.kind() {
         io::ErrorKind::TimedOut => {
             let what = format!("it sleeps on where emu wakes, in cycle {}, at 0x{:04x} ({error})", nap.cycle, nap.pc);
@@ -418,12 +418,12 @@ pub(crate) fn sleeps_on(error: io::Error, nap: Nap) -> io::Error {
 }
 
 /// An answer that does not come in time.
-pub(crate) fn late(patience: Duration, what: impl AsRef<str>) -> io::Error {
-    let what = format!("no answer within {} s; {}", patience.as_secs(), brief(what.as_ref()));
+pub(crate) fn timed_out(patience: Duration, what: impl AsRef<str>) -> io::Error {
+    let what = format!("no answer within {} s; {}", patience.as_secs(), shorten(what.as_ref()));
     io::Error::new(io::ErrorKind::TimedOut, what)
 }
 
 /// A chip that a peer does not have.
-pub(crate) fn no_chip(chip: &str) -> io::Error {
+pub(crate) fn unknown_chip(chip: &str) -> io::Error {
     io::Error::new(io::ErrorKind::Unsupported, chip)
 }

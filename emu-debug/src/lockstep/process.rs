@@ -6,21 +6,21 @@ use std::process::{Child, Command};
 
 /// A process that is ended with its group when this is dropped. Elsewhere than on Unix it is ended alone.
 #[derive(Debug)]
-pub(super) struct Process(pub Child);
+pub(super) struct PeerProcess(pub Child);
 
-impl Process {
+impl PeerProcess {
     /// Starts it.
     ///
     /// # Errors
     /// As [`Command::spawn`].
-    pub fn spawn(command: &mut Command) -> io::Result<Process> {
+    pub fn spawn(command: &mut Command) -> io::Result<PeerProcess> {
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(command, 0);
-        command.spawn().map(Process)
+        command.spawn().map(PeerProcess)
     }
 }
 
-impl Drop for Process {
+impl Drop for PeerProcess {
     fn drop(&mut self) {
         end_group(&self.0);
         _ = self.0.kill();

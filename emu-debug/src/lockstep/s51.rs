@@ -5,22 +5,22 @@
 
 use std::io;
 
-use super::pipe::{Pipe, after};
-use super::{Nap, Peer, Start, View, odd, sleeps_on};
+use super::pipe::{PeerPipe, number_after};
+use super::{PassedSleep, PeerSimulator, PeerStart, RegisterView, invalid_answer, endless_sleep};
 
 /// The program and the package.
 pub const PROGRAM: (&str, &str) = ("s51", "sdcc-ucsim");
 
 /// Steps that are asked for at once; few enough that the commands fit into a pipe while the answers wait.
-const AHEAD: u32 = 200;
+const STEPS_AHEAD: u32 = 200;
 
 /// The names of R0 to R7.
 const BANK: [&str; 8] = ["r0", "r1", "r2", "r3", "r4", "r5", "r6", "r7"];
 
 /// s51 with a program.
 #[derive(Debug)]
-pub struct S51 {
-    pipe: Pipe,
+pub struct S51Peer {
+    pipe: PeerPipe,
     clocks_per_cycle: u64,
     /// Steps asked for whose answers were not read.
     ahead: u32,
@@ -29,7 +29,7 @@ pub struct S51 {
 /// The type that s51 calls it, with timer 2 or without, CMOS (with idle and power-down) or not. What Atmel's chips have beyond
 /// those (watchdog, second data pointer) no type has.
 #[must_use]
-pub fn kind(chip: &str) -> &'static str {
+pub fn type_name_of(chip: &str) -> &'static str {
     match chip {
         "8031" | "8051" | "8751" => "51",
         "8032" | "8052" | "8752" => "52",
@@ -38,45 +38,45 @@ pub fn kind(chip: &str) -> &'static str {
     }
 }
 
-impl S51 {
+impl S51Peer {
     /// Starts it with a program.
     ///
     /// # Errors
     /// As [`Pipe::start`].
-    pub fn new(start: &Start<'_>) -> io::Result<S51> {
-        let args = ["-t", kind(start.chip), "-b", "-q"];
-        let mut pipe = Pipe::start(start, &args)?;
-        pipe.tell(&format!(
+    pub fn new(start: &PeerStart<'_>) -> io::Result<S51Peer> {
+        let args = ["-t", type_name_of(start.chip), "-b", "-q"];
+        let mut pipe = PeerPipe::start(start, &args)?;
+        pipe.write_commands(&format!(
             "set error stack off\nset error stack_overflow off\nfill iram 0 255 0\nfill xram 0 65535 0\nfile \"{}\"\nstate\n",
             start.hex
         ))?;
-        pipe.until(ends)?;
-        Ok(S51 { pipe, clocks_per_cycle: start.clocks_per_cycle.max(1).into(), ahead: 0 })
+        pipe.read_until(is_last_line)?;
+        Ok(S51Peer { pipe, clocks_per_cycle: start.clocks_per_cycle.max(1).into(), ahead: 0 })
     }
 
     /// The next answer to `step` and `state`, or to what prints the same.
-    fn look(&mut self) -> io::Result<View> {
-        let lines = self.pipe.until(ends)?;
-        view(&lines, self.clocks_per_cycle).ok_or_else(|| odd(format!("it answers `{}`", lines.join(" / "))))
+    fn next_view(&mut self) -> io::Result<RegisterView> {
+        let lines = self.pipe.read_until(is_last_line)?;
+        parse_view(&lines, self.clocks_per_cycle).ok_or_else(|| invalid_answer(format!("it answers `{}`", lines.join(" / "))))
     }
 }
 
 /// The last line of what `state` prints.
-fn ends(line: &str) -> bool {
+fn is_last_line(line: &str) -> bool {
     line.starts_with("Simulation:")
 }
 
-impl Peer for S51 {
-    fn step(&mut self) -> io::Result<View> {
+impl PeerSimulator for S51Peer {
+    fn step(&mut self) -> io::Result<RegisterView> {
         if self.ahead == 0 {
-            self.pipe.tell(&"step\nstate\n".repeat(AHEAD as usize))?;
-            self.ahead = AHEAD;
+            self.pipe.write_commands(&"step\nstate\n".repeat(STEPS_AHEAD as usize))?;
+            self.ahead = STEPS_AHEAD;
         }
         self.ahead -= 1;
-        self.look()
+        self.next_view()
     }
 
-    fn sleep(&mut self, nap: Nap) -> io::Result<View> {
+    fn pass_sleep(&mut self, nap: PassedSleep) -> io::Result<RegisterView> {
         let asleep = self.step()?;
         // Steps that were asked for already are cycles of the sleep, up to the one that wakes.
         while self.ahead > 0 {
@@ -85,15 +85,15 @@ impl Peer for S51 {
                 return Ok(view);
             }
         }
-        self.pipe.tell(&format!("break 0x{:04x}\nrun\n", nap.pc))?;
-        self.pipe.until(|line| line.contains("Stop at")).map_err(|error| sleeps_on(error, nap))?;
-        self.pipe.tell(&format!("clear 0x{:04x}\ninfo registers\nstate\n", nap.pc))?;
-        self.look()
+        self.pipe.write_commands(&format!("break 0x{:04x}\nrun\n", nap.pc))?;
+        self.pipe.read_until(|line| line.contains("Stop at")).map_err(|error| endless_sleep(error, nap))?;
+        self.pipe.write_commands(&format!("clear 0x{:04x}\ninfo registers\nstate\n", nap.pc))?;
+        self.next_view()
     }
 }
 
 /// Reads what `step` and `state` have printed.
-fn view(lines: &[String], clocks_per_cycle: u64) -> Option<View> {
+fn parse_view(lines: &[String], clocks_per_cycle: u64) -> Option<RegisterView> {
     // The first dump of registers is that of `step`; `state` shows the same again.
     let head = lines.iter().position(|line| line.contains("R0 R1 R2"))?;
     let bank = lines.get(head + 1)?.split_whitespace().map(|cell| u32::from_str_radix(cell, 16).ok());
@@ -101,9 +101,9 @@ fn view(lines: &[String], clocks_per_cycle: u64) -> Option<View> {
         BANK.into_iter().zip(bank).filter_map(|(name, v)| Some((name, v?))).collect();
     let text = lines.join("\n");
     for (name, key) in [("ACC", "ACC= "), ("B", "  B= "), ("PSW", "PSW= "), ("SP", "\nSP "), ("DPTR", "DPTR= ")] {
-        regs.push((name, after(&text, key, 16)? as u32));
+        regs.push((name, number_after(&text, key, 16)? as u32));
     }
-    regs.push(("PC", after(&text, "PC= ", 16)? as u32));
-    let clocks = after(text.split_once("Total time since last reset=")?.1, "(", 10)?;
-    (regs.len() == BANK.len() + 6).then_some(View { cycle: Some(clocks / clocks_per_cycle), regs })
+    regs.push(("PC", number_after(&text, "PC= ", 16)? as u32));
+    let clocks = number_after(text.split_once("Total time since last reset=")?.1, "(", 10)?;
+    (regs.len() == BANK.len() + 6).then_some(RegisterView { cycle: Some(clocks / clocks_per_cycle), regs })
 }

@@ -9,9 +9,9 @@ use std::sync::atomic::AtomicBool;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use super::pipe::Pipe;
-use super::process::Process;
-use super::{GLANCE, Nap, Peer, Start, View, go_on, late, no_chip, odd, sleeps_on};
+use super::pipe::PeerPipe;
+use super::process::PeerProcess;
+use super::{INTERRUPT_POLL, PassedSleep, PeerSimulator, PeerStart, RegisterView, check_interrupt, timed_out, unknown_chip, invalid_answer, endless_sleep};
 
 /// The program and the package.
 pub const PROGRAM: (&str, &str) = ("simavr", "simavr");
@@ -20,10 +20,10 @@ pub const PROGRAM: (&str, &str) = ("simavr", "simavr");
 const PORT: u16 = 1234;
 
 /// How a read ends that has brought nothing yet.
-const PASSING: [io::ErrorKind; 3] = [io::ErrorKind::WouldBlock, io::ErrorKind::TimedOut, io::ErrorKind::Interrupted];
+const RETRY_ERRORS: [io::ErrorKind; 3] = [io::ErrorKind::WouldBlock, io::ErrorKind::TimedOut, io::ErrorKind::Interrupted];
 
 /// Most bytes of a packet.
-const LONGEST: usize = 4096;
+const MAX_PACKET_BYTES: usize = 4096;
 
 /// The number of the stack pointer among gdb's registers.
 const SP: u8 = 33;
@@ -37,19 +37,19 @@ const REGS: [&str; 32] = [
 
 /// simavr with a program. It is ended when this is dropped.
 #[derive(Debug)]
-pub struct Simavr {
-    child: Process,
-    line: TcpStream,
+pub struct SimavrPeer {
+    child: PeerProcess,
+    connection: TcpStream,
     /// What has come and was not read.
     inbox: Vec<u8>,
-    patience: Duration,
+    timeout: Duration,
     interrupt: Arc<AtomicBool>,
 }
 
 /// The chip of simavr that is the same machine as `chip` under another name: to the ATmega48A, 88A and 168A the sheet of the 48PA
 /// family (DS40002061) gives the registers and figures of the chips without a letter.
 #[must_use]
-pub fn stands_for(chip: &str) -> Option<&'static str> {
+pub fn equivalent_chip(chip: &str) -> Option<&'static str> {
     match chip {
         "atmega48a" => Some("atmega48"),
         "atmega88a" => Some("atmega88"),
@@ -58,90 +58,90 @@ pub fn stands_for(chip: &str) -> Option<&'static str> {
     }
 }
 
-impl Simavr {
+impl SimavrPeer {
     /// Starts it with a program.
     ///
     /// # Errors
     /// As [`Command::spawn`]; its port is taken, it does not know the chip, or cannot be reached.
-    pub fn new(start: &Start<'_>) -> io::Result<Simavr> {
+    pub fn new(start: &PeerStart<'_>) -> io::Result<SimavrPeer> {
         let place = SocketAddr::from((Ipv4Addr::LOCALHOST, PORT));
         // Whoever listens there already would be taken for it.
         TcpListener::bind(place)
-            .map_err(|error| odd(format!("port {PORT}, at which it listens, is taken: {error}")))?;
-        let chip = stands_for(start.chip).unwrap_or(start.chip);
+            .map_err(|error| invalid_answer(format!("port {PORT}, at which it listens, is taken: {error}")))?;
+        let chip = equivalent_chip(start.chip).unwrap_or(start.chip);
         let mut command = Command::new(start.program);
         command.args(["-g", "-m", chip, "-f", &start.hz.to_string(), start.hex]).current_dir(start.folder);
-        let mut child = Process::spawn(command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()))?;
-        let until = Instant::now() + start.patience;
+        let mut child = PeerProcess::spawn(command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()))?;
+        let until = Instant::now() + start.timeout;
         while Instant::now() < until {
-            go_on(start.interrupt)?;
-            if let Ok(line) = TcpStream::connect_timeout(&place, GLANCE) {
-                line.set_write_timeout(Some(start.patience))?;
+            check_interrupt(start.interrupt)?;
+            if let Ok(line) = TcpStream::connect_timeout(&place, INTERRUPT_POLL) {
+                line.set_write_timeout(Some(start.timeout))?;
                 line.set_nodelay(true)?;
-                let (patience, interrupt) = (start.patience, Arc::clone(start.interrupt));
-                let mut peer = Simavr { child, line, inbox: Vec::new(), patience, interrupt };
+                let (patience, interrupt) = (start.timeout, Arc::clone(start.interrupt));
+                let mut peer = SimavrPeer { child, connection: line, inbox: Vec::new(), timeout: patience, interrupt };
                 let [low, high, ..] = start.sp.to_le_bytes();
-                peer.ask(&format!("P{SP:x}={low:02x}{high:02x}"))?;
+                peer.exchange_packet(&format!("P{SP:x}={low:02x}{high:02x}"))?;
                 return Ok(peer);
             }
             if child.0.try_wait()?.is_some() {
-                let known = knows(start, chip)?;
-                return Err(if known { odd("it ends at once") } else { no_chip(start.chip) });
+                let known = is_chip_known(start, chip)?;
+                return Err(if known { invalid_answer("it ends at once") } else { unknown_chip(start.chip) });
             }
-            sleep(GLANCE);
+            sleep(INTERRUPT_POLL);
         }
-        Err(late(start.patience, format!("it cannot be reached at port {PORT}")))
+        Err(timed_out(start.timeout, format!("it cannot be reached at port {PORT}")))
     }
 
     /// Sends a packet and takes the answer, without what frames it.
-    fn ask(&mut self, packet: &str) -> io::Result<String> {
+    fn exchange_packet(&mut self, packet: &str) -> io::Result<String> {
         let sum = packet.bytes().fold(0u8, u8::wrapping_add);
-        self.line.write_all(format!("${packet}#{sum:02x}").as_bytes())?;
-        let until = Instant::now() + self.patience;
+        self.connection.write_all(format!("${packet}#{sum:02x}").as_bytes())?;
+        let until = Instant::now() + self.timeout;
         let answer = loop {
-            if let Some((answer, rest)) = framed(&self.inbox) {
+            if let Some((answer, rest)) = split_packet(&self.inbox) {
                 self.inbox = rest;
                 break answer;
             }
-            if self.inbox.len() > LONGEST {
-                return Err(odd("its answer has no end"));
+            if self.inbox.len() > MAX_PACKET_BYTES {
+                return Err(invalid_answer("its answer has no end"));
             }
-            go_on(&self.interrupt)?;
+            check_interrupt(&self.interrupt)?;
             let left = until.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                return Err(late(self.patience, format!("no answer to `{packet}`")));
+                return Err(timed_out(self.timeout, format!("no answer to `{packet}`")));
             }
-            self.line.set_read_timeout(Some(left.min(GLANCE)))?;
+            self.connection.set_read_timeout(Some(left.min(INTERRUPT_POLL)))?;
             let mut piece = [0; 1024];
-            match self.line.read(&mut piece) {
-                Ok(0) => return Err(odd(format!("it has ended{}", self.code()))),
+            match self.connection.read(&mut piece) {
+                Ok(0) => return Err(invalid_answer(format!("it has ended{}", self.exit_status()))),
                 Ok(n) => self.inbox.extend(piece.get(..n).unwrap_or_default()),
-                Err(error) if PASSING.contains(&error.kind()) => {}
-                Err(error) => return Err(odd(format!("{error}{}", self.code()))),
+                Err(error) if RETRY_ERRORS.contains(&error.kind()) => {}
+                Err(error) => return Err(invalid_answer(format!("{error}{}", self.exit_status()))),
             }
         };
-        self.line.write_all(b"+")?;
+        self.connection.write_all(b"+")?;
         Ok(answer)
     }
 
     /// How the process ended, in words.
-    fn code(&mut self) -> String {
+    fn exit_status(&mut self) -> String {
         self.child.0.try_wait().ok().flatten().map_or(String::new(), |status| format!(", {status}"))
     }
 
     /// Lets it go on, by `s` or `c`, up to where it stops, and shows it.
-    fn go(&mut self, how: &str) -> io::Result<View> {
-        let stopped = self.ask(how)?;
+    fn resume(&mut self, how: &str) -> io::Result<RegisterView> {
+        let stopped = self.exchange_packet(how)?;
         if !stopped.starts_with('T') && !stopped.starts_with('S') {
-            return Err(odd(format!("it answers `{stopped}` to `{how}`")));
+            return Err(invalid_answer(format!("it answers `{stopped}` to `{how}`")));
         }
-        let answer = self.ask("g")?;
-        view(&answer).ok_or_else(|| odd(format!("its registers are `{answer}`")))
+        let answer = self.exchange_packet("g")?;
+        parse_view(&answer).ok_or_else(|| invalid_answer(format!("its registers are `{answer}`")))
     }
 }
 
 /// The first whole packet, and what follows it.
-fn framed(bytes: &[u8]) -> Option<(String, Vec<u8>)> {
+fn split_packet(bytes: &[u8]) -> Option<(String, Vec<u8>)> {
     let from = bytes.iter().position(|&byte| byte == b'$')? + 1;
     let len = bytes.get(from..)?.iter().position(|&byte| byte == b'#')?;
     let rest = bytes.get(from + len + 3..)?;
@@ -149,27 +149,27 @@ fn framed(bytes: &[u8]) -> Option<(String, Vec<u8>)> {
 }
 
 /// It lists the chip among those that it knows.
-fn knows(start: &Start<'_>, chip: &str) -> io::Result<bool> {
-    let mut pipe = Pipe::start(start, &["--list-cores"])?;
-    let lines = pipe.rest()?;
+fn is_chip_known(start: &PeerStart<'_>, chip: &str) -> io::Result<bool> {
+    let mut pipe = PeerPipe::start(start, &["--list-cores"])?;
+    let lines = pipe.read_to_end()?;
     Ok(lines.iter().any(|line| line.split_whitespace().any(|name| name == chip)))
 }
 
-impl Peer for Simavr {
-    fn step(&mut self) -> io::Result<View> {
-        self.go("s")
+impl PeerSimulator for SimavrPeer {
+    fn step(&mut self) -> io::Result<RegisterView> {
+        self.resume("s")
     }
 
-    fn sleep(&mut self, nap: Nap) -> io::Result<View> {
-        self.ask(&format!("Z0,{:x},2", nap.pc))?;
-        let view = self.go("c").map_err(|error| sleeps_on(error, nap))?;
-        self.ask(&format!("z0,{:x},2", nap.pc))?;
+    fn pass_sleep(&mut self, nap: PassedSleep) -> io::Result<RegisterView> {
+        self.exchange_packet(&format!("Z0,{:x},2", nap.pc))?;
+        let view = self.resume("c").map_err(|error| endless_sleep(error, nap))?;
+        self.exchange_packet(&format!("z0,{:x},2", nap.pc))?;
         Ok(view)
     }
 }
 
 /// Reads the registers: 32 of a byte, SREG, SP in two bytes and PC in four, the lowest first.
-fn view(answer: &str) -> Option<View> {
+fn parse_view(answer: &str) -> Option<RegisterView> {
     let byte = |at: usize| u32::from_str_radix(answer.get(2 * at..2 * at + 2)?, 16).ok();
     let number = |at: usize, len: usize| (0..len).rev().try_fold(0, |high, i| Some(high << 8 | byte(at + i)?));
     let mut regs = Vec::new();
@@ -177,5 +177,5 @@ fn view(answer: &str) -> Option<View> {
         regs.push((name, byte(at)?));
     }
     regs.extend([("SREG", byte(32)?), ("SP", number(33, 2)?), ("PC", number(35, 4)?)]);
-    Some(View { cycle: None, regs })
+    Some(RegisterView { cycle: None, regs })
 }

@@ -12,15 +12,15 @@
 //!
 //! [`Lines`] has no probe: a debugger that steps may ask it for the line of a step of its own.
 
-mod lines;
-mod look;
+mod line_writer;
+mod trace_probe;
 mod signals;
-mod sink;
-mod words;
+mod output;
+mod word_set;
 
-pub use lines::{Access, Format, Lines, Step, What};
-pub use look::Look;
-pub(crate) use look::go;
-pub use signals::{Signal, Signals, Source as SignalSource, register_bits};
-pub use sink::{Sink, Trace};
-pub use words::Words;
+pub use line_writer::{TracedAccess, TraceFormat, TraceLineWriter, TraceLine, TraceEventKind};
+pub use trace_probe::TraceProbe;
+pub(crate) use trace_probe::run_traced;
+pub use signals::{TraceSignal, TraceSignals, SignalSource as SignalSource, register_bits};
+pub use output::{TraceSink, TraceOutput};
+pub use word_set::WordCache;

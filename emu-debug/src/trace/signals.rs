@@ -1,24 +1,24 @@
 //! Registers and memory as signals of a waveform.
 
-use emu_core::chip::{Chip, Family};
+use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
 
-use crate::bits::{self, BIT};
-use crate::wave::{Column, Wave};
+use crate::bit_space::{self, BIT_SPACE};
+use crate::waveform::{WaveColumn, WaveWriter};
 
 /// Bits of a register of the core.
 #[must_use]
 pub fn register_bits(chip: &Chip, name: &str) -> u32 {
     match (chip.family, name) {
-        (Family::Ap101, "A") => 1,
-        (Family::Ap101, _) | (_, "PC" | "DPTR") | (Family::Avr, "SP") => 16,
+        (ChipFamily::Ap101, "A") => 1,
+        (ChipFamily::Ap101, _) | (_, "PC" | "DPTR") | (ChipFamily::Avr, "SP") => 16,
         _ => 8,
     }
 }
 
 /// Where a signal gets its value from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Source {
+pub enum SignalSource {
     /// The register of the core with this position in [`Chip::cpu_regs`].
     Register(usize),
     /// So many bytes of a memory, at most 8, the lowest first. The address counts bytes.
@@ -29,32 +29,32 @@ pub enum Source {
 
 /// A signal.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Signal {
+pub struct TraceSignal {
     /// Name, without white space.
     pub name: String,
     /// Bits, 1 to 64.
     pub bits: u32,
     /// Where its value comes from.
-    pub source: Source,
+    pub source: SignalSource,
 }
 
-impl Signal {
+impl TraceSignal {
     fn value<C: Cpu>(&self, cpu: &C, regs: &[u32]) -> Option<u64> {
         match self.source {
-            Source::Register(index) => regs.get(index).map(|value| u64::from(*value)),
-            Source::Bytes(space, addr, len) => {
+            SignalSource::Register(index) => regs.get(index).map(|value| u64::from(*value)),
+            SignalSource::Bytes(space, addr, len) => {
                 let peek = |at: u32| cpu.peek(space, addr + at).map(u64::from);
                 (0..len).rev().try_fold(0, |high, at| Some(high << 8 | peek(at)?))
             }
-            Source::Bit(space, addr, bit) => cpu.peek(space, addr).map(|byte| u64::from(byte >> bit & 1)),
+            SignalSource::Bit(space, addr, bit) => cpu.peek(space, addr).map(|byte| u64::from(byte >> bit & 1)),
         }
     }
 }
 
 /// Signals, and what they were when they were last looked at.
 #[derive(Debug, Clone)]
-pub struct Signals {
-    list: Vec<Signal>,
+pub struct TraceSignals {
+    list: Vec<TraceSignal>,
     values: Vec<Option<u64>>,
     regs: Vec<u32>,
     /// Addresses of RAM that change only when the program writes them, and are signals.
@@ -63,42 +63,42 @@ pub struct Signals {
     bit: Option<u8>,
     chip: &'static Chip,
     /// Some signal may change with any instruction.
-    every: bool,
+    any_instruction: bool,
 }
 
-impl Signals {
+impl TraceSignals {
     /// Signals of a machine, with their values now.
     #[must_use]
-    pub fn new<C: Cpu>(list: Vec<Signal>, cpu: &C) -> Signals {
+    pub fn new<C: Cpu>(list: Vec<TraceSignal>, cpu: &C) -> TraceSignals {
         let chip = cpu.chip();
-        let size = chip.spaces.iter().find(|(name, ..)| *name == chip.ram).map_or(0, |space| space.1);
+        let size = chip.spaces.iter().find(|(name, ..)| *name == chip.ram_space).map_or(0, |space| space.1);
         let mut kept: Vec<u32> = Vec::new();
         let mut every = false;
         for signal in &list {
             let (space, addr, len) = match signal.source {
-                Source::Bytes(space, addr, len) => (space, addr, len),
-                Source::Bit(space, addr, _) => (space, addr, 1),
-                Source::Register(_) => ("", 0, 0),
+                SignalSource::Bytes(space, addr, len) => (space, addr, len),
+                SignalSource::Bit(space, addr, _) => (space, addr, 1),
+                SignalSource::Register(_) => ("", 0, 0),
             };
-            let cells: Option<Vec<u32>> = (addr..addr + len).map(|addr| cpu.ram_at(addr)).collect();
-            match cells.filter(|cells| space == chip.ram && !cells.is_empty()) {
+            let cells: Option<Vec<u32>> = (addr..addr + len).map(|addr| cpu.canonical_ram_address(addr)).collect();
+            match cells.filter(|cells| space == chip.ram_space && !cells.is_empty()) {
                 Some(cells) => kept.extend(cells),
                 None => every = true,
             }
         }
         // A cell may have several addresses.
-        let written = (0..size).map(|addr| cpu.ram_at(addr).is_some_and(|cell| kept.contains(&cell))).collect();
-        let (ram, bit) = (chip.space(chip.ram).unwrap_or(u8::MAX), chip.space(BIT));
-        let mut signals = Signals { list, values: Vec::new(), regs: Vec::new(), written, ram, bit, chip, every };
-        cpu.regs(&mut signals.regs);
+        let written = (0..size).map(|addr| cpu.canonical_ram_address(addr).is_some_and(|cell| kept.contains(&cell))).collect();
+        let (ram, bit) = (chip.space_index(chip.ram_space).unwrap_or(u8::MAX), chip.space_index(BIT_SPACE));
+        let mut signals = TraceSignals { list, values: Vec::new(), regs: Vec::new(), written, ram, bit, chip, any_instruction: every };
+        cpu.read_regs(&mut signals.regs);
         signals.values = signals.list.iter().map(|signal| signal.value(cpu, &signals.regs)).collect();
         signals
     }
 
     /// The columns of a waveform with these signals.
     #[must_use]
-    pub fn columns(&self) -> Vec<Column> {
-        let column = |(signal, value): (&Signal, &Option<u64>)| Column {
+    pub fn columns(&self) -> Vec<WaveColumn> {
+        let column = |(signal, value): (&TraceSignal, &Option<u64>)| WaveColumn {
             name: signal.name.clone(),
             bits: signal.bits,
             value: *value,
@@ -108,29 +108,29 @@ impl Signals {
 
     /// A signal may change with any instruction, and with none: it has to be looked at behind each.
     #[must_use]
-    pub fn every(&self) -> bool {
-        self.every
+    pub fn changes_with_any_instruction(&self) -> bool {
+        self.any_instruction
     }
 
     /// A write to an address of a memory may change a signal.
     #[must_use]
-    pub fn touched(&self, space: u8, addr: u16) -> bool {
+    pub fn is_changed_by_write(&self, space: u8, addr: u16) -> bool {
         let at = |addr: u32| self.written.get(addr as usize) == Some(&true);
         if space == self.ram {
             return at(addr.into());
         }
-        let bit = || bits::byte_of(self.chip, addr.into());
-        Some(space) == self.bit && bit().is_some_and(|(space, byte, _)| space == self.chip.ram && at(byte))
+        let bit = || bit_space::byte_of_bit(self.chip, addr.into());
+        Some(space) == self.bit && bit().is_some_and(|(space, byte, _)| space == self.chip.ram_space && at(byte))
     }
 
     /// Writes what has changed, at the cycle that the machine has reached.
-    pub fn sample<C: Cpu>(&mut self, cpu: &C, wave: &mut Wave) {
-        cpu.regs(&mut self.regs);
+    pub fn sample<C: Cpu>(&mut self, cpu: &C, wave: &mut WaveWriter) {
+        cpu.read_regs(&mut self.regs);
         for (i, (signal, last)) in self.list.iter().zip(&mut self.values).enumerate() {
             let value = signal.value(cpu, &self.regs);
             if *last != value {
                 *last = value;
-                wave.signal(cpu.cycle(), i, value);
+                wave.change_signal(cpu.cycle(), i, value);
             }
         }
     }

@@ -9,9 +9,9 @@ pub fn load(chip: &'static Chip, file: &str) -> Image {
     let bytes = std::fs::read(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
     if file.ends_with(".asm") {
         let text = String::from_utf8(bytes).expect("text");
-        return emu_asm::image(chip, &text).unwrap_or_else(|e| panic!("{file}: {e}"));
+        return emu_asm::assemble_text(chip, &text).unwrap_or_else(|e| panic!("{file}: {e}"));
     }
-    match image::load(file, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)) {
+    match image::load(file, &bytes, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine)) {
         Ok(loaded) => loaded.image,
         Err(faults) => panic!("{file}: {faults:?}"),
     }

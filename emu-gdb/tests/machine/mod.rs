@@ -6,35 +6,35 @@ use std::thread::JoinHandle;
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
-use emu_debug::debug::{Options, Rig, Scope, Session, Target};
-use emu_debug::{Board, Clock};
+use emu_debug::debug::{SessionOptions, MachineWithDevices, NameScope, DebugSession, DynMachine};
+use emu_debug::{AttachedDevices, CycleClock};
 
 /// The chip of that name.
 pub fn chip(name: &str) -> &'static Chip {
-    let avr = emu_avr::chips::CHIPS.iter().copied();
+    let avr = emu_avr::chips::AVR_CHIPS.iter().copied();
     let mut all = avr.chain(emu_8051::chips::chips()).chain(emu_pic16::chips::chips()).chain(emu_ap101::chips::chips());
     all.find(|chip| chip.name == name).unwrap_or_else(|| panic!("no chip {name}"))
 }
 
-fn rig<C: Cpu + 'static>(cpu: C) -> Box<dyn Target> {
-    let clock = Clock { hz: cpu.chip().default_hz, clocks_per_cycle: cpu.clocks_per_cycle() };
-    Box::new(Rig::new(cpu, Board::new(Vec::new(), clock)))
+fn rig<C: Cpu + 'static>(cpu: C) -> Box<dyn DynMachine> {
+    let clock = CycleClock { hz: cpu.chip().default_hz, clocks_per_cycle: cpu.clocks_per_cycle() };
+    Box::new(MachineWithDevices::new(cpu, AttachedDevices::new(Vec::new(), clock)))
 }
 
 /// A machine after power-up with zeros in its RAM.
-pub fn session(chip: &'static Chip, image: &Image) -> Session {
-    use emu_core::chip::Family;
+pub fn session(chip: &'static Chip, image: &Image) -> DebugSession {
+    use emu_core::chip::ChipFamily;
     let target = match chip.family {
-        Family::Avr => rig(emu_avr::Avr::new(chip, image, RamInit::Zero)),
-        Family::Mcs51 => rig(emu_8051::Mcs51::new(chip, image, RamInit::Zero)),
-        Family::Pic16 => rig(emu_pic16::Pic16::new(chip, image, RamInit::Zero)),
-        Family::Ap101 => rig(emu_ap101::Ap101::new(image)),
+        ChipFamily::Avr => rig(emu_avr::Avr::new(chip, image, RamInit::Zero)),
+        ChipFamily::Mcs51 => rig(emu_8051::Mcs51::new(chip, image, RamInit::Zero)),
+        ChipFamily::Pic16 => rig(emu_pic16::Pic16::new(chip, image, RamInit::Zero)),
+        ChipFamily::Ap101 => rig(emu_ap101::Ap101::new(image)),
     };
-    let mut scope = Scope::new(chip);
+    let mut scope = NameScope::new(chip);
     scope.symbols = image.symbols.clone();
     scope.lines = image.lines.clone();
-    let clock = Clock { hz: chip.default_hz, clocks_per_cycle: target.clocks_per_cycle() };
-    Session::new(target, scope, Options { clock, history: 64 << 20, follow: None })
+    let clock = CycleClock { hz: chip.default_hz, clocks_per_cycle: target.clocks_per_cycle() };
+    DebugSession::new(target, scope, SessionOptions { clock, history_bytes: 64 << 20, follower: None })
 }
 
 /// A server for one client, or for one after the other where it is to `persist`: where it listens, and what it says at its end. `log` is
@@ -49,7 +49,7 @@ pub fn serving(
     let address = listener.local_addr().expect("its address");
     let thread = std::thread::spawn(move || {
         let mut session = session(chip, &image);
-        let options = emu_gdb::Options { persist, monitor: None };
+        let options = emu_gdb::GdbOptions { persist, monitor: None };
         let ended = emu_gdb::serve(&mut session, &listener, options, &mut log);
         ended.expect("it listens").to_string()
     });

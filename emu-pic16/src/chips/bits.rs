@@ -1,6 +1,6 @@
 //! Bits of registers, in groups from which the rows of the chips are put together (data sheets, the sections of the parts).
 
-use super::Bit;
+use super::SfrBit;
 use crate::periph::map::Sfr;
 
 /// Names of register pairs in the headers, and the register at whose address they stand: a chip that has the register has the
@@ -14,7 +14,7 @@ macro_rules! bits {
 
 /// STATUS, OPTION_REG, ports A and B as far as every chip has them.
 #[rustfmt::skip]
-pub(super) const CORE: &[Bit] = bits! {
+pub(super) const CORE: &[SfrBit] = bits! {
     STATUS: C 0 DC 1 Z 2 NOT_PD 3 NOT_TO 4 RP0 5 RP1 6 IRP 7;
     OPTION: PS0 0 PS1 1 PS2 2 PSA 3 T0SE 4 T0CS 5 INTEDG 6 NOT_RBPU 7;
     PORTA:  RA0 0 RA1 1 RA2 2 RA3 3 RA4 4;
@@ -24,27 +24,27 @@ pub(super) const CORE: &[Bit] = bits! {
     INTCON: RBIF 0 RBIE 3 GIE 7;
 };
 /// RA5.
-pub(super) const RA5: &[Bit] = bits! { PORTA: RA5 5; TRISA: TRISA5 5; };
+pub(super) const RA5: &[SfrBit] = bits! { PORTA: RA5 5; TRISA: TRISA5 5; };
 /// RA5 to RA7.
-pub(super) const RA5_7: &[Bit] = bits! { PORTA: RA5 5 RA6 6 RA7 7; TRISA: TRISA5 5 TRISA6 6 TRISA7 7; };
+pub(super) const RA5_7: &[SfrBit] = bits! { PORTA: RA5 5 RA6 6 RA7 7; TRISA: TRISA5 5 TRISA6 6 TRISA7 7; };
 /// External interrupt.
-pub(super) const INT: &[Bit] = bits! { INTCON: INTF 1 INTE 4; };
+pub(super) const INT: &[SfrBit] = bits! { INTCON: INTF 1 INTE 4; };
 /// External interrupt by the names of the 16F87 and 88.
-pub(super) const INT0: &[Bit] = bits! { INTCON: INT0IF 1 INT0IE 4; };
+pub(super) const INT0: &[SfrBit] = bits! { INTCON: INT0IF 1 INT0IE 4; };
 /// Timer 0 by its older names.
-pub(super) const T0: &[Bit] = bits! { INTCON: T0IF 2 T0IE 5; };
+pub(super) const T0: &[SfrBit] = bits! { INTCON: T0IF 2 T0IE 5; };
 /// Timer 0 by its newer names.
-pub(super) const TMR0: &[Bit] = bits! { INTCON: TMR0IF 2 TMR0IE 5; };
+pub(super) const TMR0: &[SfrBit] = bits! { INTCON: TMR0IF 2 TMR0IE 5; };
 
 /// Port C.
 #[rustfmt::skip]
-pub(super) const PORT_C: &[Bit] = bits! {
+pub(super) const PORT_C: &[SfrBit] = bits! {
     PORTC: RC0 0 RC1 1 RC2 2 RC3 3 RC4 4 RC5 5 RC6 6 RC7 7;
     TRISC: TRISC0 0 TRISC1 1 TRISC2 2 TRISC3 3 TRISC4 4 TRISC5 5 TRISC6 6 TRISC7 7;
 };
 /// Ports D and E with the parallel slave port.
 #[rustfmt::skip]
-pub(super) const PORT_DE: &[Bit] = bits! {
+pub(super) const PORT_DE: &[SfrBit] = bits! {
     PORTD: RD0 0 RD1 1 RD2 2 RD3 3 RD4 4 RD5 5 RD6 6 RD7 7;
     TRISD: TRISD0 0 TRISD1 1 TRISD2 2 TRISD3 3 TRISD4 4 TRISD5 5 TRISD6 6 TRISD7 7;
     PORTE: RE0 0 RE1 1 RE2 2;
@@ -55,7 +55,7 @@ pub(super) const PORT_DE: &[Bit] = bits! {
 
 /// Timers 1 and 2, CCP1, PEIE, PCON.
 #[rustfmt::skip]
-pub(super) const TIMERS: &[Bit] = bits! {
+pub(super) const TIMERS: &[SfrBit] = bits! {
     INTCON:  PEIE 6;
     PIR1:    TMR1IF 0 TMR2IF 1 CCP1IF 2;
     PIE1:    TMR1IE 0 TMR2IE 1 CCP1IE 2;
@@ -65,14 +65,14 @@ pub(super) const TIMERS: &[Bit] = bits! {
     CCP1CON: CCP1M0 0 CCP1M1 1 CCP1M2 2 CCP1M3 3 CCP1Y 4 CCP1X 5;
 };
 /// Another name of the synchronisation of timer 1.
-pub(super) const T1INSYNC: &[Bit] = bits! { T1CON: T1INSYNC 2; };
+pub(super) const T1INSYNC: &[SfrBit] = bits! { T1CON: T1INSYNC 2; };
 /// And another.
-pub(super) const T1SYNC: &[Bit] = bits! { T1CON: T1SYNC 2; };
+pub(super) const T1SYNC: &[SfrBit] = bits! { T1CON: T1SYNC 2; };
 /// The clock of timer 1 runs the chip.
-pub(super) const T1RUN: &[Bit] = bits! { T1CON: T1RUN 6; };
+pub(super) const T1RUN: &[SfrBit] = bits! { T1CON: T1RUN 6; };
 /// CCP2.
 #[rustfmt::skip]
-pub(super) const CCP2: &[Bit] = bits! {
+pub(super) const CCP2: &[SfrBit] = bits! {
     CCP2CON: CCP2M0 0 CCP2M1 1 CCP2M2 2 CCP2M3 3 CCP2Y 4 CCP2X 5;
     PIR2:    CCP2IF 0;
     PIE2:    CCP2IE 0;
@@ -80,7 +80,7 @@ pub(super) const CCP2: &[Bit] = bits! {
 
 /// Synchronous serial port.
 #[rustfmt::skip]
-pub(super) const SSP: &[Bit] = bits! {
+pub(super) const SSP: &[SfrBit] = bits! {
     SSPCON:  SSPM0 0 SSPM1 1 SSPM2 2 SSPM3 3 CKP 4 SSPEN 5 SSPOV 6 WCOL 7;
     SSPSTAT: BF 0 UA 1 R_NOT_W 2 S 3 P 4 D_NOT_A 5 CKE 6 SMP 7
              R 2 D 5 I2C_READ 2 I2C_START 3 I2C_STOP 4 I2C_DATA 5 NOT_W 2 NOT_A 5 NOT_WRITE 2 NOT_ADDRESS 5 R_W 2 D_A 5
@@ -90,7 +90,7 @@ pub(super) const SSP: &[Bit] = bits! {
 };
 /// What makes it a master.
 #[rustfmt::skip]
-pub(super) const MSSP: &[Bit] = bits! {
+pub(super) const MSSP: &[SfrBit] = bits! {
     SSPCON2: SEN 0 RSEN 1 PEN 2 RCEN 3 ACKEN 4 ACKDT 5 ACKSTAT 6 GCEN 7;
     PIR2:    BCLIF 3;
     PIE2:    BCLIE 3;
@@ -98,7 +98,7 @@ pub(super) const MSSP: &[Bit] = bits! {
 
 /// USART but for the bit that enables address detection.
 #[rustfmt::skip]
-pub(super) const USART: &[Bit] = bits! {
+pub(super) const USART: &[SfrBit] = bits! {
     RCSTA: RX9D 0 OERR 1 FERR 2 CREN 4 SREN 5 RX9 6 SPEN 7;
     TXSTA: TX9D 0 TRMT 1 BRGH 2 SYNC 4 TXEN 5 TX9 6 CSRC 7;
     PIR1:  TXIF 4 RCIF 5;
@@ -106,45 +106,45 @@ pub(super) const USART: &[Bit] = bits! {
 };
 /// The bit that enables address detection, and other names.
 #[rustfmt::skip]
-pub(super) const USART_87X: &[Bit] = bits! {
+pub(super) const USART_87X: &[SfrBit] = bits! {
     RCSTA: ADDEN 3 RCD8 0 RC9 6 NOT_RC8 6 RC8_9 6;
     TXSTA: TXD8 0 NOT_TX8 6 TX8_9 6;
 };
 /// The same on the 16F62x.
-pub(super) const USART_62X: &[Bit] = bits! { RCSTA: ADEN 3 ADDEN 3; };
+pub(super) const USART_62X: &[SfrBit] = bits! { RCSTA: ADEN 3 ADDEN 3; };
 
 /// Converter: what all have.
 #[rustfmt::skip]
-pub(super) const ADC_ANY: &[Bit] = bits! {
+pub(super) const ADC_ANY: &[SfrBit] = bits! {
     ADCON0: ADON 0 GO_NOT_DONE 2 GO 2 CHS0 3 CHS1 4 ADCS0 6 ADCS1 7 NOT_DONE 2 GO_DONE 2;
 };
 /// 16C71.
-pub(super) const ADC_71: &[Bit] = bits! { ADCON0: ADIF 1; ADCON1: PCFG0 0 PCFG1 1; INTCON: ADIE 6; };
+pub(super) const ADC_71: &[SfrBit] = bits! { ADCON0: ADIF 1; ADCON1: PCFG0 0 PCFG1 1; INTCON: ADIE 6; };
 /// Converter of 10 bits.
-pub(super) const ADC: &[Bit] = bits! { ADCON0: CHS2 5; ADCON1: ADFM 7; PIR1: ADIF 6; PIE1: ADIE 6; };
+pub(super) const ADC: &[SfrBit] = bits! { ADCON0: CHS2 5; ADCON1: ADFM 7; PIR1: ADIF 6; PIE1: ADIE 6; };
 /// Analog inputs chosen together.
-pub(super) const PCFG: &[Bit] = bits! { ADCON1: PCFG0 0 PCFG1 1 PCFG2 2 PCFG3 3; };
+pub(super) const PCFG: &[SfrBit] = bits! { ADCON1: PCFG0 0 PCFG1 1 PCFG2 2 PCFG3 3; };
 /// A third bit of the clock.
-pub(super) const ADCS2: &[Bit] = bits! { ADCON1: ADCS2 6; };
+pub(super) const ADCS2: &[SfrBit] = bits! { ADCON1: ADCS2 6; };
 /// Analog inputs chosen one by one.
 #[rustfmt::skip]
-pub(super) const ANSEL: &[Bit] = bits! {
+pub(super) const ANSEL: &[SfrBit] = bits! {
     ADCON1: VCFG0 4 VCFG1 5;
     ANSEL:  ANS0 0 ANS1 1 ANS2 2 ANS3 3 ANS4 4 ANS5 5 ANS6 6;
 };
 
 /// Comparators.
-pub(super) const CMCON: &[Bit] = bits! { CMCON: CM0 0 CM1 1 CM2 2 CIS 3 C1INV 4 C2INV 5 C1OUT 6 C2OUT 7; };
+pub(super) const CMCON: &[SfrBit] = bits! { CMCON: CM0 0 CM1 1 CM2 2 CIS 3 C1INV 4 C2INV 5 C1OUT 6 C2OUT 7; };
 /// Reference and interrupt of the comparators.
 #[rustfmt::skip]
-pub(super) const CVRCON: &[Bit] = bits! {
+pub(super) const CVRCON: &[SfrBit] = bits! {
     CVRCON: CVR0 0 CVR1 1 CVR2 2 CVR3 3 CVRR 5 CVROE 6 CVREN 7;
     PIR2:   CMIF 6;
     PIE2:   CMIE 6;
 };
 /// What only the 16F62x have so.
 #[rustfmt::skip]
-pub(super) const F62X: &[Bit] = bits! {
+pub(super) const F62X: &[SfrBit] = bits! {
     CVRCON: VR0 0 VR1 1 VR2 2 VR3 3 VRR 5 VROE 6 VREN 7;
     PIR1:   CMIF 6 EEIF 7;
     PIE1:   CMIE 6 EEIE 7;
@@ -152,23 +152,23 @@ pub(super) const F62X: &[Bit] = bits! {
 };
 
 /// EEPROM.
-pub(super) const EEPROM: &[Bit] = bits! { EECON1: RD 0 WR 1 WREN 2 WRERR 3; };
+pub(super) const EEPROM: &[SfrBit] = bits! { EECON1: RD 0 WR 1 WREN 2 WRERR 3; };
 /// 16F84.
-pub(super) const EEPROM_84: &[Bit] = bits! { EECON1: EEIF 4; INTCON: EEIE 6; };
+pub(super) const EEPROM_84: &[SfrBit] = bits! { EECON1: EEIF 4; INTCON: EEIE 6; };
 /// Program memory.
-pub(super) const FLASH: &[Bit] = bits! { EECON1: EEPGD 7; PIR2: EEIF 4; PIE2: EEIE 4; };
+pub(super) const FLASH: &[SfrBit] = bits! { EECON1: EEPGD 7; PIR2: EEIF 4; PIE2: EEIE 4; };
 /// Erasing.
-pub(super) const FREE: &[Bit] = bits! { EECON1: FREE 4; };
+pub(super) const FREE: &[SfrBit] = bits! { EECON1: FREE 4; };
 
 /// Oscillator on the chip.
 #[rustfmt::skip]
-pub(super) const OSCILLATOR: &[Bit] = bits! {
+pub(super) const OSCILLATOR: &[SfrBit] = bits! {
     OSCCON:  IOFS 2 IRCF0 4 IRCF1 5 IRCF2 6;
     OSCTUNE: TUN0 0 TUN1 1 TUN2 2 TUN3 3 TUN4 4 TUN5 5;
 };
 /// What the 16F87 and 88 have besides: a clock that is chosen and watched, a longer watchdog.
 #[rustfmt::skip]
-pub(super) const CLOCKS: &[Bit] = bits! {
+pub(super) const CLOCKS: &[SfrBit] = bits! {
     OSCCON: SCS0 0 SCS1 1 OSTS 3;
     PIR2:   OSFIF 7;
     PIE2:   OSFIE 7;

@@ -4,13 +4,13 @@ use emu_core::pins::PinId;
 
 /// Configuration words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Config {
+pub struct ConfigLayout {
     /// Word addresses: 2007h, and 2008h where there are two.
     pub words: &'static [u16],
     /// What erased words read: unimplemented bits as the data sheet has them.
     pub erased: &'static [u16],
     /// Mask of FOSC in the first word, and what its values mean, in order of the bits gathered.
-    pub fosc: (u16, &'static [Oscillator]),
+    pub fosc: (u16, &'static [OscillatorMode]),
     /// Bits of port A that the oscillator leaves to the port, by the values of FOSC; empty where the oscillator has pins of its
     /// own.
     pub osc_ports: &'static [u8],
@@ -46,7 +46,7 @@ pub struct Config {
 
 /// What clocks the chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Oscillator {
+pub enum OscillatorMode {
     /// Crystal, low power: start-up timer.
     Lp,
     /// Crystal: start-up timer.
@@ -62,7 +62,7 @@ pub enum Oscillator {
 }
 
 /// The bits of `word` under `mask`, side by side.
-const fn gather(word: u16, mask: u16) -> usize {
+const fn extract_bits(word: u16, mask: u16) -> usize {
     let (mut value, mut at, mut bit) = (0, 0, 0);
     while bit < 16 {
         if mask >> bit & 1 == 1 {
@@ -74,10 +74,10 @@ const fn gather(word: u16, mask: u16) -> usize {
     value
 }
 
-impl Config {
+impl ConfigLayout {
     /// `value` spread over the bits of `mask`, lowest first.
     #[must_use]
-    pub const fn scatter(value: usize, mask: u16) -> u16 {
+    pub const fn deposit_bits(value: usize, mask: u16) -> u16 {
         let (mut word, mut at, mut bit) = (0, 0, 0);
         while bit < 16 {
             if mask >> bit & 1 == 1 {
@@ -91,20 +91,20 @@ impl Config {
 
     /// What clocks the chip by the first word.
     #[must_use]
-    pub fn oscillator(&self, word: u16) -> Oscillator {
-        self.fosc.1.get(gather(word, self.fosc.0)).copied().unwrap_or(Oscillator::Rc)
+    pub fn oscillator_mode(&self, word: u16) -> OscillatorMode {
+        self.fosc.1.get(extract_bits(word, self.fosc.0)).copied().unwrap_or(OscillatorMode::Rc)
     }
 
     /// Bits of port A that share their pins with the oscillator and are ports by the first word.
     #[must_use]
     pub fn ports_of_oscillator(&self, word: u16) -> u8 {
-        self.osc_ports.get(gather(word, self.fosc.0)).copied().unwrap_or(0)
+        self.osc_ports.get(extract_bits(word, self.fosc.0)).copied().unwrap_or(0)
     }
 
     /// Whether the power-up timer runs at power-on by the first word: by PWRTE, and always where brown-outs reset (DS30292, 12.7;
     /// DS39582, 14.6).
     #[must_use]
-    pub fn waits_at_power_on(&self, word: u16) -> bool {
+    pub fn has_power_up_timer(&self, word: u16) -> bool {
         (word & self.pwrte.0 != 0) == self.pwrte.1 || word & self.boren != 0
     }
 
@@ -119,7 +119,7 @@ impl Config {
     /// is a matter of [`super::Part::memory`].
     #[must_use]
     pub fn may_write(&self, word: u16, addr: u16) -> bool {
-        let value = |(mask, list): (u16, &'static [u16])| list.get(gather(word, mask)).copied();
+        let value = |(mask, list): (u16, &'static [u16])| list.get(extract_bits(word, mask)).copied();
         addr >= value(self.wrt).unwrap_or(0) && addr < value(self.cp_first).unwrap_or(u16::MAX)
     }
 }

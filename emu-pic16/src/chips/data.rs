@@ -1,17 +1,17 @@
 //! How rows are put together from groups.
 
-use emu_core::chip::Reg;
+use emu_core::chip::NamedAddress;
 
 use crate::periph::map::Sfr;
 
 /// Some groups as one list.
 macro_rules! join {
-    ($($group:expr),+ $(,)?) => { &$crate::chips::data::joined::<_, { 0 $(+ $group.len())+ }>(&[$($group),+]) };
+    ($($group:expr),+ $(,)?) => { &$crate::chips::data::join_groups::<_, { 0 $(+ $group.len())+ }>(&[$($group),+]) };
 }
 pub(super) use join;
 
 /// See [`join`]; `N` is the length of all groups together.
-pub(super) const fn joined<T: Copy, const N: usize>(groups: &[&[T]]) -> [T; N] {
+pub(super) const fn join_groups<T: Copy, const N: usize>(groups: &[&[T]]) -> [T; N] {
     let mut all = [groups[0][0]; N];
     let (mut len, mut g) = (0, 0);
     while g < groups.len() {
@@ -30,14 +30,14 @@ pub(super) const fn joined<T: Copy, const N: usize>(groups: &[&[T]]) -> [T; N] {
 /// name that this chip's data sheet has for it.
 macro_rules! regs {
     ($sfr:expr $(, $from:ident => $to:literal)* $(,)?) => {
-        &$crate::chips::data::named::<{ $crate::chips::data::distinct($sfr) }>(
+        &$crate::chips::data::named_registers::<{ $crate::chips::data::distinct_count($sfr) }>(
             $sfr, &[$(($crate::periph::map::Sfr::$from, $to)),*])
     };
 }
 pub(super) use regs;
 
 /// The place of the lowest address of the register that stands at place `i`.
-const fn lowest(sfr: &[(u16, Sfr)], i: usize) -> usize {
+const fn is_lowest_address(sfr: &[(u16, Sfr)], i: usize) -> usize {
     let (mut low, mut k) = (i, 0);
     while k < sfr.len() {
         if sfr[k].1 as u8 == sfr[i].1 as u8 && sfr[k].0 < sfr[low].0 {
@@ -49,10 +49,10 @@ const fn lowest(sfr: &[(u16, Sfr)], i: usize) -> usize {
 }
 
 /// How many different registers there are.
-pub(super) const fn distinct(sfr: &[(u16, Sfr)]) -> usize {
+pub(super) const fn distinct_count(sfr: &[(u16, Sfr)]) -> usize {
     let (mut n, mut i) = (0, 0);
     while i < sfr.len() {
-        if lowest(sfr, i) == i {
+        if is_lowest_address(sfr, i) == i {
             n += 1;
         }
         i += 1;
@@ -61,11 +61,11 @@ pub(super) const fn distinct(sfr: &[(u16, Sfr)]) -> usize {
 }
 
 /// See [`regs`]; `N` is [`distinct`].
-pub(super) const fn named<const N: usize>(sfr: &[(u16, Sfr)], names: &[(Sfr, &'static str)]) -> [Reg; N] {
-    let mut all = [Reg { name: "", addr: 0 }; N];
+pub(super) const fn named_registers<const N: usize>(sfr: &[(u16, Sfr)], names: &[(Sfr, &'static str)]) -> [NamedAddress; N] {
+    let mut all = [NamedAddress { name: "", addr: 0 }; N];
     let (mut len, mut i) = (0, 0);
     while i < sfr.len() {
-        if lowest(sfr, i) == i {
+        if is_lowest_address(sfr, i) == i {
             let (addr, reg) = sfr[i];
             let mut name = match reg {
                 Sfr::OPTION => "OPTION_REG",
@@ -83,7 +83,7 @@ pub(super) const fn named<const N: usize>(sfr: &[(u16, Sfr)], names: &[(Sfr, &'s
                 all[at] = all[at - 1];
                 at -= 1;
             }
-            all[at] = Reg { name, addr };
+            all[at] = NamedAddress { name, addr };
             len += 1;
         }
         i += 1;
@@ -98,7 +98,7 @@ macro_rules! chip {
     ($name:literal, $title:literal, $source:literal, $words:literal K, $ram:literal, $eeprom:literal, $pins:literal, $base:expr) => {
         emu_core::chip::Chip {
             name: $name,
-            constants: || $crate::chips::names::of($name),
+            constants: || $crate::chips::names::names_of_chip($name),
             title: concat!(
                 $title,
                 ": ",
@@ -111,32 +111,32 @@ macro_rules! chip {
                 $pins,
                 " pins"
             ),
-            source: $source,
-            flash: $words * 0x800,
-            on_chip: $words * 0x800,
+            data_sheet: $source,
+            flash_bytes: $words * 0x800,
+            on_chip_flash_bytes: $words * 0x800,
             ram_len: $ram,
-            eeprom: $eeprom,
-            hex: &[
-                emu_core::image::Space {
+            eeprom_bytes: $eeprom,
+            hex_spaces: &[
+                emu_core::image::ImageSpace {
                     name: "flash",
                     start: 0,
                     len: $words * 0x800,
                     word: 2,
-                    bits: emu_core::image::Bits::Only(14),
+                    word_bits: emu_core::image::WordBits::Only(14),
                 },
-                emu_core::image::Space {
+                emu_core::image::ImageSpace {
                     name: "config",
                     start: 0x4000,
                     len: 0x20,
                     word: 2,
-                    bits: emu_core::image::Bits::Low(14),
+                    word_bits: emu_core::image::WordBits::Low(14),
                 },
-                emu_core::image::Space {
+                emu_core::image::ImageSpace {
                     name: "eeprom",
                     start: 0x4200,
                     len: $eeprom * 2,
                     word: 2,
-                    bits: emu_core::image::Bits::Low(8),
+                    word_bits: emu_core::image::WordBits::Low(8),
                 },
             ],
             spaces: &[("flash", $words * 0x400, 2), ("data", 0x200, 1), ("eeprom", $eeprom, 1), ("config", 0x10, 2)],

@@ -1,41 +1,41 @@
 //! PIC16F870 to 877 and their A versions (DS30569 870 and 871, DS30221 872, DS30292 87X, DS39582 87XA).
 
-use emu_core::chip::{Chip, Family, RamRange};
+use emu_core::chip::{Chip, ChipFamily, RamRange};
 use emu_core::pins::PinId;
 
 use super::bits as b;
 use super::data::{chip, join, regs};
 use super::pins::{self as p, dip28, dip40, pins28, pins40};
 use super::regs as r;
-use super::{Adc, Bit, Comparators, Config, Internal, Memory, NO_PIN, Oscillator, Part, Ssp, Times};
+use super::{Pic16AdcKind, SfrBit, ComparatorKind, ConfigLayout, InternalOscillator, NonvolatileKind, NO_PIN, OscillatorMode, Pic16Part, SspKind, TimingRanges};
 use crate::isa::ISA;
 use crate::periph::map::Sfr;
 
 /// 87X, figure 2-4: no byte can be reached in all banks.
 const RAM_192: &[RamRange] = &[
-    RamRange { first: 0x020, last: 0x07F, kept: 0x20 },
-    RamRange { first: 0x0A0, last: 0x0FF, kept: 0xA0 },
-    RamRange { first: 0x120, last: 0x17F, kept: 0x20 },
-    RamRange { first: 0x1A0, last: 0x1FF, kept: 0xA0 },
+    RamRange { first: 0x020, last: 0x07F, canonical: 0x20 },
+    RamRange { first: 0x0A0, last: 0x0FF, canonical: 0xA0 },
+    RamRange { first: 0x120, last: 0x17F, canonical: 0x20 },
+    RamRange { first: 0x1A0, last: 0x1FF, canonical: 0xA0 },
 ];
 /// 87X, figure 2-3; 87 and 88 too.
 pub(super) const RAM_368: &[RamRange] = &[
-    RamRange { first: 0x020, last: 0x07F, kept: 0x020 },
-    RamRange { first: 0x0A0, last: 0x0EF, kept: 0x0A0 },
-    RamRange { first: 0x0F0, last: 0x0FF, kept: 0x070 },
-    RamRange { first: 0x110, last: 0x16F, kept: 0x110 },
-    RamRange { first: 0x170, last: 0x17F, kept: 0x070 },
-    RamRange { first: 0x190, last: 0x1EF, kept: 0x190 },
-    RamRange { first: 0x1F0, last: 0x1FF, kept: 0x070 },
+    RamRange { first: 0x020, last: 0x07F, canonical: 0x020 },
+    RamRange { first: 0x0A0, last: 0x0EF, canonical: 0x0A0 },
+    RamRange { first: 0x0F0, last: 0x0FF, canonical: 0x070 },
+    RamRange { first: 0x110, last: 0x16F, canonical: 0x110 },
+    RamRange { first: 0x170, last: 0x17F, canonical: 0x070 },
+    RamRange { first: 0x190, last: 0x1EF, canonical: 0x190 },
+    RamRange { first: 0x1F0, last: 0x1FF, canonical: 0x070 },
 ];
 /// 870 and 871, figure 2-2; 872, figure 2-2.
 const RAM_128: &[RamRange] = &[
-    RamRange { first: 0x020, last: 0x07F, kept: 0x20 },
-    RamRange { first: 0x0A0, last: 0x0BF, kept: 0xA0 },
-    RamRange { first: 0x0F0, last: 0x0FF, kept: 0x70 },
-    RamRange { first: 0x120, last: 0x17F, kept: 0x20 },
-    RamRange { first: 0x1A0, last: 0x1BF, kept: 0xA0 },
-    RamRange { first: 0x1F0, last: 0x1FF, kept: 0x70 },
+    RamRange { first: 0x020, last: 0x07F, canonical: 0x20 },
+    RamRange { first: 0x0A0, last: 0x0BF, canonical: 0xA0 },
+    RamRange { first: 0x0F0, last: 0x0FF, canonical: 0x70 },
+    RamRange { first: 0x120, last: 0x17F, canonical: 0x20 },
+    RamRange { first: 0x1A0, last: 0x1BF, canonical: 0xA0 },
+    RamRange { first: 0x1F0, last: 0x1FF, canonical: 0x70 },
 ];
 
 /// INDF, PCL, STATUS, FSR, PCLATH in each bank.
@@ -59,20 +59,20 @@ const S_874A: &[(u16, Sfr)] = join!(S_873A, r::PORT_DE);
 
 /// What all have but INTCON's names of timer 0.
 #[rustfmt::skip]
-const B_ANY: &[Bit] = join!(
+const B_ANY: &[SfrBit] = join!(
     b::CORE, b::RA5, b::INT, b::TIMERS, b::T1INSYNC, b::T1SYNC, b::PORT_C, b::ADC_ANY, b::ADC, b::PCFG, b::EEPROM, b::FLASH,
 );
-const B_87X: &[Bit] = join!(B_ANY, b::T0, b::TMR0);
-const B_870: &[Bit] = join!(B_87X, b::USART, b::USART_87X);
-const B_871: &[Bit] = join!(B_870, b::PORT_DE);
-const B_872: &[Bit] = join!(B_ANY, b::TMR0, b::T0, b::SSP, b::MSSP);
-const B_873: &[Bit] = join!(B_870, b::SSP, b::MSSP, b::CCP2);
-const B_874: &[Bit] = join!(B_873, b::PORT_DE);
-const B_873A: &[Bit] = join!(
+const B_87X: &[SfrBit] = join!(B_ANY, b::T0, b::TMR0);
+const B_870: &[SfrBit] = join!(B_87X, b::USART, b::USART_87X);
+const B_871: &[SfrBit] = join!(B_870, b::PORT_DE);
+const B_872: &[SfrBit] = join!(B_ANY, b::TMR0, b::T0, b::SSP, b::MSSP);
+const B_873: &[SfrBit] = join!(B_870, b::SSP, b::MSSP, b::CCP2);
+const B_874: &[SfrBit] = join!(B_873, b::PORT_DE);
+const B_873A: &[SfrBit] = join!(
     join!(B_ANY, b::TMR0, b::T0, b::USART, b::USART_87X, b::SSP, b::MSSP, b::CCP2),
     join!(b::ADCS2, b::CMCON, b::CVRCON),
 );
-const B_874A: &[Bit] = join!(B_873A, b::PORT_DE);
+const B_874A: &[SfrBit] = join!(B_873A, b::PORT_DE);
 
 const ANALOG28: &[PinId] = &[dip28::RA0, dip28::RA1, dip28::RA2, dip28::RA3, dip28::RA5];
 #[rustfmt::skip]
@@ -88,10 +88,10 @@ const C_872: [&str; 8] = ["T1OSO, T1CKI", "T1OSI", "CCP1", "SCK, SCL", "SDI, SDA
 const C_873: [&str; 8] = ["T1OSO, T1CKI", "T1OSI, CCP2", "CCP1", "SCK, SCL", "SDI, SDA", "SDO", "TX, CK", "RX, DT"];
 
 /// 87X, register 12-1 and table 4-1: what is code protected cannot be written by the program either.
-const CONFIG: Config = Config {
+const CONFIG: ConfigLayout = ConfigLayout {
     words: &[0x2007],
     erased: &[0x3FFF],
-    fosc: (3, &[Oscillator::Lp, Oscillator::Xt, Oscillator::Hs, Oscillator::Rc]),
+    fosc: (3, &[OscillatorMode::Lp, OscillatorMode::Xt, OscillatorMode::Hs, OscillatorMode::Rc]),
     osc_ports: &[],
     fcmen: 0,
     ieso: 0,
@@ -107,15 +107,15 @@ const CONFIG: Config = Config {
     cp_first: (0x30, &[0, 0x800, 0xF00, 0xFFFF]),
     wrt: (1 << 9, &[0xFFFF, 0]),
 };
-const CONFIG_8K: Config = Config { cp_first: (0x30, &[0, 0x1000, 0x1F00, 0xFFFF]), ..CONFIG };
+const CONFIG_8K: ConfigLayout = ConfigLayout { cp_first: (0x30, &[0, 0x1000, 0x1F00, 0xFFFF]), ..CONFIG };
 /// 870 and 871, register 11-1; 872, register 11-1: only all or nothing is protected; the values between count as all.
-const CONFIG_2K: Config = Config { cp_first: (0x30, &[0, 0, 0, 0xFFFF]), ..CONFIG };
+const CONFIG_2K: ConfigLayout = ConfigLayout { cp_first: (0x30, &[0, 0, 0, 0xFFFF]), ..CONFIG };
 /// 87XA, register 14-1: writing is a matter of WRT alone.
-const CONFIG_A: Config = Config { cp: 0x2000, cp_first: (0, &[]), wrt: (3 << 9, &[0x800, 0x400, 0x100, 0]), ..CONFIG };
-const CONFIG_A_8K: Config = Config { wrt: (3 << 9, &[0x1000, 0x800, 0x100, 0]), ..CONFIG_A };
+const CONFIG_A: ConfigLayout = ConfigLayout { cp: 0x2000, cp_first: (0, &[]), wrt: (3 << 9, &[0x800, 0x400, 0x100, 0]), ..CONFIG };
+const CONFIG_A_8K: ConfigLayout = ConfigLayout { wrt: (3 << 9, &[0x1000, 0x800, 0x100, 0]), ..CONFIG_A };
 
 /// PIC16F873.
-pub const PIC16F873: Part = Part {
+pub const PIC16F873: Pic16Part = Pic16Part {
     chip: chip!(
         "pic16f873",
         "PIC16F873",
@@ -126,23 +126,23 @@ pub const PIC16F873: Part = Part {
         28,
         Chip {
             name: "",
-            family: Family::Pic16,
+            family: ChipFamily::Pic16,
             isa: &ISA,
             title: "",
-            source: "",
-            code: "flash",
-            flash: 0,
-            on_chip: 0,
-            ram: "data",
+            data_sheet: "",
+            code_space: "flash",
+            flash_bytes: 0,
+            on_chip_flash_bytes: 0,
+            ram_space: "data",
             ram_start: 0x20,
             ram_len: 0,
-            ram_map: RAM_192,
-            eeprom: 0,
+            ram_ranges: RAM_192,
+            eeprom_bytes: 0,
             word_bytes: 2,
             max_hz: 20_000_000,
             default_hz: 4_000_000,
-            hex: &[],
-            elf: &[],
+            hex_spaces: &[],
+            elf_spaces: &[],
             elf_machine: 0,
             cpu_regs: &["W", "STATUS", "FSR", "PCLATH", "PC"],
             reg_space: "data",
@@ -151,12 +151,12 @@ pub const PIC16F873: Part = Part {
             pins: &pins28(A_873, C_873),
             constants: Vec::new,
             vectors: &["RESET", "INT"],
-            vector_words: 4,
+            words_per_vector: 4,
             packages: &[],
-            vector_back: 0,
+            later_vectors_back_words: 0,
             spaces: &[],
-            told: &[("data", 0)],
-            silent: &SILENT,
+            observable_spaces: &[("data", 0)],
+            implicit_accesses: &SILENT,
         }
     ),
     sfr: S_873,
@@ -168,16 +168,16 @@ pub const PIC16F873: Part = Part {
     analog: ANALOG28,
     ccps: 2,
     timers: true,
-    ssp: Ssp::Master,
+    ssp: SspKind::Master,
     usart: true,
-    adc: Adc::Bits10,
-    comparators: Comparators::None,
+    adc: Pic16AdcKind::Bits10,
+    comparators: ComparatorKind::None,
     psp: false,
-    memory: Memory::Word,
-    internal: Internal::None,
+    memory: NonvolatileKind::Word,
+    internal: InternalOscillator::None,
     config: CONFIG,
     device_id: Some(0x0960),
-    times: Times {
+    times: TimingRanges {
         wdt: [7_000, 18_000, 33_000],
         pwrt: [28_000, 72_000, 132_000],
         eeprom: [4_000, 4_000, 8_000],
@@ -187,7 +187,7 @@ pub const PIC16F873: Part = Part {
 };
 
 /// PIC16F874.
-pub(super) const PIC16F874: Part = Part {
+pub(super) const PIC16F874: Pic16Part = Pic16Part {
     chip: Chip {
         regs: regs!(S_874),
         pins: &pins40(A_873, C_873),
@@ -206,23 +206,23 @@ pub(super) const PIC16F874: Part = Part {
 };
 
 /// PIC16F876.
-pub(super) const PIC16F876: Part = Part {
-    chip: Chip { ram_map: RAM_368, ..chip!("pic16f876", "PIC16F876", "DS30292", 8 K, 368, 256, 28, PIC16F873.chip) },
+pub(super) const PIC16F876: Pic16Part = Pic16Part {
+    chip: Chip { ram_ranges: RAM_368, ..chip!("pic16f876", "PIC16F876", "DS30292", 8 K, 368, 256, 28, PIC16F873.chip) },
     config: CONFIG_8K,
     device_id: Some(0x09E0),
     ..PIC16F873
 };
 
 /// PIC16F877.
-pub(super) const PIC16F877: Part = Part {
-    chip: Chip { ram_map: RAM_368, ..chip!("pic16f877", "PIC16F877", "DS30292", 8 K, 368, 256, 40, PIC16F874.chip) },
+pub(super) const PIC16F877: Pic16Part = Pic16Part {
+    chip: Chip { ram_ranges: RAM_368, ..chip!("pic16f877", "PIC16F877", "DS30292", 8 K, 368, 256, 40, PIC16F874.chip) },
     config: CONFIG_8K,
     device_id: Some(0x09A0),
     ..PIC16F874
 };
 
 /// PIC16F873A.
-pub(super) const PIC16F873A: Part = Part {
+pub(super) const PIC16F873A: Pic16Part = Pic16Part {
     chip: Chip {
         regs: regs!(S_873A),
         pins: &pins28(A_873A, C_873),
@@ -232,17 +232,17 @@ pub(super) const PIC16F873A: Part = Part {
     bits: B_873A,
     lines: join!(PIC16F873.lines, p::L28_COMPARATORS),
     flags: join!(PIC16F873.flags, r::F_COMPARATORS),
-    ssp: Ssp::MasterStretch,
-    adc: Adc::Bits10Adcs2,
-    comparators: Comparators::F87xA,
-    memory: Memory::Block4,
+    ssp: SspKind::MasterStretch,
+    adc: Pic16AdcKind::Bits10Adcs2,
+    comparators: ComparatorKind::F87xA,
+    memory: NonvolatileKind::Block4,
     config: CONFIG_A,
     device_id: Some(0x0E40),
     ..PIC16F873
 };
 
 /// PIC16F874A.
-pub(super) const PIC16F874A: Part = Part {
+pub(super) const PIC16F874A: Pic16Part = Pic16Part {
     chip: Chip {
         regs: regs!(S_874A),
         pins: &pins40(A_873A, C_873),
@@ -252,35 +252,35 @@ pub(super) const PIC16F874A: Part = Part {
     bits: B_874A,
     lines: join!(PIC16F874.lines, p::L28_COMPARATORS),
     flags: join!(PIC16F874.flags, r::F_COMPARATORS),
-    ssp: Ssp::MasterStretch,
-    adc: Adc::Bits10Adcs2,
-    comparators: Comparators::F87xA,
-    memory: Memory::Block4,
+    ssp: SspKind::MasterStretch,
+    adc: Pic16AdcKind::Bits10Adcs2,
+    comparators: ComparatorKind::F87xA,
+    memory: NonvolatileKind::Block4,
     config: CONFIG_A,
     device_id: Some(0x0E60),
     ..PIC16F874
 };
 
 /// PIC16F876A.
-pub(super) const PIC16F876A: Part = Part {
-    chip: Chip { ram_map: RAM_368, ..chip!("pic16f876a", "PIC16F876A", "DS39582", 8 K, 368, 256, 28, PIC16F873A.chip) },
+pub(super) const PIC16F876A: Pic16Part = Pic16Part {
+    chip: Chip { ram_ranges: RAM_368, ..chip!("pic16f876a", "PIC16F876A", "DS39582", 8 K, 368, 256, 28, PIC16F873A.chip) },
     config: CONFIG_A_8K,
     device_id: Some(0x0E00),
     ..PIC16F873A
 };
 
 /// PIC16F877A.
-pub(super) const PIC16F877A: Part = Part {
-    chip: Chip { ram_map: RAM_368, ..chip!("pic16f877a", "PIC16F877A", "DS39582", 8 K, 368, 256, 40, PIC16F874A.chip) },
+pub(super) const PIC16F877A: Pic16Part = Pic16Part {
+    chip: Chip { ram_ranges: RAM_368, ..chip!("pic16f877a", "PIC16F877A", "DS39582", 8 K, 368, 256, 40, PIC16F874A.chip) },
     config: CONFIG_A_8K,
     device_id: Some(0x0E20),
     ..PIC16F874A
 };
 
 /// PIC16F870.
-pub(super) const PIC16F870: Part = Part {
+pub(super) const PIC16F870: Pic16Part = Pic16Part {
     chip: Chip {
-        ram_map: RAM_128,
+        ram_ranges: RAM_128,
         regs: regs!(S_870),
         pins: &pins28(A_870, C_870),
         ..chip!("pic16f870", "PIC16F870", "DS30569", 2 K, 128, 64, 28, PIC16F873.chip)
@@ -290,14 +290,14 @@ pub(super) const PIC16F870: Part = Part {
     lines: join!(p::L28, p::L28_USART),
     flags: join!(r::F_CORE, r::F_TIMERS, r::F_USART, r::F_ADC, r::F_EEPROM),
     ccps: 1,
-    ssp: Ssp::None,
+    ssp: SspKind::None,
     config: CONFIG_2K,
     device_id: Some(0x0D00),
     ..PIC16F873
 };
 
 /// PIC16F871.
-pub(super) const PIC16F871: Part = Part {
+pub(super) const PIC16F871: Pic16Part = Pic16Part {
     chip: Chip {
         regs: regs!(S_871),
         pins: &pins40(A_870, C_870),
@@ -316,9 +316,9 @@ pub(super) const PIC16F871: Part = Part {
 };
 
 /// PIC16F872.
-pub(super) const PIC16F872: Part = Part {
+pub(super) const PIC16F872: Pic16Part = Pic16Part {
     chip: Chip {
-        ram_map: RAM_128,
+        ram_ranges: RAM_128,
         regs: regs!(S_872),
         pins: &pins28(A_873, C_872),
         ..chip!("pic16f872", "PIC16F872", "DS30221", 2 K, 128, 64, 28, PIC16F873.chip)

@@ -7,60 +7,60 @@
 
 use emu_core::pins::PinId;
 
-use super::{ALIASES, Config, NO_PIN, Oscillator, Part, part};
+use super::{ALIASES, ConfigLayout, NO_PIN, OscillatorMode, Pic16Part, part};
 
 /// All bits of a program word.
-const ONES: u16 = 0x3FFF;
+const ERASED_WORD: u16 = 0x3FFF;
 
 /// The debugger's bit, which every chip has that can write its own program memory.
-const DEBUG: u16 = 1 << 11;
+const DEBUG_BIT: u16 = 1 << 11;
 
 /// What a spelling stands for; the words between blanks are its spellings.
-type Row = (&'static str, fn(&Part) -> Option<u16>);
+type ConfigName = (&'static str, fn(&Pic16Part) -> Option<u16>);
 
 /// Values that depend on one feature each.
 #[rustfmt::skip]
-const ROWS: &[Row] = &[
-    ("_FOSC_LP _LP_OSC",           |part| oscillator(part, Oscillator::Lp, 0)),
-    ("_FOSC_XT _XT_OSC",           |part| oscillator(part, Oscillator::Xt, 0)),
-    ("_FOSC_HS _HS_OSC",           |part| oscillator(part, Oscillator::Hs, 0)),
-    ("_FOSC_EC _FOSC_ECIO _EXTCLK _EXTCLK_OSC", |part| oscillator(part, Oscillator::Ec, 0x40)),
-    ("_FOSC_INTOSCIO _INTRC_OSC_NOCLKOUT _INTOSC_OSC_NOCLKOUT _INTRC_IO", |part| oscillator(part, Oscillator::Internal, 0xC0)),
-    ("_FOSC_INTOSCCLK _INTRC_OSC_CLKOUT _INTOSC_OSC_CLKOUT _INTRC_CLKOUT", |part| oscillator(part, Oscillator::Internal, 0x80)),
-    ("_FOSC_ERIO _ER_OSC_NOCLKOUT _FOSC_EXTRCIO _RC_OSC_NOCLKOUT _EXTRC_IO", |part| oscillator(part, Oscillator::Rc, 0x40)),
+const CONFIG_NAMES: &[ConfigName] = &[
+    ("_FOSC_LP _LP_OSC",           |part| oscillator(part, OscillatorMode::Lp, 0)),
+    ("_FOSC_XT _XT_OSC",           |part| oscillator(part, OscillatorMode::Xt, 0)),
+    ("_FOSC_HS _HS_OSC",           |part| oscillator(part, OscillatorMode::Hs, 0)),
+    ("_FOSC_EC _FOSC_ECIO _EXTCLK _EXTCLK_OSC", |part| oscillator(part, OscillatorMode::Ec, 0x40)),
+    ("_FOSC_INTOSCIO _INTRC_OSC_NOCLKOUT _INTOSC_OSC_NOCLKOUT _INTRC_IO", |part| oscillator(part, OscillatorMode::Internal, 0xC0)),
+    ("_FOSC_INTOSCCLK _INTRC_OSC_CLKOUT _INTOSC_OSC_CLKOUT _INTRC_CLKOUT", |part| oscillator(part, OscillatorMode::Internal, 0x80)),
+    ("_FOSC_ERIO _ER_OSC_NOCLKOUT _FOSC_EXTRCIO _RC_OSC_NOCLKOUT _EXTRC_IO", |part| oscillator(part, OscillatorMode::Rc, 0x40)),
     ("_FOSC_ERCLK _ER_OSC_CLKOUT _FOSC_EXTRCCLK _RC_OSC_CLKOUT _EXTRC_CLKOUT", |part| clock_out(part, true)),
     ("_FOSC_EXTRC _FOSC_RC _RC_OSC", |part| clock_out(part, false)),
-    ("_WDTE_OFF _WDT_OFF",         |part| off(part.config.wdte)),
-    ("_WDTE_ON _WDT_ON",           |part| on(part.config.wdte)),
+    ("_WDTE_OFF _WDT_OFF",         |part| with_bits_clear(part.config.wdte)),
+    ("_WDTE_ON _WDT_ON",           |part| with_bits_set(part.config.wdte)),
     ("_PWRTE_OFF",                 |part| power_up(part, false)),
     ("_PWRTE_ON",                  |part| power_up(part, true)),
-    ("_BOREN_OFF _BODEN_OFF",      |part| off(part.config.boren)),
-    ("_BOREN_ON _BODEN_ON",        |part| on(part.config.boren)),
-    ("_MCLRE_OFF _MCLR_OFF",       |part| off(part.config.mclre)),
-    ("_MCLRE_ON _MCLR_ON",         |part| on(part.config.mclre)),
-    ("_LVP_OFF",                   |part| off(part.config.lvp)),
-    ("_LVP_ON",                    |part| on(part.config.lvp)),
-    ("_CPD_ON _DATA_CP_ON DATA_CP_ON", |part| off(part.config.cpd)),
-    ("_CPD_OFF _DATA_CP_OFF DATA_CP_OFF", |part| on(part.config.cpd)),
-    ("_FCMEN_OFF",                 |part| off(part.config.fcmen)),
-    ("_FCMEN_ON",                  |part| on(part.config.fcmen)),
-    ("_IESO_OFF",                  |part| off(part.config.ieso)),
-    ("_IESO_ON",                   |part| on(part.config.ieso)),
-    ("_DEBUG_ON",                  |part| off(debug(part))),
-    ("_DEBUG_OFF",                 |part| on(debug(part))),
+    ("_BOREN_OFF _BODEN_OFF",      |part| with_bits_clear(part.config.boren)),
+    ("_BOREN_ON _BODEN_ON",        |part| with_bits_set(part.config.boren)),
+    ("_MCLRE_OFF _MCLR_OFF",       |part| with_bits_clear(part.config.mclre)),
+    ("_MCLRE_ON _MCLR_ON",         |part| with_bits_set(part.config.mclre)),
+    ("_LVP_OFF",                   |part| with_bits_clear(part.config.lvp)),
+    ("_LVP_ON",                    |part| with_bits_set(part.config.lvp)),
+    ("_CPD_ON _DATA_CP_ON DATA_CP_ON", |part| with_bits_clear(part.config.cpd)),
+    ("_CPD_OFF _DATA_CP_OFF DATA_CP_OFF", |part| with_bits_set(part.config.cpd)),
+    ("_FCMEN_OFF",                 |part| with_bits_clear(part.config.fcmen)),
+    ("_FCMEN_ON",                  |part| with_bits_set(part.config.fcmen)),
+    ("_IESO_OFF",                  |part| with_bits_clear(part.config.ieso)),
+    ("_IESO_ON",                   |part| with_bits_set(part.config.ieso)),
+    ("_DEBUG_ON",                  |part| with_bits_clear(debug(part))),
+    ("_DEBUG_OFF",                 |part| with_bits_set(debug(part))),
     ("_CCPMX_RB0 _CCP1_RB0",       |part| ccp1(part, "RB0")),
     ("_CCPMX_RB2 _CCP1_RB2",       |part| ccp1(part, "RB2")),
     ("_CCPMX_RB3 _CCP1_RB3",       |part| ccp1(part, "RB3")),
-    ("_CP_OFF",                    |part| on(part.config.cp)),
-    ("_CP_ON _CP_ALL _CP_All",     |part| off(part.config.cp)),
+    ("_CP_OFF",                    |part| with_bits_set(part.config.cp)),
+    ("_CP_ON _CP_ALL _CP_All",     |part| with_bits_clear(part.config.cp)),
     ("_CP_HALF",                   |part| protected(part, words(part) / 2)),
     ("_CP_UPPER_256",              |part| protected(part, words(part).checked_sub(256)?)),
     // The 16F628 alone has a field for two of its quarters, written twice (DS40300, register 14-1).
     ("_CP_75",                     |part| (part.config.cp == 0x3C00).then_some(0x17FF)),
     ("_CP_50",                     |part| (part.config.cp == 0x3C00).then_some(0x2BFF)),
     ("_WRT_OFF _WRT_ENABLE_OFF",   |part| writable_from(part, words(part), 0)),
-    ("_WRT_PROTECT_OFF",           |part| writable_from(part, words(part), 0).filter(|_| several(part))),
-    ("_WRT_ON _WRT_ENABLE_ON",     |part| writable_from(part, 0, 0).filter(|_| !several(part))),
+    ("_WRT_PROTECT_OFF",           |part| writable_from(part, words(part), 0).filter(|_| has_several_words(part))),
+    ("_WRT_ON _WRT_ENABLE_ON",     |part| writable_from(part, 0, 0).filter(|_| !has_several_words(part))),
     ("_WRT_ALL",                   |part| writable_from(part, 0, words(part))),
     ("_WRT_PROTECT_ALL",           |part| protects(part, words(part))),
     ("_WRT_HALF",                  |part| protects(part, words(part) / 2)),
@@ -80,89 +80,89 @@ const ROWS: &[Row] = &[
 ];
 
 /// Named numbers of the chip `name`; none for a chip that is not of this crate.
-pub(super) fn of(name: &str) -> Vec<(&'static str, i32)> {
+pub(super) fn names_of_chip(name: &str) -> Vec<(&'static str, i32)> {
     let Some(part) = part(name) else { return Vec::new() };
     let mut all = vec![("W", 0), ("F", 1)];
     all.extend(part.bits.iter().map(|&(_, name, bit)| (name, i32::from(bit))));
     all.extend(ALIASES.iter().filter_map(|&(name, sfr)| Some((name, i32::from(part.addr(sfr)?)))));
-    let values = ROWS.iter().filter_map(|&(names, value)| Some((names, i32::from(value(part)?))));
+    let values = CONFIG_NAMES.iter().filter_map(|&(names, value)| Some((names, i32::from(value(part)?))));
     all.extend(values.flat_map(|(names, value)| names.split(' ').map(move |name| (name, value))));
     all
 }
 
 /// The value in which the bits under `mask` are clear; nothing where the chip has no such bits.
-fn off(mask: u16) -> Option<u16> {
-    (mask != 0).then_some(ONES & !mask)
+fn with_bits_clear(mask: u16) -> Option<u16> {
+    (mask != 0).then_some(ERASED_WORD & !mask)
 }
 
 /// The value in which they are set.
-fn on(mask: u16) -> Option<u16> {
-    (mask != 0).then_some(ONES)
+fn with_bits_set(mask: u16) -> Option<u16> {
+    (mask != 0).then_some(ERASED_WORD)
 }
 
-fn words(part: &Part) -> u16 {
-    (part.chip.on_chip / 2) as u16
+fn words(part: &Pic16Part) -> u16 {
+    (part.chip.on_chip_flash_bytes / 2) as u16
 }
 
 /// The last place in the list that fits, as the value of the bits under `mask`: where several values mean the same, the last is
 /// the one that the sheets name.
-fn place<T>(mask: u16, list: &[T], fits: impl Fn(usize, &T) -> bool) -> Option<u16> {
+fn option_word<T>(mask: u16, list: &[T], fits: impl Fn(usize, &T) -> bool) -> Option<u16> {
     let place = (0..list.len()).zip(list).rfind(|&(i, value)| fits(i, value))?.0;
-    Some(ONES & !mask | Config::scatter(place, mask))
+    Some(ERASED_WORD & !mask | ConfigLayout::deposit_bits(place, mask))
 }
 
 /// The oscillator may give its pins to port A.
-fn shares_pins(part: &Part) -> bool {
+fn shares_pins(part: &Pic16Part) -> bool {
     !part.config.osc_ports.is_empty()
 }
 
-fn oscillator(part: &Part, wanted: Oscillator, ports: u8) -> Option<u16> {
+fn oscillator(part: &Pic16Part, wanted: OscillatorMode, ports: u8) -> Option<u16> {
     let (mask, list) = part.config.fosc;
     let ports_of = |i: usize| part.config.osc_ports.get(i).copied();
-    place(mask, list, |i, &osc| osc == wanted && ports_of(i).is_none_or(|its| its == ports))
+    option_word(mask, list, |i, &osc| osc == wanted && ports_of(i).is_none_or(|its| its == ports))
         .filter(|_| ports == 0 || shares_pins(part))
 }
 
 /// Resistor and capacitor with the clock on a pin, which headers call so only where the pin could be a port.
-fn clock_out(part: &Part, shared: bool) -> Option<u16> {
-    oscillator(part, Oscillator::Rc, 0).filter(|_| shares_pins(part) == shared)
+fn clock_out(part: &Pic16Part, shared: bool) -> Option<u16> {
+    oscillator(part, OscillatorMode::Rc, 0).filter(|_| shares_pins(part) == shared)
 }
 
-fn power_up(part: &Part, runs: bool) -> Option<u16> {
+fn power_up(part: &Pic16Part, runs: bool) -> Option<u16> {
     let (mask, when_on) = part.config.pwrte;
-    if runs == when_on { on(mask) } else { off(mask) }
+    if runs == when_on { with_bits_set(mask) } else { with_bits_clear(mask) }
 }
 
-fn debug(part: &Part) -> u16 {
-    if part.config.wrt.0 == 0 { 0 } else { DEBUG }
+fn debug(part: &Pic16Part) -> u16 {
+    if part.config.wrt.0 == 0 { 0 } else { DEBUG_BIT }
 }
 
-fn ccp1(part: &Part, pin: &str) -> Option<u16> {
+fn ccp1(part: &Pic16Part, pin: &str) -> Option<u16> {
     let (mask, one, zero) = part.config.ccpmx;
     let is = |id: PinId| id != NO_PIN && part.chip.pins.get(usize::from(id)).is_some_and(|row| row.name == pin);
-    if is(one) { on(mask) } else { off(mask).filter(|_| is(zero)) }
+    if is(one) { with_bits_set(mask) } else { with_bits_clear(mask).filter(|_| is(zero)) }
 }
 
 /// CP protects all words from this one on; it stands twice in the word.
-fn protected(part: &Part, from: u16) -> Option<u16> {
+fn protected(part: &Pic16Part, from: u16) -> Option<u16> {
     let (mask, list) = part.config.cp_first;
-    let first = place(mask, list, |_, &first| first == from)?;
+    let first = option_word(mask, list, |_, &first| first == from)?;
     Some(first & !(mask << 8) | (first & mask) << 8)
 }
 
 /// WRT is a number, and not a single bit that permits.
-fn several(part: &Part) -> bool {
+fn has_several_words(part: &Pic16Part) -> bool {
     part.config.wrt.0.count_ones() > 1
 }
 
 /// The program may write from this word on: `one` by a single bit, `number` by a number.
-fn writable_from(part: &Part, one: u16, number: u16) -> Option<u16> {
+fn writable_from(part: &Pic16Part, one: u16, number: u16) -> Option<u16> {
     let (mask, list) = part.config.wrt;
-    let wanted = if several(part) { number } else { one };
-    place(mask, list, |_, &first| first.min(words(part)) == wanted)
+    let wanted = if has_several_words(part) { number } else { one };
+    option_word(mask, list, |_, &first| first.min(words(part)) == wanted)
 }
 
 /// WRT as a number protects so many words.
-fn protects(part: &Part, count: u16) -> Option<u16> {
-    writable_from(part, 0, count).filter(|_| several(part))
+fn protects(part: &Pic16Part, count: u16) -> Option<u16> {
+    writable_from(part, 0, count).filter(|_| has_several_words(part))
 }

@@ -3,8 +3,8 @@
 use emu_core::chip::PinDef;
 use emu_core::pins::PinId;
 
-use super::{LineAt, NO_PIN, Port};
-use crate::periph::map::{Line, Sfr};
+use super::{PeripheralPin, NO_PIN, PortPins};
+use crate::periph::map::{Pic16Line, Sfr};
 
 /// Names of the pins of a package, numbered in order.
 macro_rules! package {
@@ -86,14 +86,14 @@ pub(super) const fn pins40(a: [&'static str; 6], c: [&'static str; 8]) -> [PinDe
 }
 
 /// A port whose bits are pins side by side, as many as there are.
-const fn port(port: Sfr, tris: Sfr, first: PinId, bits: u8, inputs: u8, open: u8) -> Port {
+const fn port(port: Sfr, tris: Sfr, first: PinId, bits: u8, inputs: u8, open: u8) -> PortPins {
     let mut pins = [NO_PIN; 8];
     let mut i = 0;
     while i < bits {
         pins[i as usize] = first + i as PinId;
         i += 1;
     }
-    Port { port, tris, pins, inputs, open }
+    PortPins { port, tris, pins, inputs, open }
 }
 
 /// RA4, where it has an open drain.
@@ -102,24 +102,24 @@ const RA4: u8 = 1 << 4;
 const RA5: u8 = 1 << 5;
 
 /// 18 pins with MCLR apart.
-pub(super) const PORTS18: &[Port] = &[
+pub(super) const PORTS18: &[PortPins] = &[
     port(Sfr::PORTA, Sfr::TRISA, dip18::RA0, 5, 0, RA4),
     port(Sfr::PORTB, Sfr::TRISB, dip18::RB0, 8, 0, 0), //
 ];
 /// 16F62x: RA4 has an open drain.
-pub(super) const PORTS_62X: &[Port] =
+pub(super) const PORTS_62X: &[PortPins] =
     &[port(Sfr::PORTA, Sfr::TRISA, shared18::RA0, 8, RA5, RA4), port(Sfr::PORTB, Sfr::TRISB, shared18::RB0, 8, 0, 0)];
 /// 16F818, 819, 87, 88: RA4 has none.
-pub(super) const PORTS_88: &[Port] =
+pub(super) const PORTS_88: &[PortPins] =
     &[port(Sfr::PORTA, Sfr::TRISA, shared18::RA0, 8, RA5, 0), port(Sfr::PORTB, Sfr::TRISB, shared18::RB0, 8, 0, 0)];
 /// 28 pins.
-pub(super) const PORTS28: &[Port] = &[
+pub(super) const PORTS28: &[PortPins] = &[
     port(Sfr::PORTA, Sfr::TRISA, dip28::RA0, 6, 0, RA4),
     port(Sfr::PORTB, Sfr::TRISB, dip28::RB0, 8, 0, 0),
     port(Sfr::PORTC, Sfr::TRISC, dip28::RC0, 8, 0, 0),
 ];
 /// 40 pins.
-pub(super) const PORTS40: &[Port] = &[
+pub(super) const PORTS40: &[PortPins] = &[
     port(Sfr::PORTA, Sfr::TRISA, dip40::RA0, 6, 0, RA4),
     port(Sfr::PORTB, Sfr::TRISB, dip40::RB0, 8, 0, 0),
     port(Sfr::PORTC, Sfr::TRISC, dip40::RC0, 8, 0, 0),
@@ -131,35 +131,35 @@ pub(super) const PORTS40: &[Port] = &[
 macro_rules! lines {
     (@over) => { false };
     (@over over) => { true };
-    ($package:ident: $($line:ident $pin:ident $($over:ident)?),* $(,)?) => { &[ $( LineAt {
-        line: Line::$line, pin: $package::$pin, over_tris: lines!(@over $($over)?),
+    ($package:ident: $($line:ident $pin:ident $($over:ident)?),* $(,)?) => { &[ $( PeripheralPin {
+        line: Pic16Line::$line, pin: $package::$pin, over_tris: lines!(@over $($over)?),
     } ),* ] };
 }
 
 /// 18 pins with MCLR apart.
-pub(super) const L18: &[LineAt] = lines! { dip18: T0cki RA4, Int RB0 };
+pub(super) const L18: &[PeripheralPin] = lines! { dip18: T0cki RA4, Int RB0 };
 /// 16F62x.
-pub(super) const L_62X: &[LineAt] = lines! {
+pub(super) const L_62X: &[PeripheralPin] = lines! {
     shared18: T0cki RA4, Int RB0, T1cki RB6, Ccp1 RB3, Rx RB1 over, Tx RB2 over, C1out RA3, C2out RA4
 };
 /// 16F818 and 819; CCP1 moves by CCPMX.
-pub(super) const L_819: &[LineAt] = lines! {
+pub(super) const L_819: &[PeripheralPin] = lines! {
     shared18: T0cki RA4, Int RB0, T1cki RB6, Ccp1 RB2, Sck RB4, Sdi RB1, Sdo RB2, Ss RB5
 };
 /// 16F87 and 88; CCP1 moves by CCPMX.
-pub(super) const L_88: &[LineAt] = lines! {
+pub(super) const L_88: &[PeripheralPin] = lines! {
     shared18: T0cki RA4, Int RB0, T1cki RB6, Ccp1 RB0, Sck RB4, Sdi RB1, Sdo RB2, Ss RB5, Rx RB2 over, Tx RB5 over,
     C1out RA3, C2out RA4
 };
 /// 28 pins: timers and CCP1.
-pub(super) const L28: &[LineAt] = lines! { dip28: T0cki RA4, Int RB0, T1cki RC0, Ccp1 RC2 };
+pub(super) const L28: &[PeripheralPin] = lines! { dip28: T0cki RA4, Int RB0, T1cki RC0, Ccp1 RC2 };
 /// CCP2.
-pub(super) const L28_CCP2: &[LineAt] = lines! { dip28: Ccp2 RC1 };
+pub(super) const L28_CCP2: &[PeripheralPin] = lines! { dip28: Ccp2 RC1 };
 /// SSP.
-pub(super) const L28_SSP: &[LineAt] = lines! { dip28: Sck RC3, Sdi RC4, Sdo RC5, Ss RA5 };
+pub(super) const L28_SSP: &[PeripheralPin] = lines! { dip28: Sck RC3, Sdi RC4, Sdo RC5, Ss RA5 };
 /// USART.
-pub(super) const L28_USART: &[LineAt] = lines! { dip28: Tx RC6 over, Rx RC7 over };
+pub(super) const L28_USART: &[PeripheralPin] = lines! { dip28: Tx RC6 over, Rx RC7 over };
 /// Comparators.
-pub(super) const L28_COMPARATORS: &[LineAt] = lines! { dip28: C1out RA4, C2out RA5 };
+pub(super) const L28_COMPARATORS: &[PeripheralPin] = lines! { dip28: C1out RA4, C2out RA5 };
 /// Parallel slave port: the other ports have the same numbers as with 28 pins.
-pub(super) const L40: &[LineAt] = lines! { dip40: Rd RE0, Wr RE1, Cs RE2 };
+pub(super) const L40: &[PeripheralPin] = lines! { dip40: Rd RE0, Wr RE1, Cs RE2 };

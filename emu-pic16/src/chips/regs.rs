@@ -1,8 +1,8 @@
 //! Registers in data memory and interrupt flags, in groups from which the rows of the chips are put together (data sheets,
 //! "Register file map", and the sections of the parts).
 
-use super::FlagAt;
-use crate::periph::map::{Flag, Sfr};
+use super::FlagLocation;
+use crate::periph::map::{InterruptFlag, Sfr};
 
 /// Rows of addresses and registers.
 macro_rules! sfrs {
@@ -82,7 +82,7 @@ pub(super) const WATCHDOG: &[(u16, Sfr)] = sfrs! { 0x105 WDTCON };
 pub(super) const ANSEL: &[(u16, Sfr)] = sfrs! { 0x9B ANSEL };
 
 /// Banks 0 and 1 again as banks 2 and 3, for the chips that do not decode RP1 and IRP; `N` is twice the length.
-pub(super) const fn twice<const N: usize>(banks: &[(u16, Sfr)]) -> [(u16, Sfr); N] {
+pub(super) const fn mirrored<const N: usize>(banks: &[(u16, Sfr)]) -> [(u16, Sfr); N] {
     let mut all = [banks[0]; N];
     let mut i = 0;
     while i < banks.len() {
@@ -95,42 +95,42 @@ pub(super) const fn twice<const N: usize>(banks: &[(u16, Sfr)]) -> [(u16, Sfr); 
 
 /// Rows of flags whose enable is the bit of the same number in another register.
 macro_rules! flags {
-    ($($flag:ident $at:ident $enable:ident $bit:literal)*) => { &[ $( FlagAt {
-        flag: Flag::$flag, at: (Sfr::$at, $bit), enable: (Sfr::$enable, $bit), peripheral: true,
+    ($($flag:ident $at:ident $enable:ident $bit:literal)*) => { &[ $( FlagLocation {
+        flag: InterruptFlag::$flag, at: (Sfr::$at, $bit), enable: (Sfr::$enable, $bit), peripheral: true,
     } ),* ] };
 }
 
 /// A flag that PEIE does not gate.
-const fn own(flag: Flag, at: (Sfr, u8), enable: u8) -> FlagAt {
-    FlagAt { flag, at, enable: (Sfr::INTCON, enable), peripheral: false }
+const fn intcon_flag(flag: InterruptFlag, at: (Sfr, u8), enable: u8) -> FlagLocation {
+    FlagLocation { flag, at, enable: (Sfr::INTCON, enable), peripheral: false }
 }
 
 /// INTCON.
-pub(super) const F_CORE: &[FlagAt] =
-    &[own(Flag::T0IF, (Sfr::INTCON, 2), 5), own(Flag::INTF, (Sfr::INTCON, 1), 4), own(Flag::RBIF, (Sfr::INTCON, 0), 3)];
+pub(super) const F_CORE: &[FlagLocation] =
+    &[intcon_flag(InterruptFlag::T0IF, (Sfr::INTCON, 2), 5), intcon_flag(InterruptFlag::INTF, (Sfr::INTCON, 1), 4), intcon_flag(InterruptFlag::RBIF, (Sfr::INTCON, 0), 3)];
 /// 16F84: EEIF is in EECON1, EEIE in INTCON.
-pub(super) const F_EEPROM_84: &[FlagAt] = &[own(Flag::EEIF, (Sfr::EECON1, 4), 6)];
+pub(super) const F_EEPROM_84: &[FlagLocation] = &[intcon_flag(InterruptFlag::EEIF, (Sfr::EECON1, 4), 6)];
 /// 16C71: ADIF is in ADCON0, ADIE in INTCON.
-pub(super) const F_ADC_71: &[FlagAt] = &[own(Flag::ADIF, (Sfr::ADCON0, 1), 6)];
+pub(super) const F_ADC_71: &[FlagLocation] = &[intcon_flag(InterruptFlag::ADIF, (Sfr::ADCON0, 1), 6)];
 /// Timers 1 and 2, CCP1.
-pub(super) const F_TIMERS: &[FlagAt] = flags! { TMR1IF PIR1 PIE1 0 TMR2IF PIR1 PIE1 1 CCP1IF PIR1 PIE1 2 };
+pub(super) const F_TIMERS: &[FlagLocation] = flags! { TMR1IF PIR1 PIE1 0 TMR2IF PIR1 PIE1 1 CCP1IF PIR1 PIE1 2 };
 /// SSP.
-pub(super) const F_SSP: &[FlagAt] = flags! { SSPIF PIR1 PIE1 3 };
+pub(super) const F_SSP: &[FlagLocation] = flags! { SSPIF PIR1 PIE1 3 };
 /// USART.
-pub(super) const F_USART: &[FlagAt] = flags! { TXIF PIR1 PIE1 4 RCIF PIR1 PIE1 5 };
+pub(super) const F_USART: &[FlagLocation] = flags! { TXIF PIR1 PIE1 4 RCIF PIR1 PIE1 5 };
 /// Converter.
-pub(super) const F_ADC: &[FlagAt] = flags! { ADIF PIR1 PIE1 6 };
+pub(super) const F_ADC: &[FlagLocation] = flags! { ADIF PIR1 PIE1 6 };
 /// Parallel slave port.
-pub(super) const F_PSP: &[FlagAt] = flags! { PSPIF PIR1 PIE1 7 };
+pub(super) const F_PSP: &[FlagLocation] = flags! { PSPIF PIR1 PIE1 7 };
 /// 16F62x.
-pub(super) const F_62X: &[FlagAt] = flags! { CMIF PIR1 PIE1 6 EEIF PIR1 PIE1 7 };
+pub(super) const F_62X: &[FlagLocation] = flags! { CMIF PIR1 PIE1 6 EEIF PIR1 PIE1 7 };
 /// CCP2.
-pub(super) const F_CCP2: &[FlagAt] = flags! { CCP2IF PIR2 PIE2 0 };
+pub(super) const F_CCP2: &[FlagLocation] = flags! { CCP2IF PIR2 PIE2 0 };
 /// MSSP.
-pub(super) const F_MSSP: &[FlagAt] = flags! { BCLIF PIR2 PIE2 3 };
+pub(super) const F_MSSP: &[FlagLocation] = flags! { BCLIF PIR2 PIE2 3 };
 /// EEPROM.
-pub(super) const F_EEPROM: &[FlagAt] = flags! { EEIF PIR2 PIE2 4 };
+pub(super) const F_EEPROM: &[FlagLocation] = flags! { EEIF PIR2 PIE2 4 };
 /// Comparators.
-pub(super) const F_COMPARATORS: &[FlagAt] = flags! { CMIF PIR2 PIE2 6 };
+pub(super) const F_COMPARATORS: &[FlagLocation] = flags! { CMIF PIR2 PIE2 6 };
 /// Oscillator fail.
-pub(super) const F_OSCILLATOR: &[FlagAt] = flags! { OSFIF PIR2 PIE2 7 };
+pub(super) const F_OSCILLATOR: &[FlagLocation] = flags! { OSFIF PIR2 PIE2 7 };

@@ -10,9 +10,9 @@ mod hold;
 
 use emu_core::NEVER;
 
-use self::hold::{Hold, Network};
-use super::map::{Flag, Sfr};
-use super::{Device, Outbox, Signal};
+use self::hold::{HoldCapacitor, HoldNetwork};
+use super::map::{InterruptFlag, Sfr};
+use super::{Pic16Device, Pic16Outbox, Pic16Signal};
 use crate::chips;
 
 const ADON: u8 = 1;
@@ -24,7 +24,7 @@ const ADCS2: u8 = 1 << 6;
 
 /// A conversion on its way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Conversion {
+struct AdcConversion {
     /// Clock at which the capacitor leaves the input.
     sample: u64,
     /// Clock at which the result is loaded.
@@ -37,12 +37,12 @@ struct Conversion {
     code: Option<u16>,
 }
 
-emu_core::state! { Conversion { sample, done, wait, own_clock, code } }
+emu_core::state! { AdcConversion { sample, done, wait, own_clock, code } }
 
 /// The converter. Voltages are in millivolts above VSS.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Adc {
-    kind: chips::Adc,
+pub struct Pic16Adc {
+    kind: chips::Pic16AdcKind,
     channels: u8,
     rc: (u64, u64),
     inputs: [u32; 8],
@@ -52,30 +52,30 @@ pub struct Adc {
     ansel: u8,
     adresh: u8,
     adresl: u8,
-    conversion: Option<Conversion>,
-    hold: Hold,
+    conversion: Option<AdcConversion>,
+    hold: HoldCapacitor,
     /// The capacitor is charged at once.
     ideal: bool,
     asleep: bool,
 }
 
 emu_core::state! {
-    Adc { inputs, supply, adcon0, adcon1, ansel, adresh, adresl, conversion, hold, asleep } stays { kind, channels, rc, ideal }
+    Pic16Adc { inputs, supply, adcon0, adcon1, ansel, adresh, adresl, conversion, hold, asleep } stays { kind, channels, rc, ideal }
 }
 
-impl Adc {
+impl Pic16Adc {
     /// The converter of a chip after power-up: `channels` inputs (1 to 8), TAD of its own oscillator as numerator and
     /// denominator of clocks, and the frequency of the oscillator for the times of acquisition. Sources have 10 kilohms, the
     /// supply is 5 V, all inputs are at 0 V.
     #[must_use]
-    pub fn new(kind: chips::Adc, channels: u8, rc_clocks: (u64, u64), hz: u64) -> Adc {
+    pub fn new(kind: chips::Pic16AdcKind, channels: u8, rc_clocks: (u64, u64), hz: u64) -> Pic16Adc {
         // DS30292 equation 11-1 (120 pF), and the acquisition requirements of DS31021 for 8 bits (51.2 pF).
-        let network = if kind == chips::Adc::Bits8 {
-            Network { capacity_ff: 51_200, inner_ohms: 8_000, settle_ns: 6_250, constants_e6: 6_236_370 }
+        let network = if kind == chips::Pic16AdcKind::Bits8 {
+            HoldNetwork { capacity_ff: 51_200, inner_ohms: 8_000, settle_ns: 6_250, constants_e6: 6_236_370 }
         } else {
-            Network { capacity_ff: 120_000, inner_ohms: 8_000, settle_ns: 3_250, constants_e6: 7_624_131 }
+            HoldNetwork { capacity_ff: 120_000, inner_ohms: 8_000, settle_ns: 3_250, constants_e6: 7_624_131 }
         };
-        Adc {
+        Pic16Adc {
             kind,
             channels: channels.min(8),
             rc: (rc_clocks.0, rc_clocks.1.max(1)),
@@ -87,7 +87,7 @@ impl Adc {
             adresh: 0,
             adresl: 0,
             conversion: None,
-            hold: Hold::new(network, 10_000, hz),
+            hold: HoldCapacitor::new(network, 10_000, hz),
             ideal: false,
             asleep: false,
         }
@@ -95,7 +95,7 @@ impl Adc {
 
     /// The same with a capacitor that is charged at once, where `ideal` is set.
     #[must_use]
-    pub fn with_ideal_acquisition(mut self, ideal: bool) -> Adc {
+    pub fn with_ideal_acquisition(mut self, ideal: bool) -> Pic16Adc {
         self.ideal = ideal;
         self
     }
@@ -112,7 +112,7 @@ impl Adc {
     pub fn set_input(&mut self, channel: u8, millivolts: u32, t: u64) {
         if channel < self.channels && self.inputs[usize::from(channel & 7)] != millivolts {
             self.sample_by(t);
-            self.hold.disturb(t, self.source());
+            self.hold.inject_charge(t, self.source());
             self.inputs[usize::from(channel & 7)] = millivolts;
         }
     }
@@ -132,33 +132,33 @@ impl Adc {
     /// The channels that are digital inputs, AN0 in bit 0; the pins of the others read 0 (DS30292 section 11.3). Channels
     /// that the chip does not have are digital.
     #[must_use]
-    pub fn digital(&self) -> u8 {
+    pub fn digital_pins(&self) -> u8 {
         let digital = control::digital(self.kind, self.adcon1, self.ansel);
         digital | !(((1u16 << self.channels) - 1) as u8)
     }
 
     /// The selected channel has been connected for the time of equation 11-1 at `t`, so that a conversion may begin.
     #[must_use]
-    pub fn acquired(&self, t: u64) -> bool {
-        (self.ideal || self.hold.acquired(t)) && self.conversion.is_none()
+    pub fn is_acquired(&self, t: u64) -> bool {
+        (self.ideal || self.hold.is_acquired(t)) && self.conversion.is_none()
     }
 
     /// The channel on which the write of `value` to ADCON0 at `t` begins a conversion, if it is not acquired
     /// by then.
     #[must_use]
-    pub fn converts_early(&self, value: u8, t: u64) -> Option<u8> {
+    pub fn acquisition_error_channel(&self, value: u8, t: u64) -> Option<u8> {
         let mut adc = self.clone();
-        adc.run(t, &mut Outbox::new());
+        adc.run_due(t, &mut Pic16Outbox::new());
         let converts = adc.conversion.is_some();
         adc.write_adcon0(value, t);
         let begins = !converts && adc.conversion.is_some();
-        (begins && !self.ideal && !adc.hold.acquired(t)).then(|| control::chs(adc.kind, adc.adcon0) as u8)
+        (begins && !self.ideal && !adc.hold.is_acquired(t)).then(|| control::chs(adc.kind, adc.adcon0) as u8)
     }
 
     /// The special event of a CCP module starts a conversion at `t`, if the module is on and none is under way
     /// (DS30292 section 8.2.4).
-    pub fn start(&mut self, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    pub fn start(&mut self, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         if self.powered() && self.conversion.is_none() {
             self.adcon0 |= GO;
             self.begin(t);
@@ -166,7 +166,7 @@ impl Adc {
     }
 
     /// ADCS selects the converter's own oscillator.
-    fn own_clock(&self) -> bool {
+    fn uses_rc_clock(&self) -> bool {
         self.adcon0 >> 6 == 3
     }
 
@@ -182,7 +182,7 @@ impl Adc {
     }
 
     fn powered(&self) -> bool {
-        self.adcon0 & ADON != 0 && (!self.asleep || self.own_clock())
+        self.adcon0 & ADON != 0 && (!self.asleep || self.uses_rc_clock())
     }
 
     /// The input of the selected channel in microvolts.
@@ -195,13 +195,13 @@ impl Adc {
         let (num, den) = self.tad();
         let halves = |n: u64| (u128::from(num) * u128::from(n)).div_ceil(2 * u128::from(den)) as u64;
         // Half periods of TAD: until the sample, and in all (parameter 131).
-        let (first, all) = if self.kind == chips::Adc::Bits8 { (3, 19) } else { (2, 24) };
-        let lead = if self.own_clock() { 4 } else { 4u64.saturating_sub(halves(first)) };
-        self.conversion = Some(Conversion {
+        let (first, all) = if self.kind == chips::Pic16AdcKind::Bits8 { (3, 19) } else { (2, 24) };
+        let lead = if self.uses_rc_clock() { 4 } else { 4u64.saturating_sub(halves(first)) };
+        self.conversion = Some(AdcConversion {
             sample: t.saturating_add(lead).saturating_add(halves(first)),
             done: t.saturating_add(lead).saturating_add(halves(all)),
             wait: halves(4),
-            own_clock: self.own_clock(),
+            own_clock: self.uses_rc_clock(),
             code: None,
         });
     }
@@ -217,13 +217,13 @@ impl Adc {
 
     /// Takes the sample if its clock has come by `t`.
     fn sample_by(&mut self, t: u64) {
-        if let Some(Conversion { sample, code: None, .. }) = self.conversion
+        if let Some(AdcConversion { sample, code: None, .. }) = self.conversion
             && sample <= t
         {
             self.hold.open(sample, self.source());
-            let held = if self.ideal { self.source() } else { self.hold.at(sample, 0) };
+            let held = if self.ideal { self.source() } else { self.hold.voltage_at(sample, 0) };
             let code = Some(self.code(held));
-            self.conversion = self.conversion.map(|c| Conversion { code, ..c });
+            self.conversion = self.conversion.map(|c| AdcConversion { code, ..c });
         }
     }
 
@@ -232,7 +232,7 @@ impl Adc {
         let (plus, minus) = control::references(self.kind, self.adcon1);
         let high = u64::from(if plus { self.inputs[3] } else { self.supply }) * 1_000;
         let low = if minus { u64::from(self.inputs[2]) * 1_000 } else { 0 };
-        let steps = if self.kind == chips::Adc::Bits8 { 256 } else { 1024 };
+        let steps = if self.kind == chips::Pic16AdcKind::Bits8 { 256 } else { 1024 };
         let above = microvolts.saturating_sub(low);
         match high.saturating_sub(low) {
             0 if above == 0 => 0,
@@ -243,7 +243,7 @@ impl Adc {
 
     fn load(&mut self, code: u16) {
         let [high, low] = match self.kind {
-            chips::Adc::Bits8 => [code as u8, 0],
+            chips::Pic16AdcKind::Bits8 => [code as u8, 0],
             _ if self.adcon1 & ADFM != 0 => code.to_be_bytes(),
             _ => (code << 6).to_be_bytes(),
         };
@@ -274,26 +274,26 @@ impl Adc {
     }
 }
 
-impl Device for Adc {
-    fn run(&mut self, t: u64, out: &mut Outbox) {
+impl Pic16Device for Pic16Adc {
+    fn run_due(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.sample_by(t);
-        if let Some(Conversion { done, wait, code: Some(code), .. }) = self.conversion
+        if let Some(AdcConversion { done, wait, code: Some(code), .. }) = self.conversion
             && done <= t
         {
             self.conversion = None;
             self.load(code);
             self.adcon0 &= !GO;
-            if self.kind == chips::Adc::Bits8 {
+            if self.kind == chips::Pic16AdcKind::Bits8 {
                 self.adcon0 |= ADIF;
             }
             if self.powered() {
                 self.hold.connect(done.saturating_add(wait));
             }
-            out.push(Signal::Flag { t: done, flag: Flag::ADIF });
+            out.push(Pic16Signal::Flag { t: done, flag: InterruptFlag::ADIF });
         }
     }
 
-    fn next(&self) -> u64 {
+    fn next_clock(&self) -> u64 {
         self.conversion.map_or(NEVER, |conversion| conversion.done)
     }
 
@@ -308,20 +308,20 @@ impl Device for Adc {
         }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         match reg {
             Sfr::ADCON0 => self.write_adcon0(value, t),
             Sfr::ADCON1 => self.adcon1 = value & control::adcon1_mask(self.kind),
             Sfr::ANSEL => self.ansel = value & control::ansel_mask(self.kind),
-            Sfr::ADRESH if self.kind != chips::Adc::None => self.adresh = value,
-            Sfr::ADRESL if self.kind != chips::Adc::None && self.kind != chips::Adc::Bits8 => self.adresl = value,
+            Sfr::ADRESH if self.kind != chips::Pic16AdcKind::None => self.adresh = value,
+            Sfr::ADRESL if self.kind != chips::Pic16AdcKind::None && self.kind != chips::Pic16AdcKind::Bits8 => self.adresl = value,
             _ => {}
         }
     }
 
-    fn sleep(&mut self, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         self.asleep = true;
         // Without its own clock the module aborts and is off until the chip wakes (DS30292 section 11.5).
         let goes_on = self.conversion.map_or(self.powered(), |conversion| conversion.own_clock);
@@ -331,17 +331,17 @@ impl Device for Adc {
         }
     }
 
-    fn wake(&mut self, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn restart_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         self.asleep = false;
         if self.powered() && self.conversion.is_none() && !self.hold.is_connected() {
             self.hold.connect(t);
         }
     }
 
-    fn steady(&self, reg: Sfr, _t: u64) -> u64 {
+    fn steady_until(&self, reg: Sfr, _t: u64) -> u64 {
         match reg {
-            Sfr::ADCON0 | Sfr::ADRESH | Sfr::ADRESL => self.next(),
+            Sfr::ADCON0 | Sfr::ADRESH | Sfr::ADRESL => self.next_clock(),
             _ => NEVER,
         }
     }

@@ -6,8 +6,8 @@
 
 use emu_core::NEVER;
 
-use super::map::{Flag, Line, Sfr};
-use super::{Device, Drive, Outbox, Signal};
+use super::map::{InterruptFlag, Pic16Line, Sfr};
+use super::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 use crate::chips;
 
 const C1OUT: u8 = 1 << 6;
@@ -23,25 +23,25 @@ const CVRCON_MASK: u8 = 0xEF;
 const CVREF: u8 = 4;
 
 /// The inputs of one comparator: the pin at VIN- when CIS is 0 and when it is 1, and the pin at VIN+.
-type Inputs = Option<[u8; 3]>;
+type ComparatorInputs = Option<[u8; 3]>;
 
 /// One of the eight modes.
 #[derive(Debug)]
-struct Mode {
-    inputs: [Inputs; 2],
+struct ComparatorMode {
+    inputs: [ComparatorInputs; 2],
     /// Comparators whose output goes to a pin.
     outputs: [bool; 2],
     /// Pins RA0 to RA3 that stay digital.
     digital: u8,
 }
 
-const fn mode(c1: Inputs, c2: Inputs, outputs: [bool; 2], digital: u8) -> Mode {
-    Mode { inputs: [c1, c2], outputs, digital }
+const fn mode(c1: ComparatorInputs, c2: ComparatorInputs, outputs: [bool; 2], digital: u8) -> ComparatorMode {
+    ComparatorMode { inputs: [c1, c2], outputs, digital }
 }
 
 /// DS40044 figure 10-1; the 16F87 and 16F88 are wired alike (DS30487 figure 13-1).
 #[rustfmt::skip]
-const F62X: [Mode; 8] = [
+const F62X: [ComparatorMode; 8] = [
     mode(None,                None,                [false, false], 0b0000),
     mode(Some([0, 3, 2]),     Some([1, 1, 2]),     [false, false], 0b0000),
     mode(Some([0, 3, CVREF]), Some([1, 2, CVREF]), [false, false], 0b0000),
@@ -54,7 +54,7 @@ const F62X: [Mode; 8] = [
 
 /// DS39582 figure 12-1.
 #[rustfmt::skip]
-const F87XA: [Mode; 8] = [
+const F87XA: [ComparatorMode; 8] = [
     mode(None,                None,                [false, false], 0b0000),
     mode(Some([0, 0, 3]),     None,                [true,  false], 0b0110),
     mode(Some([0, 0, 3]),     Some([1, 1, 2]),     [false, false], 0b0000),
@@ -66,12 +66,12 @@ const F87XA: [Mode; 8] = [
 ];
 
 /// No comparators: all pins stay digital.
-const ABSENT: Mode = mode(None, None, [false, false], 0b1111);
+const ABSENT: ComparatorMode = mode(None, None, [false, false], 0b1111);
 
 /// The comparators. Voltages are in millivolts above VSS.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Comparators {
-    kind: chips::Comparators,
+pub struct Pic16Comparators {
+    kind: chips::ComparatorKind,
     /// Bits 5 to 0.
     cmcon: u8,
     cvrcon: u8,
@@ -80,16 +80,16 @@ pub struct Comparators {
     /// C2OUT and C1OUT as they are, and as they were when CMCON was last read or written.
     outputs: u8,
     seen: u8,
-    driven: [Drive; 2],
+    driven: [Pic16Drive; 2],
 }
 
-emu_core::state! { Comparators { cmcon, cvrcon, inputs, supply, outputs, seen, driven } stays { kind } }
+emu_core::state! { Pic16Comparators { cmcon, cvrcon, inputs, supply, outputs, seen, driven } stays { kind } }
 
-impl Comparators {
+impl Pic16Comparators {
     /// The comparators of a chip after power-up, with 5 V of supply and all inputs at 0 V.
     #[must_use]
-    pub fn new(kind: chips::Comparators) -> Comparators {
-        Comparators {
+    pub fn new(kind: chips::ComparatorKind) -> Pic16Comparators {
+        Pic16Comparators {
             kind,
             cmcon: reset_cmcon(kind),
             cvrcon: 0,
@@ -97,42 +97,42 @@ impl Comparators {
             supply: 5_000,
             outputs: 0,
             seen: 0,
-            driven: [Drive::Port; 2],
+            driven: [Pic16Drive::Port; 2],
         }
     }
 
     /// Any reset at `t` (DS39582 section 12.8, DS40044 section 10.8).
-    pub fn reset(&mut self, t: u64, out: &mut Outbox) {
+    pub fn reset(&mut self, t: u64, out: &mut Pic16Outbox) {
         (self.cmcon, self.cvrcon) = (reset_cmcon(self.kind), 0);
         (self.outputs, self.seen) = (0, 0);
-        self.update(t, out);
+        self.update_outputs(t, out);
     }
 
     /// The voltage on RA`pin`, 0 to 3, from `t` on; other pins are ignored. Where the reference is put out on RA2
     /// ([`Comparators::reference_out`]) the owner decides what stands there.
-    pub fn set_input(&mut self, pin: u8, millivolts: u32, t: u64, out: &mut Outbox) {
+    pub fn set_input(&mut self, pin: u8, millivolts: u32, t: u64, out: &mut Pic16Outbox) {
         if let Some(input) = self.inputs.get_mut(usize::from(pin)) {
             *input = millivolts;
-            self.update(t, out);
+            self.update_outputs(t, out);
         }
     }
 
     /// VDD from `t` on.
-    pub fn set_supply(&mut self, millivolts: u32, t: u64, out: &mut Outbox) {
+    pub fn set_supply(&mut self, millivolts: u32, t: u64, out: &mut Pic16Outbox) {
         self.supply = millivolts;
-        self.update(t, out);
+        self.update_outputs(t, out);
     }
 
     /// The pins RA0 to RA3 that stay digital, RA0 in bit 0; the others read 0.
     #[must_use]
-    pub fn digital(&self) -> u8 {
+    pub fn digital_pins(&self) -> u8 {
         self.mode().digital
     }
 
     /// An output differs from what it was when CMCON was last read or written. As long as it does CMIF cannot be cleared:
     /// it is set again at once (DS39582 section 12.6).
     #[must_use]
-    pub const fn mismatch(&self) -> bool {
+    pub const fn has_mismatch(&self) -> bool {
         self.outputs != self.seen
     }
 
@@ -148,12 +148,12 @@ impl Comparators {
         (self.cvrcon & (CVREN | CVROE) == CVREN | CVROE).then(|| self.reference())
     }
 
-    fn mode(&self) -> &'static Mode {
+    fn mode(&self) -> &'static ComparatorMode {
         let cm = usize::from(self.cmcon & 7);
         match self.kind {
-            chips::Comparators::None => &ABSENT,
-            chips::Comparators::F62x | chips::Comparators::F88 => &F62X[cm],
-            chips::Comparators::F87xA => &F87XA[cm],
+            chips::ComparatorKind::None => &ABSENT,
+            chips::ComparatorKind::F62x | chips::ComparatorKind::F88 => &F62X[cm],
+            chips::ComparatorKind::F87xA => &F87XA[cm],
         }
     }
 
@@ -172,7 +172,7 @@ impl Comparators {
     }
 
     /// Works out the outputs anew and says what has changed.
-    fn update(&mut self, t: u64, out: &mut Outbox) {
+    fn update_outputs(&mut self, t: u64, out: &mut Pic16Outbox) {
         let mode = self.mode();
         let mut outputs = 0;
         for (inputs, (bit, inverted)) in mode.inputs.iter().zip([(C1OUT, 1 << 4), (C2OUT, 1 << 5)]) {
@@ -185,36 +185,36 @@ impl Comparators {
         }
         if outputs != self.outputs {
             self.outputs = outputs;
-            if self.mismatch() {
-                out.push(Signal::Flag { t, flag: Flag::CMIF });
+            if self.has_mismatch() {
+                out.push(Pic16Signal::Flag { t, flag: InterruptFlag::CMIF });
             }
         }
-        for (n, (line, bit)) in [(Line::C1out, C1OUT), (Line::C2out, C2OUT)].into_iter().enumerate() {
-            let drive = if mode.outputs[n] { Drive::of(outputs & bit != 0) } else { Drive::Port };
+        for (n, (line, bit)) in [(Pic16Line::C1out, C1OUT), (Pic16Line::C2out, C2OUT)].into_iter().enumerate() {
+            let drive = if mode.outputs[n] { Pic16Drive::from_bit(outputs & bit != 0) } else { Pic16Drive::Port };
             if self.driven[n] != drive {
                 self.driven[n] = drive;
-                out.push(Signal::Drive { t, line, drive });
+                out.push(Pic16Signal::Drive { t, line, drive });
             }
         }
     }
 }
 
 /// CMCON after a reset.
-fn reset_cmcon(kind: chips::Comparators) -> u8 {
+fn reset_cmcon(kind: chips::ComparatorKind) -> u8 {
     match kind {
-        chips::Comparators::None | chips::Comparators::F62x => 0,
-        chips::Comparators::F87xA | chips::Comparators::F88 => 7,
+        chips::ComparatorKind::None | chips::ComparatorKind::F62x => 0,
+        chips::ComparatorKind::F87xA | chips::ComparatorKind::F88 => 7,
     }
 }
 
-impl Device for Comparators {
-    fn run(&mut self, _t: u64, _out: &mut Outbox) {}
+impl Pic16Device for Pic16Comparators {
+    fn run_due(&mut self, _t: u64, _out: &mut Pic16Outbox) {}
 
-    fn next(&self) -> u64 {
+    fn next_clock(&self) -> u64 {
         NEVER
     }
 
-    fn read(&mut self, reg: Sfr, t: u64, _out: &mut Outbox) -> u8 {
+    fn read(&mut self, reg: Sfr, t: u64, _out: &mut Pic16Outbox) -> u8 {
         if reg == Sfr::CMCON {
             self.seen = self.outputs;
         }
@@ -229,30 +229,30 @@ impl Device for Comparators {
         }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Outbox) {
+    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
         match reg {
-            _ if self.kind == chips::Comparators::None => {}
+            _ if self.kind == chips::ComparatorKind::None => {}
             Sfr::CMCON => {
                 // The write ends an old mismatch; what it changes itself is a new one (DS39582 section 12.6 and the note on
                 // changes of mode in section 12.1).
                 self.seen = self.outputs;
                 self.cmcon = value & CMCON_MASK;
-                self.update(t, out);
+                self.update_outputs(t, out);
             }
             Sfr::CVRCON => {
                 self.cvrcon = value & CVRCON_MASK;
-                self.update(t, out);
+                self.update_outputs(t, out);
             }
             _ => {}
         }
     }
 
     // Neither needs the oscillator: they go on in sleep (DS39582 section 12.7).
-    fn sleep(&mut self, _t: u64, _out: &mut Outbox) {}
+    fn stop_clock(&mut self, _t: u64, _out: &mut Pic16Outbox) {}
 
-    fn wake(&mut self, _t: u64, _out: &mut Outbox) {}
+    fn restart_clock(&mut self, _t: u64, _out: &mut Pic16Outbox) {}
 
-    fn steady(&self, _reg: Sfr, _t: u64) -> u64 {
+    fn steady_until(&self, _reg: Sfr, _t: u64) -> u64 {
         NEVER
     }
 }

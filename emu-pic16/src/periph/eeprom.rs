@@ -6,14 +6,14 @@
 //! sleep does not stop. The data sheets have two NOPs follow the start of every access to program memory: these instructions
 //! run as NOP ([`Signal::Ignore`]), on the chips with FREE only the second. Then the core stands ([`Signal::Stall`]).
 
-use emu_core::state::{Damaged, State, Tape};
+use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 use std::ops::Range;
 
 use emu_core::NEVER;
 
-use super::map::{Flag, Sfr};
-use super::{Device, Outbox, Signal};
-use crate::chips::Memory;
+use super::map::{InterruptFlag, Sfr};
+use super::{Pic16Device, Pic16Outbox, Pic16Signal};
+use crate::chips::NonvolatileKind;
 
 /// The access is to program memory.
 const EEPGD: u8 = 1 << 7;
@@ -31,17 +31,17 @@ const WR: u8 = 1 << 1;
 const RD: u8 = 1;
 
 /// Clocks of an instruction cycle.
-const CYCLE: u64 = 4;
+const CLOCKS_PER_CYCLE: u64 = 4;
 /// Words that are written at a time on chips that write blocks.
-const BLOCK: usize = 4;
+const BLOCK_WORDS: usize = 4;
 /// Words that FREE erases.
-const ROW: u16 = 32;
+const ERASE_ROW_WORDS: u16 = 32;
 /// An erased word.
-const ERASED: u16 = 0x3FFF;
+const ERASED_WORD: u16 = 0x3FFF;
 
 /// Program memory as the program can write it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Flash {
+pub struct FlashAccess {
     /// Program words of the chip.
     pub words: u16,
     /// Those that the program may write, by WRT (and on the 16F87x by CP) of the configuration word.
@@ -52,46 +52,46 @@ pub struct Flash {
 
 /// A write that goes on.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-struct Job {
+struct WriteOperation {
     /// When the core begins to stand still; [`NEVER`] where it does not, or no more.
     stall: u64,
     /// When it is over.
     until: u64,
-    effect: Effect,
+    effect: WriteEffect,
 }
 
-emu_core::state! { Job { stall, until, effect } }
+emu_core::state! { WriteOperation { stall, until, effect } }
 
 /// What a write has done when it is over.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-enum Effect {
+enum WriteEffect {
     #[default]
     /// Nothing: a buffer word has been filled, or the address is protected.
     Nothing,
     /// A byte of the EEPROM.
     Byte(u8, u8),
     /// Words of program memory.
-    Words(Signal),
+    Words(Pic16Signal),
 }
 
-impl State for Effect {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+impl SnapshotState for WriteEffect {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let (mut tag, mut byte, mut words) = match self {
-            Effect::Byte(addr, value) => (1_u8, (*addr, *value), (0, Vec::new())),
-            Effect::Words(Signal::FlashWrite { addr, words }) => (2, (0, 0), (*addr, words.clone())),
-            Effect::Words(Signal::FlashProgram { addr, words }) => (3, (0, 0), (*addr, words.clone())),
+            WriteEffect::Byte(addr, value) => (1_u8, (*addr, *value), (0, Vec::new())),
+            WriteEffect::Words(Pic16Signal::FlashWrite { addr, words }) => (2, (0, 0), (*addr, words.clone())),
+            WriteEffect::Words(Pic16Signal::FlashProgram { addr, words }) => (3, (0, 0), (*addr, words.clone())),
             _ => (0, (0, 0), (0, Vec::new())),
         };
-        tag.state(tape)?;
-        byte.state(tape)?;
-        words.state(tape)?;
+        tag.pass_state(tape)?;
+        byte.pass_state(tape)?;
+        words.pass_state(tape)?;
         let (addr, words) = words;
         *self = match tag {
-            0 => Effect::Nothing,
-            1 => Effect::Byte(byte.0, byte.1),
-            2 => Effect::Words(Signal::FlashWrite { addr, words }),
-            3 => Effect::Words(Signal::FlashProgram { addr, words }),
-            _ => return Err(Damaged),
+            0 => WriteEffect::Nothing,
+            1 => WriteEffect::Byte(byte.0, byte.1),
+            2 => WriteEffect::Words(Pic16Signal::FlashWrite { addr, words }),
+            3 => WriteEffect::Words(Pic16Signal::FlashProgram { addr, words }),
+            _ => return Err(SnapshotDamaged),
         };
         Ok(())
     }
@@ -99,11 +99,11 @@ impl State for Effect {
 
 /// The EEPROM and the way to program memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Eeprom {
-    kind: Memory,
+pub struct Pic16Eeprom {
+    kind: NonvolatileKind,
     bytes: Vec<u8>,
     write_clocks: u64,
-    flash: Flash,
+    flash: FlashAccess,
     eedata: u8,
     eeadr: u8,
     eedath: u8,
@@ -114,33 +114,33 @@ pub struct Eeprom {
     unlock: Option<(u8, u64)>,
     /// A read of program memory: when it is over, and the word.
     read: Option<(u64, u16)>,
-    job: Option<Job>,
-    buffers: [u16; BLOCK],
+    job: Option<WriteOperation>,
+    buffers: [u16; BLOCK_WORDS],
 }
 
-impl State for Eeprom {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+impl SnapshotState for Pic16Eeprom {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         #[rustfmt::skip]
-        let Eeprom {
+        let Pic16Eeprom {
             kind: _, write_clocks: _, flash: _, bytes, eedata, eeadr, eedath, eeadrh, eecon1, unlock, read, job, buffers,
         } = self;
-        tape.memory(bytes)?;
+        tape.pass_memory(bytes)?;
         for register in [eedata, eeadr, eedath, eeadrh, eecon1] {
-            register.state(tape)?;
+            register.pass_state(tape)?;
         }
-        unlock.state(tape)?;
-        read.state(tape)?;
-        job.state(tape)?;
-        buffers.state(tape)
+        unlock.pass_state(tape)?;
+        read.pass_state(tape)?;
+        job.pass_state(tape)?;
+        buffers.pass_state(tape)
     }
 }
 
-impl Eeprom {
+impl Pic16Eeprom {
     /// As after power-up. `bytes`: what the EEPROM holds, all of it; `write_clocks`: clocks of the oscillator that the write of
     /// a byte takes.
     #[must_use]
-    pub fn new(kind: Memory, bytes: &[u8], write_clocks: u64, flash: Flash) -> Eeprom {
-        Eeprom {
+    pub fn new(kind: NonvolatileKind, bytes: &[u8], write_clocks: u64, flash: FlashAccess) -> Pic16Eeprom {
+        Pic16Eeprom {
             kind,
             bytes: bytes.to_vec(),
             write_clocks,
@@ -153,7 +153,7 @@ impl Eeprom {
             unlock: None,
             read: None,
             job: None,
-            buffers: [ERASED; BLOCK],
+            buffers: [ERASED_WORD; BLOCK_WORDS],
         }
     }
 
@@ -179,8 +179,8 @@ impl Eeprom {
 
     /// A reset at `t`; everything due at `t` has been done. It breaks a write off, which sets WRERR unless the power was gone.
     pub fn reset(&mut self, power_on: bool, t: u64) {
-        self.run(t, &mut Outbox::new());
-        let broken = self.job.take().is_some_and(|job| job.effect != Effect::Nothing);
+        self.run_due(t, &mut Pic16Outbox::new());
+        let broken = self.job.take().is_some_and(|job| job.effect != WriteEffect::Nothing);
         self.eecon1 &= if power_on { 0 } else { EEPGD | WRERR };
         if broken && !power_on {
             self.eecon1 |= WRERR;
@@ -191,24 +191,24 @@ impl Eeprom {
 
     /// The chip has the way to program memory.
     const fn has_flash(&self) -> bool {
-        matches!(self.kind, Memory::Word | Memory::Block4 | Memory::Read | Memory::Row32)
+        matches!(self.kind, NonvolatileKind::Word | NonvolatileKind::Block4 | NonvolatileKind::Read | NonvolatileKind::Row32)
     }
 
     /// The bits of EECON1 that can be written, but WR and RD.
     const fn writable_bits(&self) -> u8 {
         match self.kind {
-            Memory::None => 0,
-            Memory::F84 => EEIF | WRERR | WREN,
-            Memory::F62x => WRERR | WREN,
-            Memory::Word | Memory::Block4 | Memory::Read => EEPGD | WRERR | WREN,
-            Memory::Row32 => EEPGD | FREE | WRERR | WREN,
+            NonvolatileKind::None => 0,
+            NonvolatileKind::F84 => EEIF | WRERR | WREN,
+            NonvolatileKind::F62x => WRERR | WREN,
+            NonvolatileKind::Word | NonvolatileKind::Block4 | NonvolatileKind::Read => EEPGD | WRERR | WREN,
+            NonvolatileKind::Row32 => EEPGD | FREE | WRERR | WREN,
         }
     }
 
     /// The bits of EEADRH that there are: five, but only those of the chip's memory on the 818, 819, 87 and 88.
     const fn eeadrh_bits(&self) -> u8 {
         match self.kind {
-            Memory::Row32 => (self.flash.words.saturating_sub(1) >> 8) as u8 & 0x1F,
+            NonvolatileKind::Row32 => (self.flash.words.saturating_sub(1) >> 8) as u8 & 0x1F,
             _ if self.has_flash() => 0x1F,
             _ => 0,
         }
@@ -219,77 +219,77 @@ impl Eeprom {
     }
 
     /// A write is going on at `t`.
-    fn writing(&self, t: u64) -> bool {
+    fn is_writing(&self, t: u64) -> bool {
         self.job.as_ref().is_some_and(|job| job.until > t)
     }
 
     /// A read is going on at `t`.
-    fn reading(&self, t: u64) -> bool {
+    fn is_reading(&self, t: u64) -> bool {
         self.read.is_some_and(|(until, _)| until > t)
     }
 
     /// The word that a read of program memory has put into EEDATH and EEDATA by `t`, if it is not there yet.
-    fn arrived(&self, t: u64) -> Option<u16> {
+    fn read_result(&self, t: u64) -> Option<u16> {
         self.read.filter(|&(until, _)| until <= t).map(|(_, word)| word)
     }
 
     /// The instructions after the start of an access at `t` that run as NOP.
-    fn ignore(&self, t: u64, out: &mut Outbox) {
-        let from = if self.kind == Memory::Row32 { t + CYCLE } else { t };
-        out.push(Signal::Ignore { from, until: t + 2 * CYCLE });
+    fn ignore_instructions(&self, t: u64, out: &mut Pic16Outbox) {
+        let from = if self.kind == NonvolatileKind::Row32 { t + CLOCKS_PER_CYCLE } else { t };
+        out.push(Pic16Signal::Ignore { from, until: t + 2 * CLOCKS_PER_CYCLE });
     }
 
-    fn start_read(&mut self, t: u64, out: &mut Outbox) {
+    fn start_read(&mut self, t: u64, out: &mut Pic16Outbox) {
         if self.eecon1 & EEPGD == 0 {
             self.eedata = self.bytes.get(usize::from(self.eeadr)).copied().unwrap_or(0);
             return;
         }
-        self.read = Some((t + 2 * CYCLE, 0));
-        out.push(Signal::FlashRead { addr: self.address() });
-        self.ignore(t, out);
+        self.read = Some((t + 2 * CLOCKS_PER_CYCLE, 0));
+        out.push(Pic16Signal::FlashRead { addr: self.address() });
+        self.ignore_instructions(t, out);
     }
 
-    fn start_write(&mut self, t: u64, out: &mut Outbox) {
+    fn start_write(&mut self, t: u64, out: &mut Pic16Outbox) {
         if self.eecon1 & EEPGD == 0 {
             let until = t.saturating_add(self.write_clocks);
-            self.job = Some(Job { stall: NEVER, until, effect: Effect::Byte(self.eeadr, self.eedata) });
+            self.job = Some(WriteOperation { stall: NEVER, until, effect: WriteEffect::Byte(self.eeadr, self.eedata) });
             return;
         }
         let addr = self.address();
         let word = u16::from(self.eedath) << 8 | u16::from(self.eedata);
-        let place = usize::from(addr) % BLOCK;
-        let erase = self.kind == Memory::Row32 && self.eecon1 & FREE != 0;
-        let blocks = matches!(self.kind, Memory::Block4 | Memory::Row32) && !erase;
+        let place = usize::from(addr) % BLOCK_WORDS;
+        let erase = self.kind == NonvolatileKind::Row32 && self.eecon1 & FREE != 0;
+        let blocks = matches!(self.kind, NonvolatileKind::Block4 | NonvolatileKind::Row32) && !erase;
         if blocks && let Some(buffer) = self.buffers.get_mut(place) {
             *buffer = word;
         }
-        let short = blocks && place != BLOCK - 1;
-        let first = addr & !(BLOCK as u16 - 1);
+        let short = blocks && place != BLOCK_WORDS - 1;
+        let first = addr & !(BLOCK_WORDS as u16 - 1);
         let words = match self.kind {
-            Memory::None | Memory::F84 | Memory::F62x | Memory::Read => return,
-            Memory::Word => Signal::FlashWrite { addr, words: vec![word] },
-            Memory::Block4 => Signal::FlashWrite { addr: first, words: self.buffers.to_vec() },
-            Memory::Row32 if erase => Signal::FlashWrite { addr: addr & !(ROW - 1), words: vec![ERASED; ROW.into()] },
-            Memory::Row32 => Signal::FlashProgram { addr: first, words: self.buffers.to_vec() },
+            NonvolatileKind::None | NonvolatileKind::F84 | NonvolatileKind::F62x | NonvolatileKind::Read => return,
+            NonvolatileKind::Word => Pic16Signal::FlashWrite { addr, words: vec![word] },
+            NonvolatileKind::Block4 => Pic16Signal::FlashWrite { addr: first, words: self.buffers.to_vec() },
+            NonvolatileKind::Row32 if erase => Pic16Signal::FlashWrite { addr: addr & !(ERASE_ROW_WORDS - 1), words: vec![ERASED_WORD; ERASE_ROW_WORDS.into()] },
+            NonvolatileKind::Row32 => Pic16Signal::FlashProgram { addr: first, words: self.buffers.to_vec() },
         };
-        if !(short && self.kind == Memory::Row32) {
-            self.ignore(t, out);
+        if !(short && self.kind == NonvolatileKind::Row32) {
+            self.ignore_instructions(t, out);
         }
-        let set_up = t + 2 * CYCLE;
+        let set_up = t + 2 * CLOCKS_PER_CYCLE;
         self.job = Some(if short {
-            Job { stall: NEVER, until: t + CYCLE, effect: Effect::Nothing }
+            WriteOperation { stall: NEVER, until: t + CLOCKS_PER_CYCLE, effect: WriteEffect::Nothing }
         } else if !self.flash.writable.contains(&addr) {
-            Job { stall: NEVER, until: set_up, effect: Effect::Nothing }
+            WriteOperation { stall: NEVER, until: set_up, effect: WriteEffect::Nothing }
         } else {
             let until = set_up.saturating_add(self.flash.clocks);
-            Job { stall: set_up, until, effect: Effect::Words(words) }
+            WriteOperation { stall: set_up, until, effect: WriteEffect::Words(words) }
         });
     }
 
-    fn write_eecon1(&mut self, value: u8, t: u64, out: &mut Outbox) {
-        let unlocked = self.unlock.take() == Some((0xAA, t - CYCLE.min(t)));
+    fn write_eecon1(&mut self, value: u8, t: u64, out: &mut Pic16Outbox) {
+        let unlocked = self.unlock.take() == Some((0xAA, t - CLOCKS_PER_CYCLE.min(t)));
         let enabled = self.eecon1 & value & WREN != 0;
-        let busy = self.writing(t) || self.reading(t);
+        let busy = self.is_writing(t) || self.is_reading(t);
         // EEPGD cannot be changed during an access (register EECON1).
         let mask = self.writable_bits() & if busy { !EEPGD } else { 0xFF };
         self.eecon1 = self.eecon1 & !mask | value & mask;
@@ -304,39 +304,39 @@ impl Eeprom {
     }
 }
 
-impl Device for Eeprom {
-    fn run(&mut self, t: u64, out: &mut Outbox) {
-        if let Some(word) = self.arrived(t) {
-            [self.eedath, self.eedata] = (word & ERASED).to_be_bytes();
+impl Pic16Device for Pic16Eeprom {
+    fn run_due(&mut self, t: u64, out: &mut Pic16Outbox) {
+        if let Some(word) = self.read_result(t) {
+            [self.eedath, self.eedata] = (word & ERASED_WORD).to_be_bytes();
             self.read = None;
         }
         if let Some(job) = self.job.as_mut().filter(|job| job.stall <= t) {
             job.stall = NEVER;
-            out.push(Signal::Stall { until: job.until });
+            out.push(Pic16Signal::Stall { until: job.until });
         }
-        if let Some(Job { until, effect, .. }) = self.job.take_if(|job| job.until <= t) {
+        if let Some(WriteOperation { until, effect, .. }) = self.job.take_if(|job| job.until <= t) {
             match effect {
-                Effect::Nothing => return,
-                Effect::Byte(addr, value) => self.set_byte(addr.into(), value),
-                Effect::Words(signal) => out.push(signal),
+                WriteEffect::Nothing => return,
+                WriteEffect::Byte(addr, value) => self.set_byte(addr.into(), value),
+                WriteEffect::Words(signal) => out.push(signal),
             }
-            if self.kind == Memory::F84 {
+            if self.kind == NonvolatileKind::F84 {
                 self.eecon1 |= EEIF;
             }
-            out.push(Signal::Flag { t: until, flag: Flag::EEIF });
+            out.push(Pic16Signal::Flag { t: until, flag: InterruptFlag::EEIF });
         }
     }
 
-    fn next(&self) -> u64 {
+    fn next_clock(&self) -> u64 {
         match &self.job {
-            Some(job) if job.effect != Effect::Nothing => job.stall.min(job.until),
+            Some(job) if job.effect != WriteEffect::Nothing => job.stall.min(job.until),
             _ => NEVER,
         }
     }
 
     fn peek(&self, reg: Sfr, t: u64) -> u8 {
-        let [high, low] = match self.arrived(t) {
-            Some(word) => (word & ERASED).to_be_bytes(),
+        let [high, low] = match self.read_result(t) {
+            Some(word) => (word & ERASED_WORD).to_be_bytes(),
             None => [self.eedath, self.eedata],
         };
         match reg {
@@ -344,27 +344,27 @@ impl Device for Eeprom {
             Sfr::EEDATH => high,
             Sfr::EEADR => self.eeadr,
             Sfr::EEADRH => self.eeadrh,
-            Sfr::EECON1 => self.eecon1 | if self.writing(t) { WR } else { 0 } | if self.reading(t) { RD } else { 0 },
+            Sfr::EECON1 => self.eecon1 | if self.is_writing(t) { WR } else { 0 } | if self.is_reading(t) { RD } else { 0 },
             _ => 0,
         }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Outbox) {
+    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
         let before = out.len();
-        self.run(t, out);
-        if self.kind == Memory::None {
+        self.run_due(t, out);
+        if self.kind == NonvolatileKind::None {
             return;
         }
         match (reg, self.unlock) {
             (Sfr::EECON1, _) => {
                 self.write_eecon1(value, t, out);
                 // A write that is over at this very clock sets the flag all the same.
-                let set = out.iter().skip(before).any(|s| matches!(s, Signal::Flag { .. }));
-                if self.kind == Memory::F84 && set {
+                let set = out.iter().skip(before).any(|s| matches!(s, Pic16Signal::Flag { .. }));
+                if self.kind == NonvolatileKind::F84 && set {
                     self.eecon1 |= EEIF;
                 }
             }
-            (Sfr::EECON2, Some((0x55, at))) if value == 0xAA && t == at + 2 * CYCLE => self.unlock = Some((0xAA, t)),
+            (Sfr::EECON2, Some((0x55, at))) if value == 0xAA && t == at + 2 * CLOCKS_PER_CYCLE => self.unlock = Some((0xAA, t)),
             (Sfr::EECON2, _) => self.unlock = (value == 0x55).then_some((0x55, t)),
             _ => {
                 self.unlock = None;
@@ -380,15 +380,15 @@ impl Device for Eeprom {
     }
 
     /// Writes have a clock of their own.
-    fn sleep(&mut self, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
     }
 
-    fn wake(&mut self, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn restart_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
     }
 
-    fn steady(&self, reg: Sfr, t: u64) -> u64 {
+    fn steady_until(&self, reg: Sfr, t: u64) -> u64 {
         let read = self.read.map_or(NEVER, |(until, _)| until);
         let job = self.job.as_ref().map_or(NEVER, |job| job.until);
         let change = match reg {

@@ -39,14 +39,14 @@ registers! {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[allow(missing_docs)]
 #[rustfmt::skip]
-pub enum Flag {
+pub enum InterruptFlag {
     T0IF, INTF, RBIF, TMR1IF, TMR2IF, CCP1IF, CCP2IF, SSPIF, BCLIF, RCIF, TXIF, ADIF, EEIF, CMIF, PSPIF, OSFIF,
 }
 
 /// A line between a part of the chip and a pin. Which pin it is is a matter of the chip; a line that a chip does not have stays
 /// low.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Line {
+pub enum Pic16Line {
     /// Clock input of timer 0.
     T0cki,
     /// External interrupt.

@@ -26,11 +26,11 @@ pub mod timers;
 pub mod usart;
 pub mod watchdog;
 
-use map::{Flag, Line, Sfr};
+use map::{InterruptFlag, Pic16Line, Sfr};
 
 /// What a part does to a line that it shares with a port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-pub enum Drive {
+pub enum Pic16Drive {
     /// Leaves it to the port.
     #[default]
     Port,
@@ -44,34 +44,34 @@ pub enum Drive {
     Open,
 }
 
-emu_core::state! { enum Drive { 0 = Port, 1 = Low, 2 = High, 3 = Float, 4 = Open } }
+emu_core::state! { enum Pic16Drive { 0 = Port, 1 = Low, 2 = High, 3 = Float, 4 = Open } }
 
-impl Drive {
+impl Pic16Drive {
     /// High for true.
     #[must_use]
-    pub const fn of(high: bool) -> Drive {
-        if high { Drive::High } else { Drive::Low }
+    pub const fn from_bit(high: bool) -> Pic16Drive {
+        if high { Pic16Drive::High } else { Pic16Drive::Low }
     }
 }
 
 /// What a part does to the rest of the chip.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Signal {
+pub enum Pic16Signal {
     /// Sets an interrupt flag.
     Flag {
         /// Clock.
         t: u64,
         /// Which.
-        flag: Flag,
+        flag: InterruptFlag,
     },
     /// Does something to a line from now on.
     Drive {
         /// Clock.
         t: u64,
         /// Which.
-        line: Line,
+        line: Pic16Line,
         /// What.
-        drive: Drive,
+        drive: Pic16Drive,
     },
     /// The USART has sent a byte: its stop bit has passed.
     Sent {
@@ -129,18 +129,18 @@ pub enum Signal {
 }
 
 /// Where parts put their signals, in order of time as far as one part is concerned.
-pub type Outbox = Vec<Signal>;
+pub type Pic16Outbox = Vec<Pic16Signal>;
 
 /// A part of the chip around the core. The calls to it come in order of time; `t` never goes back.
-pub trait Device {
+pub trait Pic16Device {
     /// Does everything that is due at or before `t`. Nothing that has been done is done again.
-    fn run(&mut self, t: u64, out: &mut Outbox);
+    fn run_due(&mut self, t: u64, out: &mut Pic16Outbox);
     /// The clock at which [`Device::run`] will next do something that can be noticed outside of the part (a flag, a line, a
     /// signal), if no register is written and no line changes before; `NEVER` where there is none. While the oscillator stands
     /// only what goes on without it counts.
-    fn next(&self) -> u64;
+    fn next_clock(&self) -> u64;
     /// Reads a register as an instruction does, with side effects. Everything due at `t` has been done.
-    fn read(&mut self, reg: Sfr, t: u64, out: &mut Outbox) -> u8 {
+    fn read(&mut self, reg: Sfr, t: u64, out: &mut Pic16Outbox) -> u8 {
         let _ = out;
         self.peek(reg, t)
     }
@@ -148,16 +148,16 @@ pub trait Device {
     fn peek(&self, reg: Sfr, t: u64) -> u8;
     /// Writes a register at the end of an instruction cycle. Everything due before `t` has been done; what is due at `t` is
     /// the part's to do.
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Outbox);
+    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox);
     /// The level of a line has changed at `t`, by whomever. Everything due at `t` has been done.
-    fn line(&mut self, line: Line, high: bool, t: u64, out: &mut Outbox) {
+    fn on_line_changed(&mut self, line: Pic16Line, high: bool, t: u64, out: &mut Pic16Outbox) {
         let _ = (line, high, t, out);
     }
     /// The oscillator stops at `t`. Everything due at `t` has been done.
-    fn sleep(&mut self, t: u64, out: &mut Outbox);
+    fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox);
     /// The oscillator runs again from `t` on: what hangs on it goes on where it stood.
-    fn wake(&mut self, t: u64, out: &mut Outbox);
+    fn restart_clock(&mut self, t: u64, out: &mut Pic16Outbox);
     /// Up to when a read of `reg` keeps giving what it gives at `t`, without side effects, if nothing is written and no line
     /// changes: `t` itself where nothing is promised.
-    fn steady(&self, reg: Sfr, t: u64) -> u64;
+    fn steady_until(&self, reg: Sfr, t: u64) -> u64;
 }

@@ -3,40 +3,40 @@
 //! A pin is driven by its latch where TRIS has a 0, or by a part that has taken it. A pin with an open drain is only ever pulled
 //! low. An analog input reads 0 whatever its level. What nothing drives keeps its charge.
 
-use emu_core::pins::{Level, Pin, PinId};
+use emu_core::pins::{PinLevel, PinState, PinId};
 
-use super::Drive;
-use crate::chips::{NO_PIN, Part, Port};
+use super::Pic16Drive;
+use crate::chips::{NO_PIN, Pic16Part, PortPins};
 
 /// Pins that a chip can have.
-pub const PINS: usize = 48;
+pub const PIN_COUNT: usize = 48;
 
 /// What reaches a pin besides its port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Taken {
-    drive: Drive,
+struct PinDriver {
+    drive: Pic16Drive,
     /// TRIS does not hold it back.
     over_tris: bool,
 }
 
-emu_core::state! { Taken { drive, over_tris } }
+emu_core::state! { PinDriver { drive, over_tris } }
 
 /// What a pin has become.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Change {
+pub struct PinChange {
     /// Its level now.
-    pub level: Level,
+    pub level: PinLevel,
     /// It reads otherwise than before: to float is no such change.
     pub toggled: bool,
 }
 
 /// Latches, directions, and the pins.
 #[derive(Debug, Clone)]
-pub struct Ports {
-    ports: &'static [Port],
+pub struct Pic16Ports {
+    ports: &'static [PortPins],
     latch: [u8; 5],
     tris: [u8; 5],
-    taken: [Taken; PINS],
+    taken: [PinDriver; PIN_COUNT],
     /// Pins that read 0, as a set by number.
     analog: u64,
     /// Pins that the configuration keeps from the ports, as a set by number: they read 0.
@@ -45,12 +45,12 @@ pub struct Ports {
     taken_whole: u64,
     /// The pull-ups of port B are on.
     pull_ups: bool,
-    pins: [Pin; PINS],
+    pins: [PinState; PIN_COUNT],
     /// The pins of every port that are high, and those that a program can see.
     high: [u8; 5],
     seen: [u8; 5],
     /// Port and bit of every pin; port 7 where it belongs to none.
-    at: [(u8, u8); PINS],
+    at: [(u8, u8); PIN_COUNT],
     /// Pins that concern others than the port, as a set by number.
     concerned: u64,
     /// The bits of every port whose pins are outputs that follow the latch and concern nobody else; ports for which that is to be
@@ -60,8 +60,8 @@ pub struct Ports {
 }
 
 emu_core::state! {
-    Ports { latch, tris, taken, analog, taken_whole, pull_ups, pins, high, seen }
-    stays { ports, withheld, at, concerned, plain, stale }, then |ports: &mut Ports| ports.stale = 0xFF
+    Pic16Ports { latch, tris, taken, analog, taken_whole, pull_ups, pins, high, seen }
+    stays { ports, withheld, at, concerned, plain, stale }, then |ports: &mut Pic16Ports| ports.stale = 0xFF
 }
 
 /// Port B in the list of ports.
@@ -69,11 +69,11 @@ pub const PORTB: usize = 1;
 /// Port D in it.
 pub const PORTD: usize = 3;
 
-impl Ports {
+impl Pic16Ports {
     /// The ports after reset; all latches 0. `withheld`: pins that the configuration keeps from the ports.
     #[must_use]
-    pub fn new(part: &Part, withheld: u64) -> Ports {
-        let mut at = [(7, 0); PINS];
+    pub fn new(part: &Pic16Part, withheld: u64) -> Pic16Ports {
+        let mut at = [(7, 0); PIN_COUNT];
         for (number, port) in part.ports.iter().enumerate() {
             for (bit, &pin) in port.pins.iter().enumerate() {
                 if let Some(place) = at.get_mut(usize::from(pin)) {
@@ -81,16 +81,16 @@ impl Ports {
                 }
             }
         }
-        let mut ports = Ports {
+        let mut ports = Pic16Ports {
             ports: part.ports,
             latch: [0; 5],
             tris: [0xFF; 5],
-            taken: [Taken::default(); PINS],
+            taken: [PinDriver::default(); PIN_COUNT],
             analog: 0,
             withheld,
             taken_whole: 0,
             pull_ups: false,
-            pins: [Pin::default(); PINS],
+            pins: [PinState::default(); PIN_COUNT],
             high: [0; 5],
             seen: [0; 5],
             at,
@@ -98,10 +98,10 @@ impl Ports {
             plain: [0; 5],
             stale: 0xFF,
         };
-        ports.look();
+        ports.update_plain_pins();
         // Nothing holds the reset pin down unless the outside does.
         if let Some(pin) = ports.pins.get_mut(usize::from(part.mclr)) {
-            *pin = Pin::charged();
+            *pin = PinState::new_charged();
         }
         ports
     }
@@ -110,13 +110,13 @@ impl Ports {
     pub fn reset(&mut self) {
         self.stale = 0xFF;
         self.tris = [0xFF; 5];
-        self.taken = [Taken::default(); PINS];
+        self.taken = [PinDriver::default(); PIN_COUNT];
         self.pull_ups = false;
     }
 
     /// The number of the port whose register this is, if it is one.
     #[must_use]
-    pub fn port(&self, is: impl Fn(&Port) -> bool) -> Option<usize> {
+    pub fn port(&self, is: impl Fn(&PortPins) -> bool) -> Option<usize> {
         self.ports.iter().position(is)
     }
 
@@ -152,7 +152,7 @@ impl Ports {
     }
 
     /// Pins that concern others than the port, as a set by number.
-    pub fn set_concerned(&mut self, pins: u64) {
+    pub fn set_peripheral_pins(&mut self, pins: u64) {
         if self.concerned != pins {
             self.concerned = pins;
             self.stale = 0xFF;
@@ -174,7 +174,7 @@ impl Ports {
             let bit = plain.trailing_zeros() as usize;
             plain &= plain - 1;
             if let Some(pin) = self.pins.get_mut(usize::from(row.pins[bit])) {
-                pin.own = Level::of(value >> bit & 1 == 1);
+                pin.driven = PinLevel::from_bit(value >> bit & 1 == 1);
                 pin.settle(t);
             }
         }
@@ -183,8 +183,8 @@ impl Ports {
 
     /// The pin is an output that follows its latch alone.
     fn is_plain(&self, pin: PinId) -> bool {
-        let driven = self.own(pin).0 != Level::Float && self.pin(pin).outside == Level::Float;
-        let taken = self.taken.get(usize::from(pin)).is_none_or(|taken| taken.drive != Drive::Port);
+        let driven = self.driven_level(pin).0 != PinLevel::Float && self.pin(pin).external == PinLevel::Float;
+        let taken = self.taken.get(usize::from(pin)).is_none_or(|taken| taken.drive != Pic16Drive::Port);
         let open = self
             .at
             .get(usize::from(pin))
@@ -201,9 +201,9 @@ impl Ports {
     }
 
     /// A part takes a pin, or gives it back; it is to be settled.
-    pub fn take(&mut self, pin: PinId, drive: Drive, over_tris: bool) {
+    pub fn set_driver(&mut self, pin: PinId, drive: Pic16Drive, over_tris: bool) {
         if let Some(taken) = self.taken.get_mut(usize::from(pin)) {
-            *taken = Taken { drive, over_tris };
+            *taken = PinDriver { drive, over_tris };
             self.stale = 0xFF;
         }
     }
@@ -216,11 +216,11 @@ impl Ports {
     /// Which pins are analog inputs.
     pub fn set_analog(&mut self, pins: u64) {
         self.analog = pins;
-        self.look();
+        self.update_plain_pins();
     }
 
     /// Which pins a program can see.
-    fn look(&mut self) {
+    fn update_plain_pins(&mut self) {
         for port in 0..self.seen.len() {
             let seen = self.bits(port, |pin| pin != NO_PIN && !self.is_analog(pin) && !self.is_withheld(pin));
             self.seen[port] = seen;
@@ -240,10 +240,10 @@ impl Ports {
     }
 
     /// Pins that a part takes whole, as a set by number: they read 0 and are not driven. They are to be settled.
-    pub fn withhold(&mut self, pins: u64) {
+    pub fn reserve_pins(&mut self, pins: u64) {
         self.taken_whole = pins;
         self.stale = 0xFF;
-        self.look();
+        self.update_plain_pins();
     }
 
     fn is_withheld(&self, pin: PinId) -> bool {
@@ -266,60 +266,60 @@ impl Ports {
 
     /// All pins.
     #[must_use]
-    pub fn pins(&self) -> &[Pin] {
+    pub fn pins(&self) -> &[PinState] {
         &self.pins
     }
 
     /// A pin; one that nothing drives where there is none.
     #[must_use]
-    pub fn pin(&self, pin: PinId) -> Pin {
+    pub fn pin(&self, pin: PinId) -> PinState {
         self.pins.get(usize::from(pin)).copied().unwrap_or_default()
     }
 
     /// The outside drives a pin from the clock `t` on; what changed.
-    pub fn drive(&mut self, pin: PinId, level: Level, t: u64) -> Option<Change> {
+    pub fn drive(&mut self, pin: PinId, level: PinLevel, t: u64) -> Option<PinChange> {
         let before = self.pin(pin);
-        self.pins.get_mut(usize::from(pin))?.outside = level;
+        self.pins.get_mut(usize::from(pin))?.external = level;
         self.stale = 0xFF;
         self.settle_from(pin, before, t)
     }
 
     /// Settles a pin at the clock `t` after something that drives it changed; what changed.
-    pub fn settle(&mut self, pin: PinId, t: u64) -> Option<Change> {
+    pub fn update_level(&mut self, pin: PinId, t: u64) -> Option<PinChange> {
         self.settle_from(pin, self.pin(pin), t)
     }
 
-    fn settle_from(&mut self, pin: PinId, before: Pin, t: u64) -> Option<Change> {
-        let (own, pull_up) = self.own(pin);
+    fn settle_from(&mut self, pin: PinId, before: PinState, t: u64) -> Option<PinChange> {
+        let (own, pull_up) = self.driven_level(pin);
         let wire = self.pins.get_mut(usize::from(pin))?;
-        (wire.own, wire.pull_up) = (own, pull_up);
+        (wire.driven, wire.pull_up) = (own, pull_up);
         wire.settle(t);
-        let (after, high) = (wire.level(), wire.high);
+        let (after, high) = (wire.level(), wire.reads_high);
         let (port, bit) = self.at[usize::from(pin)];
         if let Some(levels) = self.high.get_mut(usize::from(port)) {
             *levels = *levels & !(1 << bit) | u8::from(high) << bit;
         }
-        let toggled = before.high != high;
-        (before.level() != after || toggled).then_some(Change { level: after, toggled })
+        let toggled = before.reads_high != high;
+        (before.level() != after || toggled).then_some(PinChange { level: after, toggled })
     }
 
     /// What the chip does to a pin: the level that it drives, and whether it pulls up.
-    fn own(&self, pin: PinId) -> (Level, bool) {
+    fn driven_level(&self, pin: PinId) -> (PinLevel, bool) {
         let (port, bit) = self.at.get(usize::from(pin)).map_or((7, 0), |&(port, bit)| (usize::from(port), bit));
-        let Some(row) = self.ports.get(port).filter(|_| !self.is_withheld(pin)) else { return (Level::Float, false) };
+        let Some(row) = self.ports.get(port).filter(|_| !self.is_withheld(pin)) else { return (PinLevel::Float, false) };
         let taken = self.taken.get(usize::from(pin)).copied().unwrap_or_default();
         let input = (self.tris[port] | row.inputs) >> bit & 1 == 1;
         let wanted = match taken.drive {
-            Drive::Port => Level::of(self.latch[port] >> bit & 1 == 1),
-            Drive::Low => Level::Low,
-            Drive::High => Level::High,
-            Drive::Float => Level::Float,
-            Drive::Open if input => Level::Float,
-            Drive::Open => Level::Low,
+            Pic16Drive::Port => PinLevel::from_bit(self.latch[port] >> bit & 1 == 1),
+            Pic16Drive::Low => PinLevel::Low,
+            Pic16Drive::High => PinLevel::High,
+            Pic16Drive::Float => PinLevel::Float,
+            Pic16Drive::Open if input => PinLevel::Float,
+            Pic16Drive::Open => PinLevel::Low,
         };
-        let holds_back = input && !(taken.over_tris && taken.drive != Drive::Port);
+        let holds_back = input && !(taken.over_tris && taken.drive != Pic16Drive::Port);
         let open = row.open >> bit & 1 == 1;
-        let level = if holds_back || open && wanted == Level::High { Level::Float } else { wanted };
+        let level = if holds_back || open && wanted == PinLevel::High { PinLevel::Float } else { wanted };
         (level, port == PORTB && self.pull_ups && input)
     }
 }

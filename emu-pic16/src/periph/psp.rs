@@ -5,8 +5,8 @@
 
 use emu_core::NEVER;
 
-use super::map::{Flag, Line, Sfr};
-use super::{Device, Outbox, Signal};
+use super::map::{InterruptFlag, Pic16Line, Sfr};
+use super::{Pic16Device, Pic16Outbox, Pic16Signal};
 
 const IBF: u8 = 1 << 7;
 const OBF: u8 = 1 << 6;
@@ -16,16 +16,16 @@ const PSPMODE: u8 = 1 << 4;
 /// The ends of strobes on their way to a flag. There are two at most: one that Q2 has found and one that waits for Q2;
 /// strobes that end before the same Q2 are one to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Ends([u64; 2]);
+struct TransferEnds([u64; 2]);
 
-impl emu_core::state::State for Ends {
-    fn state(&mut self, tape: &mut emu_core::state::Tape<'_>) -> Result<(), emu_core::state::Damaged> {
-        self.0.state(tape)
+impl emu_core::state::SnapshotState for TransferEnds {
+    fn pass_state(&mut self, tape: &mut emu_core::state::StateTape<'_>) -> Result<(), emu_core::state::SnapshotDamaged> {
+        self.0.pass_state(tape)
     }
 }
 
-impl Ends {
-    const NONE: Ends = Ends([NEVER; 2]);
+impl TransferEnds {
+    const NONE: TransferEnds = TransferEnds([NEVER; 2]);
 
     /// A strobe ends at `t`: Q2 is a clock after the beginning of a cycle, and Q4 two clocks after Q2.
     fn push(&mut self, t: u64) {
@@ -49,7 +49,7 @@ impl Ends {
 
 /// The port. Of TRISE it has bits 7 to 4; the others are the owner's.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Psp {
+pub struct ParallelSlavePort {
     trise: u8,
     /// Levels of RD, WR, CS.
     strobes: [bool; 3],
@@ -59,24 +59,24 @@ pub struct Psp {
     /// CS and WR are low; CS and RD are low.
     writing: bool,
     reading: bool,
-    written: Ends,
-    was_read: Ends,
+    written: TransferEnds,
+    was_read: TransferEnds,
     asleep: bool,
 }
 
-emu_core::state! { Psp { trise, strobes, bus, input, output, writing, reading, written, was_read, asleep } }
+emu_core::state! { ParallelSlavePort { trise, strobes, bus, input, output, writing, reading, written, was_read, asleep } }
 
-impl Default for Psp {
-    fn default() -> Psp {
-        Psp::new()
+impl Default for ParallelSlavePort {
+    fn default() -> ParallelSlavePort {
+        ParallelSlavePort::new()
     }
 }
 
-impl Psp {
+impl ParallelSlavePort {
     /// The port after power-up, with its strobes high.
     #[must_use]
-    pub const fn new() -> Psp {
-        Psp {
+    pub const fn new() -> ParallelSlavePort {
+        ParallelSlavePort {
             trise: 0,
             strobes: [true; 3],
             bus: 0,
@@ -84,8 +84,8 @@ impl Psp {
             output: 0,
             writing: false,
             reading: false,
-            written: Ends::NONE,
-            was_read: Ends::NONE,
+            written: TransferEnds::NONE,
+            was_read: TransferEnds::NONE,
             asleep: false,
         }
     }
@@ -98,12 +98,12 @@ impl Psp {
 
     /// PSPMODE: ports D and E are this one's, TRISD is without effect.
     #[must_use]
-    pub const fn on(&self) -> bool {
+    pub const fn is_enabled(&self) -> bool {
         self.trise & PSPMODE != 0
     }
 
     /// The levels at port D from `t` on.
-    pub fn on_bus(&mut self, levels: u8, t: u64) {
+    pub fn set_bus_levels(&mut self, levels: u8, t: u64) {
         let _ = t;
         self.bus = levels;
         if self.writing {
@@ -113,7 +113,7 @@ impl Psp {
 
     /// What the port drives onto the pins of port D, while CS and RD are low.
     #[must_use]
-    pub fn driving(&self) -> Option<u8> {
+    pub fn driven_byte(&self) -> Option<u8> {
         self.reading.then_some(self.output)
     }
 
@@ -121,7 +121,7 @@ impl Psp {
     pub fn write_port(&mut self, value: u8, t: u64) {
         let _ = t;
         self.output = value;
-        if self.on() {
+        if self.is_enabled() {
             self.trise |= OBF;
         }
     }
@@ -142,23 +142,23 @@ impl Psp {
     fn set_trise(&mut self, value: u8) {
         // IBF and OBF are for reading only, and held clear outside of this mode.
         self.trise = value & (IBOV | PSPMODE);
-        if !self.on() {
+        if !self.is_enabled() {
             (self.writing, self.reading) = (false, false);
-            (self.written, self.was_read) = (Ends::NONE, Ends::NONE);
+            (self.written, self.was_read) = (TransferEnds::NONE, TransferEnds::NONE);
         }
     }
 
     /// A byte has come, or has been fetched: what the program sees of it at `t`.
-    fn ended(&mut self, written: bool, t: u64, out: &mut Outbox) {
+    fn on_transfer_end(&mut self, written: bool, t: u64, out: &mut Pic16Outbox) {
         if written {
             self.trise |= if self.trise & IBF != 0 { IBF | IBOV } else { IBF };
         }
-        out.push(Signal::Flag { t, flag: Flag::PSPIF });
+        out.push(Pic16Signal::Flag { t, flag: InterruptFlag::PSPIF });
     }
 
     /// Follows the strobes after a change at `t`.
-    fn follow(&mut self, t: u64, out: &mut Outbox) {
-        if !self.on() {
+    fn update_bus(&mut self, t: u64, out: &mut Pic16Outbox) {
+        if !self.is_enabled() {
             return;
         }
         let [rd, wr, cs] = self.strobes;
@@ -174,7 +174,7 @@ impl Psp {
         if self.asleep {
             // Without Q clocks the flag is set by the edge, so that it can wake the chip (DS30292 section 12.13.1).
             if written || was_read {
-                self.ended(written, t, out);
+                self.on_transfer_end(written, t, out);
             }
             return;
         }
@@ -187,20 +187,20 @@ impl Psp {
     }
 }
 
-impl Device for Psp {
-    fn run(&mut self, t: u64, out: &mut Outbox) {
+impl Pic16Device for ParallelSlavePort {
+    fn run_due(&mut self, t: u64, out: &mut Pic16Outbox) {
         loop {
-            let due = self.next();
+            let due = self.next_clock();
             if due > t || due == NEVER {
                 return;
             }
             let written = self.written.take(due);
             self.was_read.take(due);
-            self.ended(written, due, out);
+            self.on_transfer_end(written, due, out);
         }
     }
 
-    fn next(&self) -> u64 {
+    fn next_clock(&self) -> u64 {
         self.written.0[0].min(self.was_read.0[0])
     }
 
@@ -208,31 +208,31 @@ impl Device for Psp {
         if reg == Sfr::TRISE { self.trise } else { 0 }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         if reg == Sfr::TRISE {
-            let full = if self.on() { self.trise & (IBF | OBF) } else { 0 };
+            let full = if self.is_enabled() { self.trise & (IBF | OBF) } else { 0 };
             self.set_trise(value);
-            if self.on() {
+            if self.is_enabled() {
                 self.trise |= full;
             }
-            self.follow(t, out);
+            self.update_bus(t, out);
         }
     }
 
-    fn line(&mut self, line: Line, high: bool, t: u64, out: &mut Outbox) {
+    fn on_line_changed(&mut self, line: Pic16Line, high: bool, t: u64, out: &mut Pic16Outbox) {
         let strobe = match line {
-            Line::Rd => 0,
-            Line::Wr => 1,
-            Line::Cs => 2,
+            Pic16Line::Rd => 0,
+            Pic16Line::Wr => 1,
+            Pic16Line::Cs => 2,
             _ => return,
         };
         self.strobes[strobe] = high;
-        self.follow(t, out);
+        self.update_bus(t, out);
     }
 
-    fn sleep(&mut self, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         self.asleep = true;
         // What waits for a clock is set now, as in sleep: two at most of either kind.
         for _ in 0..2 {
@@ -240,16 +240,16 @@ impl Device for Psp {
             if pending != [false; 2] {
                 self.written.take(NEVER - 1);
                 self.was_read.take(NEVER - 1);
-                self.ended(pending[0], t, out);
+                self.on_transfer_end(pending[0], t, out);
             }
         }
     }
 
-    fn wake(&mut self, _t: u64, _out: &mut Outbox) {
+    fn restart_clock(&mut self, _t: u64, _out: &mut Pic16Outbox) {
         self.asleep = false;
     }
 
-    fn steady(&self, _reg: Sfr, _t: u64) -> u64 {
-        self.next()
+    fn steady_until(&self, _reg: Sfr, _t: u64) -> u64 {
+        self.next_clock()
     }
 }

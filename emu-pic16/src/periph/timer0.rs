@@ -14,9 +14,9 @@
 
 use emu_core::NEVER;
 
-use super::map::{Flag, Line, Sfr};
-use super::watchdog::Watchdog;
-use super::{Device, Outbox, Signal};
+use super::map::{InterruptFlag, Pic16Line, Sfr};
+use super::watchdog::Pic16Watchdog;
+use super::{Pic16Device, Pic16Outbox, Pic16Signal};
 
 /// Timer 0 counts T0CKI.
 const T0CS: u8 = 1 << 5;
@@ -27,7 +27,7 @@ const PSA: u8 = 1 << 3;
 /// PS2:PS0.
 const PS: u8 = 7;
 /// Clocks from a write of TMR0 on whose edges are lost.
-const INHIBIT: u64 = 6;
+const WRITE_INHIBIT_CLOCKS: u64 = 6;
 
 /// Timer 0, the prescaler and the watchdog.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +35,7 @@ pub struct Timer0 {
     tmr0: u8,
     option: u8,
     prescaler: u8,
-    watchdog: Watchdog,
+    watchdog: Pic16Watchdog,
     /// Up to here everything is done: edges and samples before this clock, counts and watchdog pulses at it too.
     now: u64,
     /// Level of T0CKI.
@@ -54,7 +54,7 @@ pub struct Timer0 {
 
 emu_core::state! {
     Timer0 { tmr0, option, prescaler, watchdog, now, t0cki, q12, sampled, seen, free, asleep }
-    if |of, now| of.now <= now + 4 && of.free <= INHIBIT + if of.asleep { 0 } else { now + 4 }
+    if |of, now| of.now <= now + 4 && of.free <= WRITE_INHIBIT_CLOCKS + if of.asleep { 0 } else { now + 4 }
 }
 
 impl Timer0 {
@@ -67,7 +67,7 @@ impl Timer0 {
             tmr0: 0,
             option: 0xFF,
             prescaler: 0,
-            watchdog: Watchdog::new(wdte, wdt_clocks, wdtcon),
+            watchdog: Pic16Watchdog::new(wdte, wdt_clocks, wdtcon),
             now: 0,
             t0cki: false,
             q12: false,
@@ -81,7 +81,7 @@ impl Timer0 {
     /// A reset at `t`: OPTION is FFh, the prescaler and the watchdog start from zero, TMR0 stays.
     pub fn reset(&mut self, t: u64) {
         // What was due up to here is lost with the reset.
-        self.settle(t, &mut Outbox::new());
+        self.settle(t, &mut Pic16Outbox::new());
         self.option = 0xFF;
         self.prescaler = 0;
         self.watchdog.reset(t);
@@ -93,7 +93,7 @@ impl Timer0 {
     }
 
     /// CLRWDT, SLEEP: clears the watchdog at `t`, and the prescaler where it is the watchdog's.
-    pub fn clear_watchdog(&mut self, t: u64, out: &mut Outbox) {
+    pub fn clear_watchdog(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.settle(t, out);
         self.watchdog.clear(t);
         if self.has(PSA) {
@@ -103,8 +103,8 @@ impl Timer0 {
 
     /// The watchdog is on.
     #[must_use]
-    pub const fn watches(&self) -> bool {
-        self.watchdog.running()
+    pub const fn has_running_watchdog(&self) -> bool {
+        self.watchdog.is_running()
     }
 
     const fn has(&self, bit: u8) -> bool {
@@ -132,8 +132,8 @@ impl Timer0 {
     }
 
     /// The watchdog's time-out as a level.
-    const fn over(&self) -> bool {
-        self.watchdog.running() && self.has(PSA) && self.tap()
+    const fn is_timeout_pending(&self) -> bool {
+        self.watchdog.is_running() && self.has(PSA) && self.tap()
     }
 
     /// Instruction cycles to a count, from a moment at which the chain is [`Timer0::regular`]; `counts` at least 1.
@@ -156,7 +156,7 @@ impl Timer0 {
     }
 
     /// Changes a level at `t`. The prescaler counts asynchronously, whether the oscillator runs or not.
-    fn change(&mut self, t: u64, change: impl FnOnce(&mut Timer0)) {
+    fn change_setup(&mut self, t: u64, change: impl FnOnce(&mut Timer0)) {
         let before = self.ripple();
         change(self);
         if !before && self.ripple() && self.counts_at(t) {
@@ -165,11 +165,11 @@ impl Timer0 {
     }
 
     /// One clock.
-    fn step(&mut self, out: &mut Outbox) {
+    fn step(&mut self, out: &mut Pic16Outbox) {
         let t = self.now;
         match t % 4 {
-            0 => self.change(t, |s| s.q12 = true),
-            2 => self.change(t, |s| s.q12 = false),
+            0 => self.change_setup(t, |s| s.q12 = true),
+            2 => self.change_setup(t, |s| s.q12 = false),
             phase => {
                 let level = self.output();
                 if level && !self.sampled && self.counts_at(t) {
@@ -189,35 +189,35 @@ impl Timer0 {
     }
 
     /// Counts up to the next return to 0 at most, and is at the last count now.
-    fn count(&mut self, counts: u64, out: &mut Outbox) {
+    fn count(&mut self, counts: u64, out: &mut Pic16Outbox) {
         let to = u64::from(self.tmr0) + counts;
         self.tmr0 = to as u8;
         if to > 0xFF {
-            out.push(Signal::Flag { t: self.now, flag: Flag::T0IF });
+            out.push(Pic16Signal::Flag { t: self.now, flag: InterruptFlag::T0IF });
         }
     }
 
     /// Nothing is in flight.
-    const fn idle(&self) -> bool {
+    const fn is_idle(&self) -> bool {
         !self.seen[0] && !self.seen[1]
     }
 
     /// Nothing will count before a line changes.
-    const fn still(&self) -> bool {
-        self.asleep || (self.has(T0CS) && self.idle() && self.sampled == self.output())
+    const fn is_still(&self) -> bool {
+        self.asleep || (self.has(T0CS) && self.is_idle() && self.sampled == self.output())
     }
 
     /// Each cycle from now on does the same: nothing is in flight and nothing is inhibited.
-    const fn regular(&self) -> bool {
+    const fn is_regular(&self) -> bool {
         !self.has(T0CS)
             && self.now.is_multiple_of(4)
-            && self.idle()
+            && self.is_idle()
             && self.now >= self.free
             && self.sampled == self.output()
     }
 
     /// Whole cycles up to `t`, or up to the next return to 0.
-    fn leap(&mut self, t: u64, out: &mut Outbox) {
+    fn skip_regular(&mut self, t: u64, out: &mut Pic16Outbox) {
         let cycles = self.cycles_to_overflow().min((t - self.now) / 4);
         self.now += 4 * cycles;
         if self.has(PSA) {
@@ -232,16 +232,16 @@ impl Timer0 {
     }
 
     /// Everything up to `t` but time-outs.
-    fn advance(&mut self, t: u64, out: &mut Outbox) {
-        let pulses = if self.has(PSA) { self.watchdog.pulses().count(self.now, t) } else { 0 };
+    fn advance(&mut self, t: u64, out: &mut Pic16Outbox) {
+        let pulses = if self.has(PSA) { self.watchdog.timeouts().ticks_between(self.now, t) } else { 0 };
         while self.now < t {
-            if self.still() {
+            if self.is_still() {
                 if !self.asleep {
                     self.q12 = matches!(t % 4, 1 | 2);
                 }
                 self.now = t;
-            } else if t - self.now >= 4 && self.regular() {
-                self.leap(t, out);
+            } else if t - self.now >= 4 && self.is_regular() {
+                self.skip_regular(t, out);
             } else {
                 self.step(out);
             }
@@ -250,7 +250,7 @@ impl Timer0 {
     }
 
     /// Everything up to `t`.
-    fn settle(&mut self, t: u64, out: &mut Outbox) {
+    fn settle(&mut self, t: u64, out: &mut Pic16Outbox) {
         loop {
             let at = self.timeout();
             if at > t {
@@ -263,8 +263,8 @@ impl Timer0 {
     }
 
     /// The watchdog runs out now, and begins anew.
-    fn time_out(&mut self, out: &mut Outbox) {
-        out.push(Signal::Watchdog { t: self.now });
+    fn time_out(&mut self, out: &mut Pic16Outbox) {
+        out.push(Pic16Signal::Watchdog { t: self.now });
         if self.has(PSA) {
             self.prescaler = 0;
         }
@@ -278,18 +278,18 @@ impl Timer0 {
         } else {
             1
         };
-        self.watchdog.pulses().nth(self.now, pulses)
+        self.watchdog.timeouts().nth_after(self.now, pulses)
     }
 
     /// When TMR0 will go from FFh to 00h.
     fn overflow(&self) -> u64 {
         let mut ahead = *self;
-        let mut out = Outbox::new();
+        let mut out = Pic16Outbox::new();
         while out.is_empty() {
-            if ahead.still() {
+            if ahead.is_still() {
                 return NEVER;
             }
-            if ahead.regular() {
+            if ahead.is_regular() {
                 return ahead.now.saturating_add(4 * ahead.cycles_to_overflow());
             }
             ahead.step(&mut out);
@@ -298,32 +298,32 @@ impl Timer0 {
     }
 
     /// The timer as it will be at `t`.
-    fn at(&self, t: u64) -> Timer0 {
+    fn advanced_to(&self, t: u64) -> Timer0 {
         let mut ahead = *self;
-        ahead.advance(t, &mut Outbox::new());
+        ahead.advance(t, &mut Pic16Outbox::new());
         ahead
     }
 }
 
-impl Device for Timer0 {
-    fn run(&mut self, t: u64, out: &mut Outbox) {
+impl Pic16Device for Timer0 {
+    fn run_due(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.settle(t, out);
     }
 
-    fn next(&self) -> u64 {
+    fn next_clock(&self) -> u64 {
         self.timeout().min(self.overflow())
     }
 
     fn peek(&self, reg: Sfr, t: u64) -> u8 {
         match reg {
-            Sfr::TMR0 => self.at(t).tmr0,
+            Sfr::TMR0 => self.advanced_to(t).tmr0,
             Sfr::OPTION => self.option,
             Sfr::WDTCON => self.watchdog.wdtcon(),
             _ => 0,
         }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Outbox) {
+    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
         if reg == Sfr::TMR0 {
             // The value takes the place of a count that falls on the write.
             self.settle(t.saturating_sub(1), out);
@@ -338,12 +338,12 @@ impl Device for Timer0 {
                 }
                 self.seen = [false; 2];
                 // A hand can write while the oscillator stands.
-                self.free = if self.asleep { INHIBIT } else { t.saturating_add(INHIBIT) };
+                self.free = if self.asleep { WRITE_INHIBIT_CLOCKS } else { t.saturating_add(WRITE_INHIBIT_CLOCKS) };
             }
             Sfr::OPTION => {
-                self.change(t, |s| s.option = value);
+                self.change_setup(t, |s| s.option = value);
                 // Bits that timer 0 left in the prescaler can be a time-out (DS33023, 11.6.1).
-                if self.over() {
+                if self.is_timeout_pending() {
                     self.time_out(out);
                 }
             }
@@ -352,14 +352,14 @@ impl Device for Timer0 {
         }
     }
 
-    fn line(&mut self, line: Line, high: bool, t: u64, out: &mut Outbox) {
-        if line == Line::T0cki {
+    fn on_line_changed(&mut self, line: Pic16Line, high: bool, t: u64, out: &mut Pic16Outbox) {
+        if line == Pic16Line::T0cki {
             self.settle(t, out);
-            self.change(t, |s| s.t0cki = high);
+            self.change_setup(t, |s| s.t0cki = high);
         }
     }
 
-    fn sleep(&mut self, t: u64, out: &mut Outbox) {
+    fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.settle(t, out);
         if !self.asleep {
             self.asleep = true;
@@ -368,7 +368,7 @@ impl Device for Timer0 {
     }
 
     /// The wake-up clears the watchdog, whatever its cause.
-    fn wake(&mut self, t: u64, out: &mut Outbox) {
+    fn restart_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.clear_watchdog(t, out);
         if self.asleep {
             self.asleep = false;
@@ -376,20 +376,20 @@ impl Device for Timer0 {
         }
     }
 
-    fn steady(&self, reg: Sfr, t: u64) -> u64 {
+    fn steady_until(&self, reg: Sfr, t: u64) -> u64 {
         if reg != Sfr::TMR0 {
             return NEVER;
         }
-        let mut ahead = self.at(t);
+        let mut ahead = self.advanced_to(t);
         let value = ahead.tmr0;
         while ahead.tmr0 == value {
-            if ahead.still() {
+            if ahead.is_still() {
                 return NEVER;
             }
-            if ahead.regular() {
+            if ahead.is_regular() {
                 return ahead.now.saturating_add(4 * ahead.cycles(1));
             }
-            ahead.step(&mut Outbox::new());
+            ahead.step(&mut Pic16Outbox::new());
         }
         ahead.now
     }

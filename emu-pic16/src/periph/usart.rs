@@ -13,11 +13,11 @@ mod sender;
 
 use emu_core::NEVER;
 
-use self::fifo::Fifo;
-use self::receiver::{Past, Receiver};
-use self::sender::Word;
-use super::map::{Flag, Line};
-use super::{Device, Drive, Outbox, Signal};
+use self::fifo::ReceiveFifo;
+use self::receiver::{LevelHistory, UsartReceiver};
+use self::sender::OutgoingWord;
+use super::map::{InterruptFlag, Pic16Line};
+use super::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 
 /// RCSTA: serial port enable.
 pub const SPEN: u8 = 1 << 7;
@@ -59,13 +59,13 @@ const TCY: u64 = 4;
 
 /// The serial port.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Usart {
+pub struct Pic16Usart {
     /// The bits that a program writes.
     txsta: u8,
     /// The bits that a program writes.
     rcsta: u8,
     txreg: u8,
-    baud: Baud,
+    baud: BaudClock,
     /// Clocks for which the oscillator has stood so far, and since when it stands now.
     slept: u64,
     asleep: Option<u64>,
@@ -78,13 +78,13 @@ pub struct Usart {
     /// The clock at which TSR, being idle, takes what is in TXREG.
     load: u64,
     /// TSR.
-    word: Option<Word>,
+    word: Option<OutgoingWord>,
     /// The bit on the way out: TX, or DT of synchronous mode.
     out_bit: bool,
 
-    receiver: Receiver,
-    past: Past,
-    fifo: Fifo,
+    receiver: UsartReceiver,
+    past: LevelHistory,
+    fifo: ReceiveFifo,
     oerr: bool,
 
     /// Levels of the lines.
@@ -93,13 +93,13 @@ pub struct Usart {
     /// What has been said to the rest of the chip.
     txif: Option<u64>,
     rcif: Option<u64>,
-    drives: [Drive; 2],
+    drives: [Pic16Drive; 2],
     /// TRMT is set as the stop bit begins.
     early_trmt: bool,
 }
 
 emu_core::state! {
-    Usart {
+    Pic16Usart {
         txsta, rcsta, txreg, baud, slept, asleep, full, empty_seen, empty_change, load, word, out_bit, receiver, past, fifo, oerr, tx_line,
         rx_line, txif, rcif, drives,
     } stays { early_trmt } if |usart, now| usart.slept <= now && usart.asleep.is_none_or(|since| since <= now + 4)
@@ -107,15 +107,15 @@ emu_core::state! {
 
 /// The baud rate generator, in clocks of the oscillator that have run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Baud {
+struct BaudClock {
     spbrg: u8,
     /// It was cleared then: its periods end a whole number of them later.
     origin: u64,
 }
 
-emu_core::state! { Baud { spbrg, origin } if |baud, now| baud.origin <= now + 4 }
+emu_core::state! { BaudClock { spbrg, origin } if |baud, now| baud.origin <= now + 4 }
 
-impl Baud {
+impl BaudClock {
     /// Clocks of a period.
     fn period(self) -> u64 {
         4 * (u64::from(self.spbrg) + 1)
@@ -133,21 +133,21 @@ impl Baud {
     }
 }
 
-impl Default for Usart {
-    fn default() -> Usart {
-        Usart::new()
+impl Default for Pic16Usart {
+    fn default() -> Pic16Usart {
+        Pic16Usart::new()
     }
 }
 
-impl Usart {
+impl Pic16Usart {
     /// The port as after a power-on reset at clock 0, both lines low. (DS30292, table 12-6.)
     #[must_use]
-    pub const fn new() -> Usart {
-        Usart {
+    pub const fn new() -> Pic16Usart {
+        Pic16Usart {
             txsta: 0,
             rcsta: 0,
             txreg: 0,
-            baud: Baud { spbrg: 0, origin: 0 },
+            baud: BaudClock { spbrg: 0, origin: 0 },
             slept: 0,
             asleep: None,
             full: false,
@@ -156,34 +156,34 @@ impl Usart {
             load: NEVER,
             word: None,
             out_bit: true,
-            receiver: Receiver::Idle,
-            past: Past::LOW,
-            fifo: Fifo::EMPTY,
+            receiver: UsartReceiver::Idle,
+            past: LevelHistory::LOW,
+            fifo: ReceiveFifo::EMPTY,
             oerr: false,
             tx_line: false,
             rx_line: false,
             txif: None,
             rcif: None,
-            drives: [Drive::Port; 2],
+            drives: [Pic16Drive::Port; 2],
             early_trmt: false,
         }
     }
 
     /// TRMT is set as the stop bit begins, not in its middle ([`Readings::trmt_as_stop_begins`](crate::Readings)).
     #[must_use]
-    pub fn with_early_trmt(mut self, early: bool) -> Usart {
+    pub fn with_early_trmt(mut self, early: bool) -> Pic16Usart {
         self.early_trmt = early;
         self
     }
 
     /// A reset at clock `t`: every kind has the same effect here. (DS30292, table 12-6.) It says nothing about the
     /// oscillator: a reset out of sleep takes a [`Device::wake`] as well.
-    pub fn reset(&mut self, power_on: bool, t: u64, out: &mut Outbox) {
+    pub fn reset(&mut self, power_on: bool, t: u64, out: &mut Pic16Outbox) {
         let _ = power_on;
-        self.run(t, out);
+        self.run_due(t, out);
         let now = self.osc(t);
-        *self = Usart {
-            baud: Baud { spbrg: 0, origin: now },
+        *self = Pic16Usart {
+            baud: BaudClock { spbrg: 0, origin: now },
             slept: self.slept,
             asleep: self.asleep,
             past: self.past,
@@ -191,7 +191,7 @@ impl Usart {
             rx_line: self.rx_line,
             drives: self.drives,
             early_trmt: self.early_trmt,
-            ..Usart::new()
+            ..Pic16Usart::new()
         };
         self.settle(t, out);
     }
@@ -224,7 +224,7 @@ impl Usart {
     /// The byte whose stop bit is on the line: all that a receiver needs of it has been sent, and its [`Signal::Sent`] is
     /// still to come.
     #[must_use]
-    pub fn stopping(&self) -> Option<u8> {
+    pub fn byte_in_stop_bit(&self) -> Option<u8> {
         self.word.filter(|word| !self.sync() && word.left == 0).map(|word| word.byte)
     }
 
@@ -249,19 +249,19 @@ impl Usart {
         self.txsta & (SYNC | CSRC) == SYNC
     }
 
-    const fn sends(&self) -> bool {
+    const fn is_sending_enabled(&self) -> bool {
         self.rcsta & SPEN != 0 && self.txsta & TXEN != 0
     }
 
     /// The receiver is on. SREN counts in the synchronous master alone (DS30292, register 10-2).
-    const fn receives(&self) -> bool {
+    const fn is_receiving_enabled(&self) -> bool {
         let enables = if self.txsta & (SYNC | CSRC) == SYNC | CSRC { SREN | CREN } else { CREN };
         self.rcsta & SPEN != 0 && self.rcsta & enables != 0
     }
 
     /// The baud rate generator of the synchronous master is kept in reset (DS30292, 10.3.1).
-    const fn held(&self) -> bool {
-        self.sync() && !self.slave() && !self.sends() && !self.receives()
+    const fn is_blocked_by_overrun(&self) -> bool {
+        self.sync() && !self.slave() && !self.is_sending_enabled() && !self.is_receiving_enabled()
     }
 
     /// Clocks that the oscillator has run up to `t`.
@@ -295,24 +295,24 @@ impl Usart {
     }
 
     /// Says what has changed for the rest of the chip at `t`.
-    fn settle(&mut self, t: u64, out: &mut Outbox) {
+    fn settle(&mut self, t: u64, out: &mut Pic16Outbox) {
         for (held, since, flag) in [
-            (self.txsta & TXEN != 0 && self.empty_seen, &mut self.txif, Flag::TXIF),
-            (self.fifo.held(), &mut self.rcif, Flag::RCIF),
+            (self.txsta & TXEN != 0 && self.empty_seen, &mut self.txif, InterruptFlag::TXIF),
+            (self.fifo.has_word(), &mut self.rcif, InterruptFlag::RCIF),
         ] {
             if held && since.is_none() {
                 *since = Some(t);
-                out.push(Signal::Flag { t, flag });
+                out.push(Pic16Signal::Flag { t, flag });
             } else if !held {
                 *since = None;
             }
         }
-        let drives = self.driven();
-        for (n, line) in [Line::Tx, Line::Rx].into_iter().enumerate() {
+        let drives = self.driven_lines();
+        for (n, line) in [Pic16Line::Tx, Pic16Line::Rx].into_iter().enumerate() {
             if let (Some(drive), Some(last)) = (drives.get(n), self.drives.get(n))
                 && drive != last
             {
-                out.push(Signal::Drive { t, line, drive: *drive });
+                out.push(Pic16Signal::Drive { t, line, drive: *drive });
             }
         }
         self.drives = drives;
@@ -320,13 +320,13 @@ impl Usart {
 
     /// What the port does to TX and RX. What it does not drive it leaves to the port latch and TRIS, which the data sheet
     /// wants to be set (DS30292, chapter 10).
-    fn driven(&self) -> [Drive; 2] {
-        let bit = if self.sends() { Drive::of(self.out_bit) } else { Drive::Port };
+    fn driven_lines(&self) -> [Pic16Drive; 2] {
+        let bit = if self.is_sending_enabled() { Pic16Drive::from_bit(self.out_bit) } else { Pic16Drive::Port };
         if !self.sync() {
-            return [bit, Drive::Port];
+            return [bit, Pic16Drive::Port];
         }
         let high = self.word.is_some_and(|word| word.high) || self.receiver.ck();
-        let master = !self.slave() && (self.sends() || self.receives());
-        [if master { Drive::of(high) } else { Drive::Port }, if self.receives() { Drive::Port } else { bit }]
+        let master = !self.slave() && (self.is_sending_enabled() || self.is_receiving_enabled());
+        [if master { Pic16Drive::from_bit(high) } else { Pic16Drive::Port }, if self.is_receiving_enabled() { Pic16Drive::Port } else { bit }]
     }
 }

@@ -1,7 +1,7 @@
 //! The counter of the watchdog (DS33023, section 26.6): an RC oscillator of its own, and WDTCON where the chip has it (DS30487,
 //! section 15.12). The prescaler behind it is timer 0's, and so is what becomes of its pulses.
 
-use emu_core::parts::prescaler::Ticks;
+use emu_core::parts::prescaler::TickSeries;
 
 /// Watchdog enable by the program.
 const SWDTEN: u8 = 1;
@@ -14,7 +14,7 @@ const WDTPS_MAX: u8 = 0b1011;
 
 /// The watchdog without its postscaler.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Watchdog {
+pub struct Pic16Watchdog {
     /// WDTE of the configuration word.
     wdte: bool,
     /// WDTCON; `None` where the chip has none.
@@ -25,20 +25,20 @@ pub struct Watchdog {
     origin: u64,
 }
 
-emu_core::state! { Watchdog { wdtcon, origin } stays { wdte, clocks } if |of, now| of.origin <= now + 4 }
+emu_core::state! { Pic16Watchdog { wdtcon, origin } stays { wdte, clocks } if |of, now| of.origin <= now + 4 }
 
-impl Watchdog {
+impl Pic16Watchdog {
     /// A watchdog that starts from zero at clock 0. `clocks` is its period without prescaler in clocks of the oscillator (with
     /// WDTPS = 0100 where there is WDTCON); 0 counts as 1.
     #[must_use]
-    pub const fn new(wdte: bool, clocks: u64, wdtcon: bool) -> Watchdog {
+    pub const fn new(wdte: bool, clocks: u64, wdtcon: bool) -> Pic16Watchdog {
         let wdtcon = if wdtcon { Some(WDTCON_RESET) } else { None };
-        Watchdog { wdte, wdtcon, clocks: if clocks == 0 { 1 } else { clocks }, origin: 0 }
+        Pic16Watchdog { wdte, wdtcon, clocks: if clocks == 0 { 1 } else { clocks }, origin: 0 }
     }
 
     /// It counts: WDTE or SWDTEN is set.
     #[must_use]
-    pub const fn running(&self) -> bool {
+    pub const fn is_running(&self) -> bool {
         self.wdte || self.wdtcon() & SWDTEN != 0
     }
 
@@ -53,11 +53,11 @@ impl Watchdog {
 
     /// Writes WDTCON at `t`; true where that starts the watchdog. WDTPS picks a tap of a divider that goes on counting.
     pub fn set_wdtcon(&mut self, value: u8, t: u64) -> bool {
-        let was = self.running();
+        let was = self.is_running();
         if let Some(wdtcon) = &mut self.wdtcon {
             *wdtcon = value & 0x1F;
         }
-        let starts = !was && self.running();
+        let starts = !was && self.is_running();
         if starts {
             self.clear(t);
         }
@@ -77,9 +77,9 @@ impl Watchdog {
 
     /// Its pulses; none while it stands.
     #[must_use]
-    pub fn pulses(&self) -> Ticks {
+    pub fn timeouts(&self) -> TickSeries {
         let every = match self.wdtcon {
-            _ if !self.running() => 0,
+            _ if !self.is_running() => 0,
             None => self.clocks,
             Some(value) => {
                 let [set, reset] = [value, WDTCON_RESET].map(|w| (w >> WDTPS & 0xF).min(WDTPS_MAX));
@@ -90,6 +90,6 @@ impl Watchdog {
                 }
             }
         };
-        Ticks { origin: self.origin, every }
+        TickSeries { origin: self.origin, period: every }
     }
 }

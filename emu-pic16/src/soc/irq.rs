@@ -9,21 +9,21 @@
 
 use emu_core::cpu::NEVER;
 
-use super::Soc;
-use crate::chips::{FlagAt, Part};
-use crate::periph::map::{Flag, Sfr};
+use super::Pic16Soc;
+use crate::chips::{FlagLocation, Pic16Part};
+use crate::periph::map::{InterruptFlag, Sfr};
 use crate::periph::ports::PORTB;
 
 /// Enables as they are sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Enables {
+pub struct InterruptEnables {
     /// INTCON: GIE, PEIE, enables of TMR0, INT and port B.
     pub intcon: u8,
     /// PIE1, PIE2.
     pub pie: [u8; 2],
 }
 
-emu_core::state! { Enables { intcon, pie } }
+emu_core::state! { InterruptEnables { intcon, pie } }
 
 /// GIE in INTCON.
 pub(super) const GIE: u8 = 0x80;
@@ -34,13 +34,13 @@ const PEIE: u8 = 0x40;
 
 /// Flags that stand in PIR1, PIR2 and INTCON, and when they interrupt.
 #[derive(Debug, Clone)]
-pub struct Interrupts {
+pub struct Pic16Interrupts {
     /// Enables; INTCON holds the flags of TMR0, INT and port B too.
-    pub enables: Enables,
+    pub enables: InterruptEnables,
     /// PIR1, PIR2, without the flags that are levels of other parts.
     pub pir: [u8; 2],
     /// Enables before the last instruction that wrote them,
-    before: Enables,
+    before: InterruptEnables,
     /// which count for what happens at this boundary still.
     changed: u64,
     /// The boundary from which on an interrupt is taken.
@@ -48,29 +48,29 @@ pub struct Interrupts {
     /// The clocks at which INTF and RBIF will be set, since their pins have changed.
     pub sampled: [u64; 2],
     /// Port B as the program has seen it last.
-    pub seen: u8,
+    pub seen_port_b: u8,
     /// The flag that stands in a register of its part, on chips that have one.
-    elsewhere: Option<&'static FlagAt>,
+    flag_outside_pir: Option<&'static FlagLocation>,
     /// RCIF and TXIF, which are levels, in PIR1.
     pub levels: [u8; 2],
 }
 
-emu_core::state! { Interrupts { enables, pir, before, changed, at, sampled, seen } stays { elsewhere, levels } }
+emu_core::state! { Pic16Interrupts { enables, pir, before, changed, at, sampled, seen_port_b } stays { flag_outside_pir, levels } }
 
-impl Interrupts {
+impl Pic16Interrupts {
     /// None enabled, none there.
-    pub fn new(part: &'static Part) -> Interrupts {
+    pub fn new(part: &'static Pic16Part) -> Pic16Interrupts {
         let bit = |flag| part.flags.iter().find(|row| row.flag == flag).map_or(0, |row| 1 << row.at.1);
-        Interrupts {
-            enables: Enables::default(),
+        Pic16Interrupts {
+            enables: InterruptEnables::default(),
             pir: [0; 2],
-            before: Enables::default(),
+            before: InterruptEnables::default(),
             changed: NEVER,
             at: NEVER,
             sampled: [NEVER; 2],
-            seen: 0,
-            elsewhere: part.flags.iter().find(|row| !matches!(row.at.0, Sfr::PIR1 | Sfr::PIR2 | Sfr::INTCON)),
-            levels: [bit(Flag::RCIF), bit(Flag::TXIF)],
+            seen_port_b: 0,
+            flag_outside_pir: part.flags.iter().find(|row| !matches!(row.at.0, Sfr::PIR1 | Sfr::PIR2 | Sfr::INTCON)),
+            levels: [bit(InterruptFlag::RCIF), bit(InterruptFlag::TXIF)],
         }
     }
 
@@ -81,29 +81,29 @@ impl Interrupts {
     }
 
     /// The clock at which a pin change is sampled next.
-    pub fn next_sample(&self) -> u64 {
+    pub fn next_sample_clock(&self) -> u64 {
         self.sampled[0].min(self.sampled[1])
     }
 }
 
-impl Soc {
+impl Pic16Soc {
     /// Sets a flag that a part of the chip raises at the clock `t`.
-    pub(super) fn raise(&mut self, flag: Flag, t: u64) {
+    pub(super) fn raise(&mut self, flag: InterruptFlag, t: u64) {
         let Some(row) = self.part.flags.iter().find(|row| row.flag == flag) else { return };
         let (register, bit) = row.at;
         match register {
             // They are levels of the USART.
-            _ if matches!(flag, Flag::RCIF | Flag::TXIF) => {}
+            _ if matches!(flag, InterruptFlag::RCIF | InterruptFlag::TXIF) => {}
             Sfr::INTCON => self.irq.enables.intcon |= 1 << bit,
             Sfr::PIR1 => self.irq.pir[0] |= 1 << bit,
             Sfr::PIR2 => self.irq.pir[1] |= 1 << bit,
             // It stands in a register of the part itself.
             _ => {}
         }
-        let taken = t.div_ceil(4) + u64::from(matches!(flag, Flag::INTF | Flag::RBIF));
+        let taken = t.div_ceil(4) + u64::from(matches!(flag, InterruptFlag::INTF | InterruptFlag::RBIF));
         let old = taken == self.irq.changed;
         let enables = if old { self.irq.before } else { self.irq.enables };
-        let on = |enables: Enables| enables.intcon & GIE != 0 && self.enabled(enables, row.enable, row.peripheral);
+        let on = |enables: InterruptEnables| enables.intcon & GIE != 0 && self.is_enabled(enables, row.enable, row.peripheral);
         if on(enables) {
             self.irq.at = self.irq.at.min(taken);
         } else if old && on(self.irq.enables) {
@@ -111,7 +111,7 @@ impl Soc {
         }
     }
 
-    pub(super) fn enabled(&self, enables: Enables, at: (Sfr, u8), peripheral: bool) -> bool {
+    pub(super) fn is_enabled(&self, enables: InterruptEnables, at: (Sfr, u8), peripheral: bool) -> bool {
         let byte = match at.0 {
             Sfr::INTCON => enables.intcon,
             Sfr::PIE1 => enables.pie[0],
@@ -122,23 +122,23 @@ impl Soc {
     }
 
     /// A flag is set and enabled, whatever GIE says: it ends standby.
-    pub(super) fn wanted(&self, t: u64) -> bool {
+    pub(super) fn has_request(&self, t: u64) -> bool {
         // Flags and enables of one number stand in the same places, which a test asks of every row; what remains are the flags
         // that small chips keep in the registers of their parts.
-        let Enables { intcon, pie } = self.irq.enables;
+        let InterruptEnables { intcon, pie } = self.irq.enables;
         let (own, peripheral) = (intcon & intcon >> 3 & 7, intcon & PEIE != 0);
         let set = || (self.irq.pir[0] | self.levels(Sfr::PIR1, pie[0], t)) & pie[0] | self.irq.pir[1] & pie[1];
         own != 0
             || peripheral && set() != 0
-            || self.irq.elsewhere.is_some_and(|row| {
-                self.enabled(self.irq.enables, row.enable, row.peripheral)
-                    && self.show(row.at.0, t) >> row.at.1 & 1 == 1
+            || self.irq.flag_outside_pir.is_some_and(|row| {
+                self.is_enabled(self.irq.enables, row.enable, row.peripheral)
+                    && self.peek_register(row.at.0, t) >> row.at.1 & 1 == 1
             })
     }
 
     /// Flags or enables may have changed by the instruction whose cycle ends at the boundary `boundary`.
-    pub(super) fn look_again(&mut self, boundary: u64) {
-        let on = self.irq.enables.intcon & GIE != 0 && self.wanted(4 * boundary);
+    pub(super) fn update_request(&mut self, boundary: u64) {
+        let on = self.irq.enables.intcon & GIE != 0 && self.has_request(4 * boundary);
         // What has been sampled by then is taken.
         if self.irq.at > boundary {
             self.irq.at = if on { self.irq.at.min(boundary + 1) } else { NEVER };
@@ -147,12 +147,12 @@ impl Soc {
 
     /// The flags that are set and enabled at the boundary before the cycle `now`, by their names on this chip, whatever GIE says.
     #[must_use]
-    pub fn wanted_flags(&self, now: u64) -> Vec<&'static str> {
+    pub fn requesting_flags(&self, now: u64) -> Vec<&'static str> {
         let set = self.part.flags.iter().filter(|row| {
-            self.enabled(self.irq.enables, row.enable, row.peripheral)
-                && self.show(row.at.0, 4 * now) >> row.at.1 & 1 == 1
+            self.is_enabled(self.irq.enables, row.enable, row.peripheral)
+                && self.peek_register(row.at.0, 4 * now) >> row.at.1 & 1 == 1
         });
-        let name = |row: &FlagAt| {
+        let name = |row: &FlagLocation| {
             let named = self.part.bits.iter().find(|(register, _, bit)| (*register, *bit) == row.at);
             named.map(|(_, name, _)| *name)
         };
@@ -170,26 +170,26 @@ impl Soc {
         self.run(4 * cycle + 3);
         self.irq.remember(cycle + 1);
         self.irq.enables.intcon |= GIE;
-        self.look_again(cycle + 1);
+        self.update_request(cycle + 1);
     }
 
     /// The boundary from which on the interrupt is there that would be taken at `now`.
     #[must_use]
     pub fn interrupt_since(&self, now: u64) -> Option<u64> {
-        (self.irq.at <= now && self.power.runs()).then_some(self.irq.at)
+        (self.irq.at <= now && self.power.is_running()).then_some(self.irq.at)
     }
 
     /// Writes the flags and enables of INTCON at the clock `t`.
     pub(super) fn write_intcon(&mut self, value: u8, t: u64) {
         self.irq.remember(t / 4);
         self.irq.enables.intcon = value;
-        self.mismatch(t);
+        self.on_port_b_mismatch(t);
     }
 
     /// Compares port B with what the program has seen of it; RBIF will be set where they differ (DS30292, 3.2).
-    pub(super) fn mismatch(&mut self, t: u64) {
+    pub(super) fn on_port_b_mismatch(&mut self, t: u64) {
         if self.power.in_reset(t) {
-            return self.see_b();
+            return self.sample_port_b();
         }
         if self.irq.enables.intcon & RBIF != 0 {
             return;
@@ -197,18 +197,18 @@ impl Soc {
         if self.changes_b() == 0 {
             self.irq.sampled[1] = NEVER;
         } else if self.irq.sampled[1] == NEVER {
-            self.irq.sampled[1] = if self.power.runs() { t.next_multiple_of(4) } else { t };
+            self.irq.sampled[1] = if self.power.is_running() { t.next_multiple_of(4) } else { t };
         }
     }
 
     /// The bits of port B that differ from what the program has seen.
     fn changes_b(&self) -> u8 {
-        (self.ports.input(PORTB) ^ self.irq.seen) & self.ports.tris(PORTB) & 0xF0
+        (self.ports.input(PORTB) ^ self.irq.seen_port_b) & self.ports.tris(PORTB) & 0xF0
     }
 
     /// The program sees port B.
-    pub(super) fn see_b(&mut self) {
-        self.irq.seen = self.ports.input(PORTB);
+    pub(super) fn sample_port_b(&mut self) {
+        self.irq.seen_port_b = self.ports.input(PORTB);
         self.irq.sampled[1] = NEVER;
     }
 }

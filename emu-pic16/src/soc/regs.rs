@@ -2,9 +2,9 @@
 
 use emu_core::cpu::NEVER;
 
-use super::{Soc, at};
-use crate::chips::Internal;
-use crate::periph::Device;
+use super::{Pic16Soc, unit_index};
+use crate::chips::InternalOscillator;
+use crate::periph::Pic16Device;
 use crate::periph::map::Sfr;
 
 /// Bits of PCON that a program can write: OSCF where there is one, POR and BOR.
@@ -26,43 +26,43 @@ const OSTS: u8 = 1 << 3;
 /// [`with_part`] become one.
 #[inline(always)]
 #[rustfmt::skip]
-const fn keeper(reg: Sfr) -> Option<usize> {
+const fn unit_of(reg: Sfr) -> Option<usize> {
     Some(match reg {
-        Sfr::TMR0 | Sfr::OPTION | Sfr::WDTCON => at::TIMER0,
+        Sfr::TMR0 | Sfr::OPTION | Sfr::WDTCON => unit_index::TIMER0,
         Sfr::TMR1L | Sfr::TMR1H | Sfr::T1CON | Sfr::TMR2 | Sfr::T2CON | Sfr::PR2
-        | Sfr::CCPR1L | Sfr::CCPR1H | Sfr::CCP1CON | Sfr::CCPR2L | Sfr::CCPR2H | Sfr::CCP2CON => at::TIMERS,
-        Sfr::SSPBUF | Sfr::SSPCON | Sfr::SSPCON2 | Sfr::SSPADD | Sfr::SSPSTAT => at::SSP,
-        Sfr::RCSTA | Sfr::TXSTA | Sfr::TXREG | Sfr::RCREG | Sfr::SPBRG => at::USART,
-        Sfr::ADRESH | Sfr::ADRESL | Sfr::ADCON0 | Sfr::ADCON1 | Sfr::ANSEL => at::ADC,
-        Sfr::CMCON | Sfr::CVRCON => at::COMPARATORS,
-        Sfr::EEDATA | Sfr::EEADR | Sfr::EEDATH | Sfr::EEADRH | Sfr::EECON1 | Sfr::EECON2 => at::EEPROM,
+        | Sfr::CCPR1L | Sfr::CCPR1H | Sfr::CCP1CON | Sfr::CCPR2L | Sfr::CCPR2H | Sfr::CCP2CON => unit_index::TIMERS,
+        Sfr::SSPBUF | Sfr::SSPCON | Sfr::SSPCON2 | Sfr::SSPADD | Sfr::SSPSTAT => unit_index::SSP,
+        Sfr::RCSTA | Sfr::TXSTA | Sfr::TXREG | Sfr::RCREG | Sfr::SPBRG => unit_index::USART,
+        Sfr::ADRESH | Sfr::ADRESL | Sfr::ADCON0 | Sfr::ADCON1 | Sfr::ANSEL => unit_index::ADC,
+        Sfr::CMCON | Sfr::CVRCON => unit_index::COMPARATORS,
+        Sfr::EEDATA | Sfr::EEADR | Sfr::EEDATH | Sfr::EEADRH | Sfr::EECON1 | Sfr::EECON2 => unit_index::EEPROM,
         _ => return None,
     })
 }
 
 /// Does something with the part of this number, borrowed as `soc` is (`[&self]`, `[&mut self]`); `$none` where there is no number.
-macro_rules! with_part {
+macro_rules! with_unit {
     ($number:expr, [$($soc:tt)+], $part:ident => $what:expr, $none:expr) => {
         match $number {
-            Some(at::TIMER0) => { let $part = $($soc)+.timer0; $what }
-            Some(at::TIMERS) => { let $part = $($soc)+.timers; $what }
-            Some(at::SSP) => { let $part = $($soc)+.ssp; $what }
-            Some(at::USART) => { let $part = $($soc)+.usart; $what }
-            Some(at::ADC) => { let $part = $($soc)+.adc; $what }
-            Some(at::COMPARATORS) => { let $part = $($soc)+.comparators; $what }
-            Some(at::EEPROM) => { let $part = $($soc)+.eeprom; $what }
+            Some(unit_index::TIMER0) => { let $part = $($soc)+.timer0; $what }
+            Some(unit_index::TIMERS) => { let $part = $($soc)+.timers; $what }
+            Some(unit_index::SSP) => { let $part = $($soc)+.ssp; $what }
+            Some(unit_index::USART) => { let $part = $($soc)+.usart; $what }
+            Some(unit_index::ADC) => { let $part = $($soc)+.adc; $what }
+            Some(unit_index::COMPARATORS) => { let $part = $($soc)+.comparators; $what }
+            Some(unit_index::EEPROM) => { let $part = $($soc)+.eeprom; $what }
             _ => $none,
         }
     };
 }
 
-impl Soc {
+impl Pic16Soc {
     /// What a register reads at the clock `t`, everything due having been run.
-    pub(super) fn show(&self, reg: Sfr, t: u64) -> u8 {
-        with_part!(keeper(reg), [&self], part => part.peek(reg, t), self.show_own(reg, t))
+    pub(super) fn peek_register(&self, reg: Sfr, t: u64) -> u8 {
+        with_unit!(unit_of(reg), [&self], part => part.peek(reg, t), self.peek_own(reg, t))
     }
 
-    fn show_own(&self, reg: Sfr, t: u64) -> u8 {
+    fn peek_own(&self, reg: Sfr, t: u64) -> u8 {
         match reg {
             Sfr::INTCON => self.irq.enables.intcon,
             Sfr::PIR1 => self.irq.pir[0] | self.levels(reg, 0xFF, t),
@@ -72,7 +72,7 @@ impl Soc {
             Sfr::PCON => self.pcon,
             Sfr::OSCCON => self.show_osccon(),
             Sfr::OSCTUNE => self.osc[1],
-            _ => self.show_port(reg, t),
+            _ => self.peek_port(reg, t),
         }
     }
 
@@ -88,10 +88,10 @@ impl Soc {
         kept | IOFS | if primary { OSTS } else { 0 }
     }
 
-    fn show_port(&self, reg: Sfr, t: u64) -> u8 {
+    fn peek_port(&self, reg: Sfr, t: u64) -> u8 {
         if let Some(port) = self.ports.port(|row| row.port == reg) {
             return match reg {
-                Sfr::PORTD if self.psp.on() => self.psp.peek_port(),
+                Sfr::PORTD if self.psp.is_enabled() => self.psp.peek_port(),
                 _ => self.ports.input(port),
             };
         }
@@ -111,57 +111,57 @@ impl Soc {
     /// The part that keeps a register, which is about to be read or written.
     #[inline(always)]
     fn touch(&mut self, reg: Sfr) -> Option<usize> {
-        let part = keeper(reg);
-        self.touched |= part.map_or(0, |number| 1 << number);
+        let part = unit_of(reg);
+        self.touched_units |= part.map_or(0, |number| 1 << number);
         part
     }
 
     /// Reads a register as a program does, at the clock `t`.
-    pub(super) fn load(&mut self, reg: Sfr, t: u64) -> u8 {
+    pub(super) fn read_register(&mut self, reg: Sfr, t: u64) -> u8 {
         let part = self.touch(reg);
-        let value = with_part!(part, [&mut self], part => part.read(reg, t, &mut self.out), {
-            let value = self.show_own(reg, t);
+        let value = with_unit!(part, [&mut self], part => part.read(reg, t, &mut self.out), {
+            let value = self.peek_own(reg, t);
             match reg {
-                Sfr::PORTD if self.psp.on() => self.psp.read_port(t),
+                Sfr::PORTD if self.psp.is_enabled() => self.psp.read_port(t),
                 _ => return value,
             }
         });
-        self.carry_out();
+        self.apply_signals();
         if matches!(reg, Sfr::RCREG | Sfr::CMCON | Sfr::SSPBUF | Sfr::PORTD) {
-            self.look_again(t / 4 + 1);
-            self.plan();
+            self.update_request(t / 4 + 1);
+            self.update_deadlines();
         }
         value
     }
 
     /// Writes a register at the clock `t`, the end of an instruction cycle.
     #[inline]
-    pub(super) fn store(&mut self, reg: Sfr, value: u8, t: u64) {
-        if let Some(port) = super::latch_of(reg) {
-            return self.store_latch(port, reg, value, t);
+    pub(super) fn write_register(&mut self, reg: Sfr, value: u8, t: u64) {
+        if let Some(port) = super::port_latch_index(reg) {
+            return self.write_latch(port, reg, value, t);
         }
         let part = self.touch(reg);
-        with_part!(part, [&mut self], part => part.write(reg, value, t, &mut self.out), self.store_own(reg, value, t));
-        self.carry_out();
-        self.written(reg, value, t);
+        with_unit!(part, [&mut self], part => part.write(reg, value, t, &mut self.out), self.write_own(reg, value, t));
+        self.apply_signals();
+        self.on_register_written(reg, value, t);
         // Ports interrupt by their pins only.
         if !(Sfr::TRISA..=Sfr::TRISE).contains(&reg) {
-            self.look_again(t / 4);
+            self.update_request(t / 4);
         }
-        self.plan();
+        self.update_deadlines();
     }
 
     /// Writes the latch of a port, as most writes do.
-    fn store_latch(&mut self, port: usize, reg: Sfr, value: u8, t: u64) {
+    fn write_latch(&mut self, port: usize, reg: Sfr, value: u8, t: u64) {
         self.write_port(port, reg, value, t);
-        match self.touched {
+        match self.touched_units {
             // Nobody is concerned but by samples of pins.
-            0 => self.due = self.due.min(self.irq.next_sample()),
-            _ => self.plan(),
+            0 => self.due = self.due.min(self.irq.next_sample_clock()),
+            _ => self.update_deadlines(),
         }
     }
 
-    fn store_own(&mut self, reg: Sfr, value: u8, t: u64) {
+    fn write_own(&mut self, reg: Sfr, value: u8, t: u64) {
         match reg {
             Sfr::INTCON => self.write_intcon(value, t),
             Sfr::PIR1 => self.irq.pir[0] = value & self.writable(reg),
@@ -171,7 +171,7 @@ impl Soc {
                 self.irq.enables.pie[usize::from(reg == Sfr::PIE2)] = value & self.writable(reg);
             }
             Sfr::PCON => {
-                let oscf = matches!(self.part.internal, Internal::F62x(_));
+                let oscf = matches!(self.part.internal, InternalOscillator::F62x(_));
                 self.pcon = value & if oscf { PCON } else { PCON & 3 };
             }
             Sfr::OSCCON => self.osc[0] = value & (IRCF | self.scs()),
@@ -186,9 +186,9 @@ impl Soc {
 
     /// The bits of PIR1, PIR2, PIE1 and PIE2 that the chip has; levels of the USART can not be written.
     fn writable(&self, reg: Sfr) -> u8 {
-        use crate::periph::map::Flag;
+        use crate::periph::map::InterruptFlag;
         self.part.flags.iter().fold(0, |byte, row| {
-            let flag = row.at.0 == reg && !matches!(row.flag, Flag::RCIF | Flag::TXIF);
+            let flag = row.at.0 == reg && !matches!(row.flag, InterruptFlag::RCIF | InterruptFlag::TXIF);
             byte | u8::from(flag) << row.at.1 | u8::from(row.enable.0 == reg) << row.enable.1
         })
     }
@@ -212,16 +212,16 @@ impl Soc {
     #[must_use]
     pub fn converts_early(&self, reg: u16, value: u8, now: u64) -> Option<u8> {
         let converter = Sfr::ALL.get(usize::from(reg)) == Some(&Sfr::ADCON0);
-        converter.then(|| self.adc.converts_early(value, 4 * now + 4)).flatten()
+        converter.then(|| self.adc.acquisition_error_channel(value, 4 * now + 4)).flatten()
     }
 
     /// How long a register keeps its value from the clock `t` on, nothing being due at it.
-    pub(super) fn steady(&self, reg: Sfr, t: u64) -> u64 {
-        with_part!(keeper(reg), [&self], part => part.steady(reg, t), match reg {
-            Sfr::PORTD if self.psp.on() => t,
+    pub(super) fn register_steady_until(&self, reg: Sfr, t: u64) -> u64 {
+        with_unit!(unit_of(reg), [&self], part => part.steady_until(reg, t), match reg {
+            Sfr::PORTD if self.psp.is_enabled() => t,
             // Reading it ends a mismatch.
             Sfr::PORTB if self.irq.sampled[1] != NEVER => t,
-            Sfr::PIR1 | Sfr::PIR2 => self.usart.steady(reg, t),
+            Sfr::PIR1 | Sfr::PIR2 => self.usart.steady_until(reg, t),
             _ => NEVER,
         })
     }

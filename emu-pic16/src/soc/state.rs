@@ -1,86 +1,86 @@
 //! The chip around the core as a state ([`emu_core::state`]).
 
 use emu_core::cpu::NEVER;
-use emu_core::outside::Log;
-use emu_core::state::{Damaged, State, Tape};
+use emu_core::external_io::EventLog;
+use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 
-use super::{Order, Soc, at, every_part};
-use crate::periph::Device;
+use super::{CoreRequest, Pic16Soc, unit_index, for_each_unit};
+use crate::periph::Pic16Device;
 
 emu_core::state! {
-    enum Order {
-        0 = Woken { by_watchdog }, 1 = ReadWord { addr }, 2 = WriteWords { addr, words, erased }, 3 = Stand { until }, 4 = Ignore { until },
+    enum CoreRequest {
+        0 = EndStandby { by_watchdog }, 1 = ReadWord { addr }, 2 = WriteWords { addr, words, erased }, 3 = Stall { until }, 4 = Ignore { until },
     }
 }
 
-impl Default for Order {
-    fn default() -> Order {
-        Order::ReadWord { addr: 0 }
+impl Default for CoreRequest {
+    fn default() -> CoreRequest {
+        CoreRequest::ReadWord { addr: 0 }
     }
 }
 
 /// Cycles for which instructions run as NOPs at most, with a margin.
 const MOST_IGNORED: u64 = 16;
 
-impl State for Soc {
-    fn state(&mut self, tape: &mut Tape<'_>) -> Result<(), Damaged> {
+impl SnapshotState for Pic16Soc {
+    fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let cycle = tape.now();
         tape.set_now(4 * cycle);
         // When what is due follows from the rest; what the core was told last it is told again.
         #[rustfmt::skip]
-        let Soc {
-            part: _, config: _, log: _, nexts: _, touched: _, due: _, ran: _, told: _, out: _, ports, timer0, timers, usart, ssp, eeprom,
-            adc, comparators, psp, irq, power, pcon, osc, outside, orders, stall, ignored,
+        let Pic16Soc {
+            part: _, config: _, log: _, unit_deadlines: _, touched_units: _, due: _, run_to_clock: _, core_deadline: _, out: _, ports, timer0, timers, usart, ssp, eeprom,
+            adc, comparators, psp, irq, power, pcon, osc, pin_inputs: outside, requests: orders, stall, ignored_cycles: ignored,
         } = self;
-        ports.state(tape)?;
-        timer0.state(tape)?;
-        timers.state(tape)?;
-        usart.state(tape)?;
-        ssp.state(tape)?;
-        eeprom.state(tape)?;
-        adc.state(tape)?;
-        comparators.state(tape)?;
-        psp.state(tape)?;
-        irq.state(tape)?;
-        power.state(tape)?;
-        pcon.state(tape)?;
-        osc.state(tape)?;
-        outside.state(tape)?;
-        orders.state(tape)?;
-        stall.state(tape)?;
-        ignored.state(tape)?;
+        ports.pass_state(tape)?;
+        timer0.pass_state(tape)?;
+        timers.pass_state(tape)?;
+        usart.pass_state(tape)?;
+        ssp.pass_state(tape)?;
+        eeprom.pass_state(tape)?;
+        adc.pass_state(tape)?;
+        comparators.pass_state(tape)?;
+        psp.pass_state(tape)?;
+        irq.pass_state(tape)?;
+        power.pass_state(tape)?;
+        pcon.pass_state(tape)?;
+        osc.pass_state(tape)?;
+        outside.pass_state(tape)?;
+        orders.pass_state(tape)?;
+        stall.pass_state(tape)?;
+        ignored.pass_state(tape)?;
         let near = |until: u64| (cycle..=cycle + MOST_IGNORED).contains(&until);
-        let sound = |order: &Order| match order {
-            Order::Stand { until } => *until >= cycle && *until != NEVER,
-            Order::Ignore { until } => near(*until),
+        let sound = |order: &CoreRequest| match order {
+            CoreRequest::Stall { until } => *until >= cycle && *until != NEVER,
+            CoreRequest::Ignore { until } => near(*until),
             _ => true,
         };
-        tape.demand(orders.iter().all(sound) && *stall != NEVER && (ignored.1 <= cycle || near(ignored.1)))?;
-        if tape.reads() {
-            (self.log, self.told, self.ran, self.touched) = (Log::OFF, 0, tape.now(), u8::MAX);
+        tape.require(orders.iter().all(sound) && *stall != NEVER && (ignored.1 <= cycle || near(ignored.1)))?;
+        if tape.is_reading() {
+            (self.log, self.core_deadline, self.run_to_clock, self.touched_units) = (EventLog::OFF, 0, tape.now(), u8::MAX);
             self.out.clear();
-            self.plan();
-            tape.demand(self.due > tape.now())?;
+            self.update_deadlines();
+            tape.require(self.due > tape.now())?;
         }
         Ok(())
     }
 }
 
-impl Soc {
+impl Pic16Soc {
     /// Does everything up to the cycle `now`, also what nobody waits for, so that machines that are equal look so.
-    pub(crate) fn settle_down(&mut self, now: u64) {
-        self.log = Log::OFF;
+    pub(crate) fn normalize(&mut self, now: u64) {
+        self.log = EventLog::OFF;
         let t = 4 * now;
         self.run(t);
-        every_part!(self, part, number => {
-            self.touched |= 1 << number;
-            part.run(t, &mut self.out);
+        for_each_unit!(self, part, number => {
+            self.touched_units |= 1 << number;
+            part.run_due(t, &mut self.out);
         });
-        self.carry_out();
-        self.plan();
+        self.apply_signals();
+        self.update_deadlines();
         self.run(t);
-        if self.ignored.1 <= now {
-            self.ignored = (0, 0);
+        if self.ignored_cycles.1 <= now {
+            self.ignored_cycles = (0, 0);
         }
     }
 }

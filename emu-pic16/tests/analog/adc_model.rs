@@ -3,9 +3,9 @@
 
 use emu_core::rng::Rng;
 use emu_pic16::chips;
-use emu_pic16::periph::adc::Adc;
-use emu_pic16::periph::map::{Flag, Sfr};
-use emu_pic16::periph::{Device, Outbox, Signal};
+use emu_pic16::periph::adc::Pic16Adc;
+use emu_pic16::periph::map::{InterruptFlag, Sfr};
+use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
 
 use crate::script::adc_kind;
 
@@ -28,7 +28,7 @@ struct Running {
 }
 
 struct Model {
-    kind: chips::Adc,
+    kind: chips::Pic16AdcKind,
     channels: usize,
     rc: (u64, u64),
     hz: f64,
@@ -54,7 +54,7 @@ struct Model {
 
 impl Model {
     fn eight(&self) -> bool {
-        self.kind == chips::Adc::Bits8
+        self.kind == chips::Pic16AdcKind::Bits8
     }
 
     fn chs(&self) -> usize {
@@ -119,8 +119,8 @@ impl Model {
 
     fn references(&self) -> (f64, f64) {
         let (plus, minus) = match self.kind {
-            chips::Adc::Ansel => (self.adcon1 & 0x20 != 0, self.adcon1 & 0x10 != 0),
-            chips::Adc::Bits8 => (PCFG8[usize::from(self.adcon1 & 3)].contains('R'), false),
+            chips::Pic16AdcKind::Ansel => (self.adcon1 & 0x20 != 0, self.adcon1 & 0x10 != 0),
+            chips::Pic16AdcKind::Bits8 => (PCFG8[usize::from(self.adcon1 & 3)].contains('R'), false),
             _ => {
                 let row = PCFG[usize::from(self.adcon1 & 15)];
                 (row.contains('R'), row.contains('r'))
@@ -213,8 +213,8 @@ impl Model {
 
     fn digital(&self) -> u8 {
         let row = match self.kind {
-            chips::Adc::Bits8 => PCFG8[usize::from(self.adcon1 & 3)],
-            chips::Adc::Ansel => return !self.ansel,
+            chips::Pic16AdcKind::Bits8 => PCFG8[usize::from(self.adcon1 & 3)],
+            chips::Pic16AdcKind::Ansel => return !self.ansel,
             _ => PCFG[usize::from(self.adcon1 & 15)],
         };
         (0..8).fold(0, |mask, n| {
@@ -234,7 +234,7 @@ fn the_converter_agrees_with_one_stepped_clock_by_clock() {
         let (name, channels) = [("8", 4), ("87X", 5), ("87XA", 8), ("88", 7)][rng.below(4) as usize];
         let kind = adc_kind(name);
         let (rc, hz) = [((16, 1), 4_000_000), ((7, 3), 1_000_000), ((250, 3), 20_000_000)][rng.below(3) as usize];
-        let mut dut = Adc::new(kind, channels, rc, hz);
+        let mut dut = Pic16Adc::new(kind, channels, rc, hz);
         let mut model = Model {
             kind,
             channels: usize::from(channels),
@@ -245,7 +245,7 @@ fn the_converter_agrees_with_one_stepped_clock_by_clock() {
             ohms: 10_000.0,
             adcon0: 0,
             adcon1: 0,
-            ansel: if kind == chips::Adc::Ansel { 0x7F } else { 0 },
+            ansel: if kind == chips::Pic16AdcKind::Ansel { 0x7F } else { 0 },
             adres: [0; 2],
             or: [0; 2],
             running: None,
@@ -258,10 +258,10 @@ fn the_converter_agrees_with_one_stepped_clock_by_clock() {
         };
         for t in 1..8_000u64 {
             model.tick();
-            let mut out: Outbox = Vec::new();
+            let mut out: Pic16Outbox = Vec::new();
             let writes = t % 4 == 0 && !model.asleep && rng.one_in(30);
-            if writes || dut.next() <= t || rng.one_in(5) {
-                dut.run(if writes { t - 1 } else { t }, &mut out);
+            if writes || dut.next_clock() <= t || rng.one_in(5) {
+                dut.run_due(if writes { t - 1 } else { t }, &mut out);
             }
             if writes {
                 write(&mut rng, &mut dut, &mut model, t, &mut out);
@@ -289,13 +289,13 @@ fn the_converter_agrees_with_one_stepped_clock_by_clock() {
                 dut.start(t, &mut out);
             } else if t % 4 == 0 && rng.one_in(200) {
                 if model.asleep {
-                    dut.wake(t, &mut out);
+                    dut.restart_clock(t, &mut out);
                     model.asleep = false;
                     if model.adcon0 & 1 != 0 && model.running.is_none() && model.open_for.is_none() {
                         model.connect_in(0);
                     }
                 } else {
-                    dut.sleep(t, &mut out);
+                    dut.stop_clock(t, &mut out);
                     model.asleep = true;
                     let on = model.adcon0 & 1 != 0 && model.own_clock();
                     if !model.running.as_ref().map_or(on, |running| running.own) {
@@ -305,7 +305,7 @@ fn the_converter_agrees_with_one_stepped_clock_by_clock() {
                 }
             }
             let at = format!("{name}, seed {seed}, clock {t}");
-            let flagged = out == [Signal::Flag { t, flag: Flag::ADIF }];
+            let flagged = out == [Pic16Signal::Flag { t, flag: InterruptFlag::ADIF }];
             assert!(flagged || out.is_empty(), "{out:?}, {at}");
             assert_eq!(flagged, model.flagged, "ADIF, {at}");
             let adres = [dut.peek(Sfr::ADRESH, t), dut.peek(Sfr::ADRESL, t)];
@@ -315,10 +315,10 @@ fn the_converter_agrees_with_one_stepped_clock_by_clock() {
             (model.adres, model.or) = (adres, adres);
             assert_eq!(dut.peek(Sfr::ADCON0, t), model.adcon0, "ADCON0, {at}");
             assert_eq!(dut.peek(Sfr::ADCON1, t), model.adcon1, "ADCON1, {at}");
-            assert_eq!(dut.digital(), model.digital(), "digital pins, {at}");
+            assert_eq!(dut.digital_pins(), model.digital(), "digital pins, {at}");
             let (dead, full) = model.times();
             let acquired = model.open_for == Some(0) && model.connected >= dead + full && model.running.is_none();
-            assert_eq!(dut.acquired(t), acquired, "acquired, {at}");
+            assert_eq!(dut.is_acquired(t), acquired, "acquired, {at}");
             results += u64::from(flagged);
             partial += u64::from(flagged && ![0, 0xFF].contains(&adres[0]));
         }
@@ -326,15 +326,15 @@ fn the_converter_agrees_with_one_stepped_clock_by_clock() {
     assert!(results > 1_000 && partial > 300, "{results} results, {partial} of them between the ends");
 }
 
-fn write(rng: &mut Rng, dut: &mut Adc, model: &mut Model, t: u64, out: &mut Outbox) {
+fn write(rng: &mut Rng, dut: &mut Pic16Adc, model: &mut Model, t: u64, out: &mut Pic16Outbox) {
     let value = rng.next_u64() as u8;
     match rng.below(10) {
         0 => {
             model.adcon1 = value
                 & match model.kind {
-                    chips::Adc::Bits8 => 0x03,
-                    chips::Adc::Bits10 => 0x8F,
-                    chips::Adc::Ansel => 0xF0,
+                    chips::Pic16AdcKind::Bits8 => 0x03,
+                    chips::Pic16AdcKind::Bits10 => 0x8F,
+                    chips::Pic16AdcKind::Ansel => 0xF0,
                     _ => 0xCF,
                 };
             dut.write(Sfr::ADCON1, value, t, out);
@@ -345,7 +345,7 @@ fn write(rng: &mut Rng, dut: &mut Adc, model: &mut Model, t: u64, out: &mut Outb
             dut.write(Sfr::ADRESH, value, t, out);
         }
         2 => {
-            model.ansel = if model.kind == chips::Adc::Ansel { value & 0x7F } else { 0 };
+            model.ansel = if model.kind == chips::Pic16AdcKind::Ansel { value & 0x7F } else { 0 };
             dut.write(Sfr::ANSEL, value, t, out);
         }
         3 => {

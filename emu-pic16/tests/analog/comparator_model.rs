@@ -1,9 +1,9 @@
 //! The figures of the modes as text, and comparators worked out from that text at every step.
 
 use emu_core::rng::Rng;
-use emu_pic16::periph::comparator::Comparators;
-use emu_pic16::periph::map::{Flag, Line, Sfr};
-use emu_pic16::periph::{Device, Drive, Signal};
+use emu_pic16::periph::comparator::Pic16Comparators;
+use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
+use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Signal};
 
 use crate::script::comparator_kind;
 
@@ -72,10 +72,10 @@ fn comparators_agree_with_the_figures() {
     for seed in 0..30 {
         let mut rng = Rng::new(seed);
         let (name, chip) = [("62X", "62X"), ("87XA", "87XA"), ("88", "62X")][rng.below(3) as usize];
-        let mut dut = Comparators::new(comparator_kind(name));
+        let mut dut = Pic16Comparators::new(comparator_kind(name));
         let mut model = Model { cmcon: if name == "62X" { 0 } else { 7 }, vdd: 5_000, ..Model::default() };
         let (mut seen, mut before) = (0, 0);
-        let mut drives = [Drive::Port; 2];
+        let mut drives = [Pic16Drive::Port; 2];
         for t in 1..2_000 {
             let mut out = Vec::new();
             match rng.below(12) {
@@ -102,31 +102,31 @@ fn comparators_agree_with_the_figures() {
                     model.vdd = [2_000, 5_000, 5_001][rng.below(3) as usize];
                     dut.set_supply(model.vdd as u32, t, &mut out);
                 }
-                _ => dut.sleep(t, &mut out),
+                _ => dut.stop_clock(t, &mut out),
             }
             let row = model.row(chip);
             let outputs = [model.output(&row, 0), model.output(&row, 1)];
             let now = u8::from(outputs[0]) << 6 | u8::from(outputs[1]) << 7;
             assert_eq!(dut.peek(Sfr::CMCON, t), now | model.cmcon, "CMCON, seed {seed}, clock {t}");
             assert_eq!(dut.peek(Sfr::CVRCON, t), model.cvrcon, "CVRCON, seed {seed}, clock {t}");
-            assert_eq!(dut.mismatch(), now != seen, "mismatch, seed {seed}, clock {t}");
+            assert_eq!(dut.has_mismatch(), now != seen, "mismatch, seed {seed}, clock {t}");
             let pins = row[7].chars().fold(0, |mask, c| mask << 1 | u8::from(c == 'D'));
-            assert_eq!(dut.digital(), pins, "digital pins, seed {seed}, clock {t}");
+            assert_eq!(dut.digital_pins(), pins, "digital pins, seed {seed}, clock {t}");
             let (volts, parts) = model.volts('V');
             assert_eq!(u64::from(dut.reference()), volts / parts, "CVREF, seed {seed}, clock {t}");
             let put_out = (model.cvrcon & 0xC0 == 0xC0).then_some((volts / parts) as u32);
             assert_eq!(dut.reference_out(), put_out, "CVREF on RA2, seed {seed}, clock {t}");
-            let flagged = out.contains(&Signal::Flag { t, flag: Flag::CMIF });
+            let flagged = out.contains(&Pic16Signal::Flag { t, flag: InterruptFlag::CMIF });
             assert_eq!(flagged, now != before && now != seen, "CMIF, seed {seed}, clock {t}");
             for signal in &out {
-                if let Signal::Drive { t: at, line, drive } = signal {
+                if let Pic16Signal::Drive { t: at, line, drive } = signal {
                     assert_eq!(*at, t, "seed {seed}");
-                    drives[usize::from(*line == Line::C2out)] = *drive;
+                    drives[usize::from(*line == Pic16Line::C2out)] = *drive;
                 }
             }
             for n in 0..2 {
                 let has_pin = row[6].contains(['1', '2'][n]);
-                let want = if has_pin { Drive::of(outputs[n]) } else { Drive::Port };
+                let want = if has_pin { Pic16Drive::from_bit(outputs[n]) } else { Pic16Drive::Port };
                 assert_eq!(drives[n], want, "C{}OUT, seed {seed}, clock {t}", n + 1);
             }
             changes += u64::from(now != before);

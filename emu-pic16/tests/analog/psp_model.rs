@@ -1,9 +1,9 @@
 //! The parallel slave port stepped clock by clock: flip-flops that Q2 and Q4 clock.
 
 use emu_core::rng::Rng;
-use emu_pic16::periph::map::{Flag, Line, Sfr};
-use emu_pic16::periph::psp::Psp;
-use emu_pic16::periph::{Device, Outbox, Signal};
+use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
+use emu_pic16::periph::psp::ParallelSlavePort;
+use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
 
 /// The end of a strobe on its way: found by no Q2 yet, found by one.
 #[derive(Default, Clone, Copy)]
@@ -98,18 +98,18 @@ fn the_port_agrees_with_flip_flops() {
     let (mut flags, mut overflows) = (0, 0);
     for seed in 0..60 {
         let mut rng = Rng::new(seed);
-        let (mut dut, mut model) = (Psp::new(), Model::default());
+        let (mut dut, mut model) = (ParallelSlavePort::new(), Model::default());
         let lazy = rng.one_in(2);
         for t in 1..6_000u64 {
             model.flagged = false;
             if t % 4 == 3 && !model.asleep {
                 model.q4();
             }
-            let mut out: Outbox = Vec::new();
+            let mut out: Pic16Outbox = Vec::new();
             let at_work = t % 4 == 0 && !model.asleep;
             let writes = at_work && rng.one_in(8);
-            if !lazy || dut.next() <= t || !writes {
-                dut.run(if writes { t - 1 } else { t }, &mut out);
+            if !lazy || dut.next_clock() <= t || !writes {
+                dut.run_due(if writes { t - 1 } else { t }, &mut out);
             }
             if writes {
                 let value = rng.next_u64() as u8 | if rng.one_in(6) { 0 } else { 0x10 };
@@ -127,12 +127,12 @@ fn the_port_agrees_with_flip_flops() {
             if rng.one_in(3) {
                 let (strobe, high) = (rng.below(3) as usize, rng.one_in(2));
                 model.change(|m| m.low[strobe] = !high);
-                dut.line([Line::Rd, Line::Wr, Line::Cs][strobe], high, t, &mut out);
+                dut.on_line_changed([Pic16Line::Rd, Pic16Line::Wr, Pic16Line::Cs][strobe], high, t, &mut out);
             }
             if rng.one_in(4) {
                 let levels = rng.next_u64() as u8;
                 model.change(|m| m.bus = levels);
-                dut.on_bus(levels, t);
+                dut.set_bus_levels(levels, t);
             }
             if t % 4 == 1 && !model.asleep {
                 model.q2();
@@ -140,20 +140,20 @@ fn the_port_agrees_with_flip_flops() {
             if t % 4 == 0 && rng.one_in(25) {
                 if model.asleep {
                     model.asleep = false;
-                    dut.wake(t, &mut out);
+                    dut.restart_clock(t, &mut out);
                 } else {
                     model.q4();
                     model.q2();
                     model.q4();
                     model.asleep = true;
-                    dut.sleep(t, &mut out);
+                    dut.stop_clock(t, &mut out);
                 }
             }
             assert_eq!(dut.peek(Sfr::TRISE, t), model.trise(), "TRISE, seed {seed}, clock {t}");
             assert_eq!(dut.peek_port(), model.input, "input latch, seed {seed}, clock {t}");
-            assert_eq!(dut.driving(), model.both(0).then_some(model.output), "port D, seed {seed}, clock {t}");
+            assert_eq!(dut.driven_byte(), model.both(0).then_some(model.output), "port D, seed {seed}, clock {t}");
             for signal in &out {
-                assert_eq!(*signal, Signal::Flag { t, flag: Flag::PSPIF }, "seed {seed}, clock {t}");
+                assert_eq!(*signal, Pic16Signal::Flag { t, flag: InterruptFlag::PSPIF }, "seed {seed}, clock {t}");
             }
             assert_eq!(!out.is_empty(), model.flagged, "PSPIF, seed {seed}, clock {t}");
             flags += u64::from(model.flagged);

@@ -3,37 +3,37 @@
 
 use emu_core::NEVER;
 use emu_pic16::chips;
-use emu_pic16::periph::adc::Adc;
-use emu_pic16::periph::comparator::Comparators;
-use emu_pic16::periph::map::{Flag, Line, Sfr};
-use emu_pic16::periph::psp::Psp;
-use emu_pic16::periph::{Device, Drive, Outbox, Signal};
+use emu_pic16::periph::adc::Pic16Adc;
+use emu_pic16::periph::comparator::Pic16Comparators;
+use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
+use emu_pic16::periph::psp::ParallelSlavePort;
+use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 
 struct Rig {
-    adc: Adc,
-    comparators: Comparators,
-    psp: Psp,
-    out: Outbox,
-    flags: Vec<(u64, Flag)>,
-    drives: Vec<(Line, Drive)>,
+    adc: Pic16Adc,
+    comparators: Pic16Comparators,
+    psp: ParallelSlavePort,
+    out: Pic16Outbox,
+    flags: Vec<(u64, InterruptFlag)>,
+    drives: Vec<(Pic16Line, Pic16Drive)>,
 }
 
-pub fn adc_kind(name: &str) -> chips::Adc {
+pub fn adc_kind(name: &str) -> chips::Pic16AdcKind {
     match name {
-        "8" => chips::Adc::Bits8,
-        "87X" => chips::Adc::Bits10,
-        "87XA" => chips::Adc::Bits10Adcs2,
-        "88" => chips::Adc::Ansel,
-        _ => chips::Adc::None,
+        "8" => chips::Pic16AdcKind::Bits8,
+        "87X" => chips::Pic16AdcKind::Bits10,
+        "87XA" => chips::Pic16AdcKind::Bits10Adcs2,
+        "88" => chips::Pic16AdcKind::Ansel,
+        _ => chips::Pic16AdcKind::None,
     }
 }
 
-pub fn comparator_kind(name: &str) -> chips::Comparators {
+pub fn comparator_kind(name: &str) -> chips::ComparatorKind {
     match name {
-        "62X" => chips::Comparators::F62x,
-        "87XA" => chips::Comparators::F87xA,
-        "88" => chips::Comparators::F88,
-        _ => chips::Comparators::None,
+        "62X" => chips::ComparatorKind::F62x,
+        "87XA" => chips::ComparatorKind::F87xA,
+        "88" => chips::ComparatorKind::F88,
+        _ => chips::ComparatorKind::None,
     }
 }
 
@@ -44,11 +44,11 @@ pub fn check(text: &str) {
         let columns: Vec<&str> = line.split('|').map(str::trim).collect();
         let [_, adc, comparators, steps] = columns[..] else { panic!("four columns: {line}") };
         let kind = adc_kind(adc);
-        let channels = if kind == chips::Adc::Bits8 { 4 } else { 8 };
+        let channels = if kind == chips::Pic16AdcKind::Bits8 { 4 } else { 8 };
         let mut rig = Rig {
-            adc: Adc::new(kind, channels, (16, 1), 4_000_000),
-            comparators: Comparators::new(comparator_kind(comparators)),
-            psp: Psp::new(),
+            adc: Pic16Adc::new(kind, channels, (16, 1), 4_000_000),
+            comparators: Pic16Comparators::new(comparator_kind(comparators)),
+            psp: ParallelSlavePort::new(),
             out: Vec::new(),
             flags: Vec::new(),
             drives: Vec::new(),
@@ -65,10 +65,10 @@ pub fn check(text: &str) {
 
 impl Rig {
     fn run(&mut self, t: u64) {
-        let parts: [&mut dyn Device; 3] = [&mut self.adc, &mut self.comparators, &mut self.psp];
+        let parts: [&mut dyn Pic16Device; 3] = [&mut self.adc, &mut self.comparators, &mut self.psp];
         for part in parts {
-            part.run(t, &mut self.out);
-            assert!(part.next() > t);
+            part.run_due(t, &mut self.out);
+            assert!(part.next_clock() > t);
         }
         self.drain();
     }
@@ -76,8 +76,8 @@ impl Rig {
     fn drain(&mut self) {
         for signal in self.out.drain(..) {
             match signal {
-                Signal::Flag { t, flag } => self.flags.push((t, flag)),
-                Signal::Drive { line, drive, .. } => {
+                Pic16Signal::Flag { t, flag } => self.flags.push((t, flag)),
+                Pic16Signal::Drive { line, drive, .. } => {
                     self.drives.retain(|driven| driven.0 != line);
                     self.drives.push((line, drive));
                 }
@@ -86,7 +86,7 @@ impl Rig {
         }
     }
 
-    fn device(&mut self, reg: Sfr) -> &mut dyn Device {
+    fn device(&mut self, reg: Sfr) -> &mut dyn Pic16Device {
         match reg {
             Sfr::CMCON | Sfr::CVRCON => &mut self.comparators,
             Sfr::TRISE => &mut self.psp,
@@ -110,14 +110,14 @@ impl Rig {
             self.run(t);
             match what {
                 "sleep" => {
-                    self.adc.sleep(t, &mut self.out);
-                    self.comparators.sleep(t, &mut self.out);
-                    self.psp.sleep(t, &mut self.out);
+                    self.adc.stop_clock(t, &mut self.out);
+                    self.comparators.stop_clock(t, &mut self.out);
+                    self.psp.stop_clock(t, &mut self.out);
                 }
                 "wake" => {
-                    self.adc.wake(t, &mut self.out);
-                    self.comparators.wake(t, &mut self.out);
-                    self.psp.wake(t, &mut self.out);
+                    self.adc.restart_clock(t, &mut self.out);
+                    self.comparators.restart_clock(t, &mut self.out);
+                    self.psp.restart_clock(t, &mut self.out);
                 }
                 "reset" => {
                     self.adc.reset(t);
@@ -145,10 +145,10 @@ impl Rig {
         }
         let number = || value.parse::<u32>().map_err(|_| "number");
         let strobe = match name {
-            "RD" => Line::Rd,
-            "WR" => Line::Wr,
-            "CS" => Line::Cs,
-            "bus" => return hex(value).map(|levels| self.psp.on_bus(levels, t)),
+            "RD" => Pic16Line::Rd,
+            "WR" => Pic16Line::Wr,
+            "CS" => Pic16Line::Cs,
+            "bus" => return hex(value).map(|levels| self.psp.set_bus_levels(levels, t)),
             "PORTD" => return hex(value).map(|value| self.psp.write_port(value, t)),
             "Rs" => return Ok(number().map(|ohms| self.adc.set_source_ohms(ohms, t))?),
             "VDD" => {
@@ -167,32 +167,32 @@ impl Rig {
                 return Ok(());
             }
         };
-        self.psp.line(strobe, value == "1", t, &mut self.out);
+        self.psp.on_line_changed(strobe, value == "1", t, &mut self.out);
         Ok(())
     }
 
     fn ask(&mut self, name: &str, t: u64) -> Result<String, String> {
-        let drive = |line| match self.drives.iter().find(|driven| driven.0 == line).map_or(Drive::Port, |d| d.1) {
-            Drive::Port => "port",
-            Drive::Low => "L",
-            Drive::High => "H",
-            Drive::Float | Drive::Open => "Z",
+        let drive = |line| match self.drives.iter().find(|driven| driven.0 == line).map_or(Pic16Drive::Port, |d| d.1) {
+            Pic16Drive::Port => "port",
+            Pic16Drive::Low => "L",
+            Pic16Drive::High => "H",
+            Pic16Drive::Float | Pic16Drive::Open => "Z",
         };
         let byte = |value: u8| format!("{value:02X}");
         Ok(match name {
-            "acquired" => u8::from(self.adc.acquired(t)).to_string(),
-            "digital" => byte(self.adc.digital()),
-            "pins" => format!("{:04b}", self.comparators.digital()),
-            "mismatch" => u8::from(self.comparators.mismatch()).to_string(),
+            "acquired" => u8::from(self.adc.is_acquired(t)).to_string(),
+            "digital" => byte(self.adc.digital_pins()),
+            "pins" => format!("{:04b}", self.comparators.digital_pins()),
+            "mismatch" => u8::from(self.comparators.has_mismatch()).to_string(),
             "reference" => self.comparators.reference().to_string(),
             "out" => self.comparators.reference_out().map_or("-".into(), |mv| mv.to_string()),
-            "C1out" => drive(Line::C1out).into(),
-            "C2out" => drive(Line::C2out).into(),
-            "driving" => self.psp.driving().map_or("-".into(), byte),
+            "C1out" => drive(Pic16Line::C1out).into(),
+            "C2out" => drive(Pic16Line::C2out).into(),
+            "driving" => self.psp.driven_byte().map_or("-".into(), byte),
             "PORTD" => byte(self.psp.read_port(t)),
             _ if name.starts_with("steady.") => {
                 let reg = name[7..].parse_sfr().ok_or("register")?;
-                match self.device(reg).steady(reg, t) {
+                match self.device(reg).steady_until(reg, t) {
                     NEVER => "-".into(),
                     until => until.to_string(),
                 }

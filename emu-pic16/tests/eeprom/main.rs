@@ -3,10 +3,10 @@
 mod model;
 mod random;
 
-use emu_pic16::chips::Memory;
-use emu_pic16::periph::eeprom::{Eeprom, Flash};
-use emu_pic16::periph::map::{Flag, Sfr};
-use emu_pic16::periph::{Device, Outbox, Signal};
+use emu_pic16::chips::NonvolatileKind;
+use emu_pic16::periph::eeprom::{Pic16Eeprom, FlashAccess};
+use emu_pic16::periph::map::{InterruptFlag, Sfr};
+use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
 
 /// What program memory holds.
 fn word_at(addr: u16) -> u16 {
@@ -14,30 +14,30 @@ fn word_at(addr: u16) -> u16 {
 }
 
 /// Answers the reads of program memory among the signals from `from` on.
-fn answer(eeprom: &mut Eeprom, out: &Outbox, from: usize) {
+fn answer(eeprom: &mut Pic16Eeprom, out: &Pic16Outbox, from: usize) {
     for signal in &out[from..] {
-        if let Signal::FlashRead { addr } = signal {
+        if let Pic16Signal::FlashRead { addr } = signal {
             eeprom.flash_data(word_at(*addr));
         }
     }
 }
 
-fn text(signal: &Signal) -> String {
+fn text(signal: &Pic16Signal) -> String {
     let list = |words: &[u16]| words.iter().map(|w| format!("{w:04X}")).collect::<Vec<_>>().join(",");
     match signal {
-        Signal::Flag { flag: Flag::EEIF, .. } => "EEIF".into(),
-        Signal::FlashRead { addr } => format!("READ:{addr:04X}"),
-        Signal::FlashWrite { addr, words } if words[..] == [0x3FFF; 32] => format!("ERASE:{addr:04X}"),
-        Signal::FlashWrite { addr, words } => format!("WRITE:{addr:04X}={}", list(words)),
-        Signal::FlashProgram { addr, words } => format!("PROGRAM:{addr:04X}={}", list(words)),
-        Signal::Ignore { from, until } => format!("NOP:{from}-{until}"),
-        Signal::Stall { until } => format!("STALL:{until}"),
+        Pic16Signal::Flag { flag: InterruptFlag::EEIF, .. } => "EEIF".into(),
+        Pic16Signal::FlashRead { addr } => format!("READ:{addr:04X}"),
+        Pic16Signal::FlashWrite { addr, words } if words[..] == [0x3FFF; 32] => format!("ERASE:{addr:04X}"),
+        Pic16Signal::FlashWrite { addr, words } => format!("WRITE:{addr:04X}={}", list(words)),
+        Pic16Signal::FlashProgram { addr, words } => format!("PROGRAM:{addr:04X}={}", list(words)),
+        Pic16Signal::Ignore { from, until } => format!("NOP:{from}-{until}"),
+        Pic16Signal::Stall { until } => format!("STALL:{until}"),
         other => format!("{other:?}"),
     }
 }
 
-fn kind(name: &str) -> Option<Memory> {
-    use Memory::{Block4, F62x, F84, None, Read, Row32, Word};
+fn kind(name: &str) -> Option<NonvolatileKind> {
+    use NonvolatileKind::{Block4, F62x, F84, None, Read, Row32, Word};
     [None, F84, F62x, Word, Block4, Read, Row32].into_iter().find(|k| format!("{k:?}") == name)
 }
 
@@ -47,7 +47,7 @@ fn check(line: &str) -> Result<(), String> {
     let [name, done, seen] = parts[..] else { return Err("not three columns".into()) };
     let kind = kind(name.split(' ').next().unwrap()).ok_or("no such kind")?;
     let bytes: Vec<u8> = (0x40..0x80).collect();
-    let mut eeprom = Eeprom::new(kind, &bytes, 1000, Flash { words: 0x800, writable: 0x100..0x800, clocks: 2000 });
+    let mut eeprom = Pic16Eeprom::new(kind, &bytes, 1000, FlashAccess { words: 0x800, writable: 0x100..0x800, clocks: 2000 });
     let items = |text: &str| -> Vec<(u64, String, Option<u8>)> {
         let mut items = Vec::new();
         for item in text.split(';').map(str::trim).filter(|i| !i.is_empty()) {
@@ -67,18 +67,18 @@ fn check(line: &str) -> Result<(), String> {
     let register = |name: &str| Sfr::ALL.iter().copied().find(|r| r.name() == name).unwrap();
     let (mut told, mut wrong) = (Vec::new(), Vec::new());
     for t in 0..=done.iter().chain(&seen).map(|i| i.0).max().unwrap_or(0) {
-        let mut out = Outbox::new();
+        let mut out = Pic16Outbox::new();
         let mut written = false;
         for (_, what, value) in done.iter().filter(|i| i.0 == t) {
             written = true;
             match what.as_str() {
-                "SLEEP" => eeprom.sleep(t, &mut out),
+                "SLEEP" => eeprom.stop_clock(t, &mut out),
                 "RESET" => eeprom.reset(*value == Some(1), t),
                 reg => eeprom.write(register(reg), value.unwrap(), t, &mut out),
             }
         }
-        if !written && eeprom.next() <= t {
-            eeprom.run(t, &mut out);
+        if !written && eeprom.next_clock() <= t {
+            eeprom.run_due(t, &mut out);
         }
         answer(&mut eeprom, &out, 0);
         told.extend(out.iter().map(|s| format!("{t} {}", text(s))));
@@ -116,7 +116,7 @@ fn a_wrong_case_is_found() {
 
 #[test]
 fn cells_are_set_from_outside() {
-    let mut eeprom = Eeprom::new(Memory::Word, &[1, 2, 3], 1000, Flash::default());
+    let mut eeprom = Pic16Eeprom::new(NonvolatileKind::Word, &[1, 2, 3], 1000, FlashAccess::default());
     eeprom.set_byte(1, 9);
     eeprom.set_byte(3, 9);
     assert_eq!(eeprom.bytes(), [1, 9, 3]);

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use emu_pic16::chips::Memory;
-use emu_pic16::periph::map::{Flag, Sfr};
-use emu_pic16::periph::{Outbox, Signal};
+use emu_pic16::chips::NonvolatileKind;
+use emu_pic16::periph::map::{InterruptFlag, Sfr};
+use emu_pic16::periph::{Pic16Outbox, Pic16Signal};
 
 /// What the controller is at.
 #[derive(Clone, PartialEq)]
@@ -21,7 +21,7 @@ enum Busy {
 }
 
 pub struct Model {
-    pub kind: Memory,
+    pub kind: NonvolatileKind,
     pub cells: BTreeMap<u8, u8>,
     pub regs: BTreeMap<&'static str, u8>,
     pub wren: bool,
@@ -42,7 +42,7 @@ pub struct Model {
 }
 
 impl Model {
-    pub fn new(kind: Memory, cells: &[u8], write_clocks: u64, flash_clocks: u64, first_writable: u16) -> Model {
+    pub fn new(kind: NonvolatileKind, cells: &[u8], write_clocks: u64, flash_clocks: u64, first_writable: u16) -> Model {
         Model {
             kind,
             cells: (0..=255).zip(cells.iter().copied()).collect(),
@@ -64,17 +64,17 @@ impl Model {
     }
 
     fn flash(&self) -> bool {
-        matches!(self.kind, Memory::Word | Memory::Block4 | Memory::Read | Memory::Row32)
+        matches!(self.kind, NonvolatileKind::Word | NonvolatileKind::Block4 | NonvolatileKind::Read | NonvolatileKind::Row32)
     }
 
-    fn done(&mut self, t: u64, out: &mut Outbox) {
+    fn done(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.eeif = true;
-        out.push(Signal::Flag { t, flag: Flag::EEIF });
+        out.push(Pic16Signal::Flag { t, flag: InterruptFlag::EEIF });
         self.busy = Busy::Idle;
     }
 
     /// One clock goes by, up to `t`.
-    pub fn tick(&mut self, t: u64, out: &mut Outbox) {
+    pub fn tick(&mut self, t: u64, out: &mut Pic16Outbox) {
         match &mut self.busy {
             Busy::Idle => {}
             Busy::Byte(left) | Busy::Read(left) | Busy::Short(left) if *left > 1 => *left -= 1,
@@ -96,7 +96,7 @@ impl Model {
                 if *set_up > 0 {
                     *set_up -= 1;
                     if *set_up == 0 {
-                        out.push(Signal::Stall { until: t + *left });
+                        out.push(Pic16Signal::Stall { until: t + *left });
                     }
                     return;
                 }
@@ -104,10 +104,10 @@ impl Model {
                 if *left == 0 {
                     let (_, _, addr, word) = self.pending;
                     out.push(match self.kind {
-                        Memory::Word => Signal::FlashWrite { addr, words: vec![word] },
-                        Memory::Block4 => Signal::FlashWrite { addr: addr / 4 * 4, words: self.buffers.to_vec() },
-                        _ if self.erase => Signal::FlashWrite { addr: addr / 32 * 32, words: vec![0x3FFF; 32] },
-                        _ => Signal::FlashProgram { addr: addr / 4 * 4, words: self.buffers.to_vec() },
+                        NonvolatileKind::Word => Pic16Signal::FlashWrite { addr, words: vec![word] },
+                        NonvolatileKind::Block4 => Pic16Signal::FlashWrite { addr: addr / 4 * 4, words: self.buffers.to_vec() },
+                        _ if self.erase => Pic16Signal::FlashWrite { addr: addr / 32 * 32, words: vec![0x3FFF; 32] },
+                        _ => Pic16Signal::FlashProgram { addr: addr / 4 * 4, words: self.buffers.to_vec() },
                     });
                     self.done(t, out);
                 }
@@ -118,7 +118,7 @@ impl Model {
     pub fn eecon1(&self) -> u8 {
         let writing = !matches!(self.busy, Busy::Idle | Busy::Read(_));
         let reading = matches!(self.busy, Busy::Read(_));
-        let bit4 = (self.kind == Memory::F84 && self.eeif) || (self.kind == Memory::Row32 && self.free);
+        let bit4 = (self.kind == NonvolatileKind::F84 && self.eeif) || (self.kind == NonvolatileKind::Row32 && self.free);
         [reading, writing, self.wren, self.wrerr, bit4, false, false, self.eepgd]
             .into_iter()
             .enumerate()
@@ -126,10 +126,10 @@ impl Model {
     }
 
     /// A cycle ends at `t`, and this is what its instruction writes.
-    pub fn cycle(&mut self, write: Option<(Sfr, u8)>, t: u64, out: &mut Outbox) {
+    pub fn cycle(&mut self, write: Option<(Sfr, u8)>, t: u64, out: &mut Pic16Outbox) {
         let before = self.history;
         self.history = [None, before[0], before[1]];
-        let Some((reg, value)) = write.filter(|_| self.kind != Memory::None) else { return };
+        let Some((reg, value)) = write.filter(|_| self.kind != NonvolatileKind::None) else { return };
         match reg {
             Sfr::EECON1 => {
                 let unlocked = before[0] == Some(0xAA) && before[2] == Some(0x55) && before[1].is_none();
@@ -140,7 +140,7 @@ impl Model {
             Sfr::EECON2 => self.history[0] = Some(value),
             _ => {
                 self.history = [None; 3];
-                let rows = if self.kind == Memory::Row32 { 0x07 } else { 0x1F };
+                let rows = if self.kind == NonvolatileKind::Row32 { 0x07 } else { 0x1F };
                 match reg {
                     Sfr::EEDATA => _ = self.regs.insert("EEDATA", value),
                     Sfr::EEADR => _ = self.regs.insert("EEADR", value),
@@ -152,15 +152,15 @@ impl Model {
         }
     }
 
-    fn eecon1_written(&mut self, value: u8, unlocked: bool, t: u64, out: &mut Outbox) {
+    fn eecon1_written(&mut self, value: u8, unlocked: bool, t: u64, out: &mut Pic16Outbox) {
         let bit = |n: u8| value >> n & 1 != 0;
         let enabled = self.wren && bit(2);
         (self.wren, self.wrerr) = (bit(2), bit(3));
-        if self.kind == Memory::Row32 {
+        if self.kind == NonvolatileKind::Row32 {
             self.free = bit(4);
         }
-        if self.kind == Memory::F84 {
-            self.eeif = bit(4) || out.contains(&Signal::Flag { t, flag: Flag::EEIF });
+        if self.kind == NonvolatileKind::F84 {
+            self.eeif = bit(4) || out.contains(&Pic16Signal::Flag { t, flag: InterruptFlag::EEIF });
         }
         if self.busy != Busy::Idle {
             return;
@@ -168,19 +168,19 @@ impl Model {
         self.eepgd = self.flash() && bit(7);
         let [data, addr, high, page] = ["EEDATA", "EEADR", "EEDATH", "EEADRH"].map(|r| self.regs[r]);
         let (word, place) = (u16::from(high) * 256 + u16::from(data), u16::from(page) * 256 + u16::from(addr));
-        let late = self.kind == Memory::Row32;
-        let nops = Signal::Ignore { from: if late { t + 4 } else { t }, until: t + 8 };
+        let late = self.kind == NonvolatileKind::Row32;
+        let nops = Pic16Signal::Ignore { from: if late { t + 4 } else { t }, until: t + 8 };
         if bit(1) && unlocked && enabled {
             if !self.eepgd {
                 self.pending = (addr, data, 0, 0);
                 self.busy = Busy::Byte(self.write_clocks);
                 return;
             }
-            if self.kind == Memory::Read {
+            if self.kind == NonvolatileKind::Read {
                 return;
             }
             let erase = late && self.free;
-            let blocks = self.kind != Memory::Word && !erase;
+            let blocks = self.kind != NonvolatileKind::Word && !erase;
             if blocks {
                 self.buffers[usize::from(place & 3)] = word;
             }
@@ -203,7 +203,7 @@ impl Model {
             if self.eepgd {
                 self.pending = (0, 0, place, 0);
                 self.busy = Busy::Read(8);
-                out.push(Signal::FlashRead { addr: place });
+                out.push(Pic16Signal::FlashRead { addr: place });
                 out.push(nops);
             } else {
                 let value = self.cells.get(&addr).copied().unwrap_or(0);

@@ -1,15 +1,15 @@
 //! Random writes, keys right and wrong, sleeps and resets: the EEPROM agrees with the ticked model in every cycle.
 
 use emu_core::rng::Rng;
-use emu_pic16::chips::Memory;
-use emu_pic16::periph::eeprom::{Eeprom, Flash};
+use emu_pic16::chips::NonvolatileKind;
+use emu_pic16::periph::eeprom::{Pic16Eeprom, FlashAccess};
 use emu_pic16::periph::map::Sfr;
-use emu_pic16::periph::{Device, Outbox, Signal};
+use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
 
 use crate::model::Model;
 
-const KINDS: [Memory; 7] =
-    [Memory::F84, Memory::F62x, Memory::Word, Memory::Block4, Memory::Read, Memory::Row32, Memory::None];
+const KINDS: [NonvolatileKind; 7] =
+    [NonvolatileKind::F84, NonvolatileKind::F62x, NonvolatileKind::Word, NonvolatileKind::Block4, NonvolatileKind::Read, NonvolatileKind::Row32, NonvolatileKind::None];
 
 /// Five instructions that start a write, or something near that: what is written in each cycle from the first on.
 fn key(rng: &mut Rng, eecon1: u8) -> Vec<Option<(Sfr, u8)>> {
@@ -40,14 +40,14 @@ fn live(seed: u64, cycles: u64) -> [usize; 3] {
     let first = rng.below(3) as u16 * 0x100;
     let mut bytes = vec![0; 64];
     rng.fill(&mut bytes);
-    let mut eeprom = Eeprom::new(kind, &bytes, write, Flash { words: 0x800, writable: first..0x800, clocks });
+    let mut eeprom = Pic16Eeprom::new(kind, &bytes, write, FlashAccess { words: 0x800, writable: first..0x800, clocks });
     let mut model = Model::new(kind, &bytes, write, clocks, first);
-    let (mut told, mut expected) = (Outbox::new(), Outbox::new());
+    let (mut told, mut expected) = (Pic16Outbox::new(), Pic16Outbox::new());
     let mut script: Vec<Option<(Sfr, u8)>> = Vec::new();
     let mut steady = Vec::new();
     for t in 0..4 * cycles {
         let (from, known) = (told.len(), expected.len());
-        let mut fresh = Outbox::new();
+        let mut fresh = Pic16Outbox::new();
         if t > 0 {
             model.tick(t, &mut fresh);
         }
@@ -66,8 +66,8 @@ fn live(seed: u64, cycles: u64) -> [usize; 3] {
             };
         }
         let write = if cycle { script.remove(0) } else { None };
-        if write.is_none() && eeprom.next() <= t {
-            eeprom.run(t, &mut told);
+        if write.is_none() && eeprom.next_clock() <= t {
+            eeprom.run_due(t, &mut told);
             assert!(!fresh.is_empty(), "seed {seed:#x}: nothing was due at {t}");
         }
         if cycle {
@@ -85,8 +85,8 @@ fn live(seed: u64, cycles: u64) -> [usize; 3] {
             eeprom.reset(power_on, t);
             script.clear();
         } else if rng.one_in(1000) {
-            eeprom.sleep(t, &mut told);
-            eeprom.wake(t, &mut told);
+            eeprom.stop_clock(t, &mut told);
+            eeprom.restart_clock(t, &mut told);
         }
         expected.extend(fresh);
         assert_eq!(told[from..], expected[known..], "seed {seed:#x}, {kind:?}, at {t}");
@@ -100,7 +100,7 @@ fn live(seed: u64, cycles: u64) -> [usize; 3] {
             assert_eq!(eeprom.peek(reg, t), value, "seed {seed:#x}, {kind:?}: {} at {t}", reg.name());
         }
         if disturbed {
-            steady = seen.iter().map(|&(reg, value)| (reg, value, eeprom.steady(reg, t))).collect();
+            steady = seen.iter().map(|&(reg, value)| (reg, value, eeprom.steady_until(reg, t))).collect();
         }
         for &(reg, value, until) in &steady {
             let now = seen.iter().find(|s| s.0 == reg).map(|s| s.1);
@@ -112,11 +112,11 @@ fn live(seed: u64, cycles: u64) -> [usize; 3] {
             assert_eq!(model.cells[&(n as u8)], *byte, "seed {seed:#x}: cell {n} at {t}");
         }
     }
-    let count = |f: fn(&Signal) -> bool| told.iter().filter(|s| f(s)).count();
+    let count = |f: fn(&Pic16Signal) -> bool| told.iter().filter(|s| f(s)).count();
     [
-        count(|s| matches!(s, Signal::Flag { .. })),
-        count(|s| matches!(s, Signal::FlashWrite { .. } | Signal::FlashProgram { .. })),
-        count(|s| matches!(s, Signal::FlashRead { .. })),
+        count(|s| matches!(s, Pic16Signal::Flag { .. })),
+        count(|s| matches!(s, Pic16Signal::FlashWrite { .. } | Pic16Signal::FlashProgram { .. })),
+        count(|s| matches!(s, Pic16Signal::FlashRead { .. })),
     ]
 }
 

@@ -2,14 +2,14 @@
 //! not.
 
 use emu_core::RamInit;
-use emu_core::cuts::{boundary_byte, plan_at_random, search};
+use emu_core::cut_tests::{boundary_byte, random_slice_plan, search_restore_faults};
 use emu_core::image::{Image, Segment};
 use emu_core::pins::PinId;
 use emu_core::rng::Rng;
-use emu_core::slices::{Plan, pick};
-use emu_pic16::chips::{PARTS, Part, Place};
+use emu_core::slices::{SlicePlan, pick_random};
+use emu_pic16::chips::{PIC16_PARTS, Pic16Part, FileSlot};
 use emu_pic16::periph::map::Sfr;
-use emu_pic16::{Corner, Options, Pic16, Readings};
+use emu_pic16::{TimingCorner, Options, Pic16, Pic16Readings};
 
 /// Programs for each chip; `EMU_STATE_PROGRAMS` asks for another number.
 const PROGRAMS: u64 = if cfg!(debug_assertions) { 10 } else { 60 };
@@ -26,7 +26,7 @@ const COUNTER: u16 = 0x20;
 /// A program that grows.
 struct Text<'a> {
     words: Vec<u16>,
-    part: &'static Part,
+    part: &'static Pic16Part,
     rng: &'a mut Rng,
 }
 
@@ -59,7 +59,7 @@ impl Text<'_> {
     fn register(&mut self) -> u16 {
         let registers = self.part.sfr.iter().filter(|(_, sfr)| !matches!(sfr, Sfr::PCL | Sfr::PCLATH | Sfr::STATUS));
         let registers: Vec<u16> = registers.map(|row| row.0).collect();
-        pick(self.rng, &registers)
+        pick_random(self.rng, &registers)
     }
 
     /// A loop of some cycles that only counts.
@@ -72,7 +72,7 @@ impl Text<'_> {
 
     /// Unlocks EECON1 and begins a read or a write.
     fn memory(&mut self) {
-        let value = pick(self.rng, &[0x04, 0x84, 0x94, 0x14, 0x80, 0x00]);
+        let value = pick_random(self.rng, &[0x04, 0x84, 0x94, 0x14, 0x80, 0x00]);
         self.write_sfr(Sfr::EECON1, value);
         let (byte, addr) = (boundary_byte(self.rng), boundary_byte(self.rng));
         self.write_sfr(Sfr::EEDATA, byte);
@@ -89,7 +89,7 @@ impl Text<'_> {
     fn step(&mut self) {
         match self.rng.below(20) {
             0 => self.delay(),
-            1 => self.words.push(pick(self.rng, &[SLEEP, CLRWDT, CLRWDT])),
+            1 => self.words.push(pick_random(self.rng, &[SLEEP, CLRWDT, CLRWDT])),
             2 => self.memory(),
             3..=5 => {
                 let (addr, bit, set) = (self.register(), self.rng.below(8), self.rng.one_in(2));
@@ -101,7 +101,7 @@ impl Text<'_> {
                 self.words.push(0x0800 | addr & 0x7F);
             }
             7 => {
-                let value = pick(self.rng, &[0xC0, 0xE8, 0xF8, 0x40, 0x00]);
+                let value = pick_random(self.rng, &[0xC0, 0xE8, 0xF8, 0x40, 0x00]);
                 self.write_sfr(Sfr::INTCON, value);
             }
             _ => {
@@ -113,15 +113,15 @@ impl Text<'_> {
 }
 
 /// An interrupt routine, writes, and a loop over some of them, a sleep or a jump to itself.
-fn program(part: &'static Part, rng: &mut Rng) -> Vec<u16> {
+fn program(part: &'static Pic16Part, rng: &mut Rng) -> Vec<u16> {
     let mut text = Text { words: vec![0; 5], part, rng };
     (0..text.rng.below(3)).for_each(|_| text.step());
-    let flags = pick(text.rng, &[0x00, 0x78, 0xF8]);
+    let flags = pick_random(text.rng, &[0x00, 0x78, 0xF8]);
     for sfr in [Sfr::PIR1, Sfr::PIR2] {
         text.write_sfr(sfr, 0);
     }
     text.write_sfr(Sfr::INTCON, flags);
-    text.words.push(pick(text.rng, &[RETFIE, RETFIE, RETFIE, RETURN]));
+    text.words.push(pick_random(text.rng, &[RETFIE, RETFIE, RETFIE, RETURN]));
     text.words[0] = 0x2800 | text.words.len() as u16;
     text.words[4] = 0;
     (0..1 + text.rng.below(40)).for_each(|_| text.step());
@@ -130,21 +130,21 @@ fn program(part: &'static Part, rng: &mut Rng) -> Vec<u16> {
     if text.rng.one_in(3) {
         text.words.push(SLEEP);
     }
-    let end = pick(text.rng, &[body, text.words.len() as u16]);
+    let end = pick_random(text.rng, &[body, text.words.len() as u16]);
     text.words.push(0x2800 | end);
     text.words
 }
 
-fn plan(part: &'static Part, rng: &mut Rng) -> Plan<Pic16> {
+fn plan(part: &'static Pic16Part, rng: &mut Rng) -> SlicePlan<Pic16> {
     let words = program(part, rng);
     let options = Options {
         // The slower the clock, the sooner the watchdog and the ends of writes come.
-        hz: pick(rng, &[4_000_000, 20_000_000, 200_000, 32_768]),
-        corner: pick(rng, &[Corner::Min, Corner::Typ, Corner::Max]),
+        hz: pick_random(rng, &[4_000_000, 20_000_000, 200_000, 32_768]),
+        corner: pick_random(rng, &[TimingCorner::Min, TimingCorner::Typ, TimingCorner::Max]),
         config: Some(if rng.one_in(2) { 0x3F38 | rng.below(8) as u16 } else { rng.next_u64() as u16 & 0x3FFF }),
         start_up: rng.one_in(4),
-        readings: Readings { trmt_as_stop_begins: rng.one_in(4), ss_keeps_bits: rng.one_in(4) },
-        timer1_hz: pick(rng, &[None, Some(32_768), Some(200_000), Some(3_000_000)]),
+        readings: Pic16Readings { trmt_as_stop_begins: rng.one_in(4), ss_keeps_bits: rng.one_in(4) },
+        timer1_hz: pick_random(rng, &[None, Some(32_768), Some(200_000), Some(3_000_000)]),
         ..Options::default()
     };
     let listing: Vec<String> = words.iter().enumerate().map(|(n, word)| format!("{n:03x}: {word:04x}")).collect();
@@ -153,18 +153,18 @@ fn plan(part: &'static Part, rng: &mut Rng) -> Plan<Pic16> {
     let start = Pic16::with(&part.chip, &image, RamInit::Random(rng.next_u64()), options);
     let pins: Vec<PinId> =
         (0..part.chip.pins.len() as PinId).filter(|&pin| pin != part.mclr || rng.one_in(3)).collect();
-    let plan = plan_at_random(start, &pins, SPAN, rng);
-    let what = format!("{}, {options:x?}\n{}\n{}", part.chip.name, listing.join(" "), plan.what);
-    Plan { what, ..plan }
+    let plan = random_slice_plan(start, &pins, SPAN, rng);
+    let what = format!("{}, {options:x?}\n{}\n{}", part.chip.name, listing.join(" "), plan.description);
+    SlicePlan { description: what, ..plan }
 }
 
 #[test]
 fn saved_and_restored() {
-    let chips: Vec<(&str, &'static Part)> = PARTS.iter().map(|part| (part.chip.name, part)).collect();
-    search(&chips, PROGRAMS, |part, rng| plan(part, rng));
+    let chips: Vec<(&str, &'static Pic16Part)> = PIC16_PARTS.iter().map(|part| (part.chip.name, part)).collect();
+    search_restore_faults(&chips, PROGRAMS, |part, rng| plan(part, rng));
 }
 
 #[test]
 fn every_chip_has_the_counter() {
-    assert!(PARTS.iter().all(|part| part.place(COUNTER) == Place::Ram(COUNTER)));
+    assert!(PIC16_PARTS.iter().all(|part| part.file_slot(COUNTER) == FileSlot::Ram(COUNTER)));
 }

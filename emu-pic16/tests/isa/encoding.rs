@@ -1,7 +1,7 @@
 //! All 16,384 program words: text and back, and which of them are no instruction.
 
 use emu_pic16::chips::PIC16F873;
-use emu_pic16::isa::{ROWS, disassemble, encode, row_of};
+use emu_pic16::isa::{ROWS, disassemble, encode, find_row};
 
 /// First and last words without a row (DS33023, table 29-2): of those with 0s above bit 6 only NOP, RETURN, RETFIE, OPTION,
 /// SLEEP, CLRWDT and TRIS of ports A to C are instructions; 11 1011 is none at all.
@@ -67,7 +67,7 @@ fn matches(pattern: &str, word: u16) -> bool {
 fn every_word_is_what_the_manual_says() {
     let mut patterns = [0; MNEMONICS.len()];
     for word in 0..0x4000 {
-        let found = row_of(word).map(|(row, _)| row.mnemonic);
+        let found = find_row(word).map(|(row, _)| row.mnemonic);
         let mut wanted = MNEMONICS.iter().enumerate().filter(|(_, row)| matches(row.0, word));
         let first = wanted.next();
         assert_eq!(found, first.map(|(_, row)| row.1), "{word:04x}");
@@ -95,7 +95,7 @@ fn text_assembles_to_the_word_it_came_from() {
             None => instructions += 1,
         }
         assert_eq!(
-            emu_asm::line(&PIC16F873.chip, text, 0x0123).map_err(|e| e.to_string()),
+            emu_asm::assemble_line(&PIC16F873.chip, text, 0x0123).map_err(|e| e.to_string()),
             Ok(vec![word]),
             "{word:04x}: {text}"
         );
@@ -127,8 +127,8 @@ fn encoding_and_assembly_agree() {
         ("clrwdt", &[], 0x0064),
     ];
     for &(line, operands, word) in table {
-        assert_eq!(emu_asm::line(&PIC16F873.chip, line, 0).map_err(|e| e.to_string()), Ok(vec![word]), "{line}");
-        let (_, kind) = row_of(word).unwrap_or_else(|| panic!("{line}"));
+        assert_eq!(emu_asm::assemble_line(&PIC16F873.chip, line, 0).map_err(|e| e.to_string()), Ok(vec![word]), "{line}");
+        let (_, kind) = find_row(word).unwrap_or_else(|| panic!("{line}"));
         assert_eq!(encode(kind, operands).map_err(|e| e.to_string()), Ok(word), "{line}");
     }
     // Beyond their field: gpasm 1.4.0 keeps the lower bits and warns (202, 219, or not at all); so does the assembler.
@@ -141,9 +141,9 @@ fn encoding_and_assembly_agree() {
         ("goto 0x2000", 0x2800),
     ];
     for &(line, word) in cut {
-        assert_eq!(emu_asm::line(&PIC16F873.chip, line, 0).map_err(|e| e.to_string()), Ok(vec![word]), "{line}");
+        assert_eq!(emu_asm::assemble_line(&PIC16F873.chip, line, 0).map_err(|e| e.to_string()), Ok(vec![word]), "{line}");
     }
     // The chip has no port above C: TRIS takes 5 to 7.
-    assert!(emu_asm::line(&PIC16F873.chip, "tris 8", 0).is_err());
+    assert!(emu_asm::assemble_line(&PIC16F873.chip, "tris 8", 0).is_err());
     assert_eq!(ROWS.len(), 14 * 2 + 4 + 4 + 17);
 }

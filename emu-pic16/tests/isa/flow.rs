@@ -1,7 +1,7 @@
 //! The program counter: pages, the end of memory, computed jumps, and the stack (DS33023, sections 6.2.2 to 6.2.5).
 
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Probe, Stop};
+use emu_core::{Cpu, Probe, StopReason};
 
 use super::rig::{Rig, machine, machine_with, put_word, word};
 
@@ -42,7 +42,7 @@ fn memory_repeats_above_its_end() {
         let mut cpu = machine_with(name, 1, &program);
         for pc in 0..0x2000u32 {
             cpu.set_pc(pc);
-            assert_eq!(cpu.step(&mut ()), Stop::Limit);
+            assert_eq!(cpu.step(&mut ()), StopReason::Limit);
             let at = pc % words;
             assert_eq!(cpu.reg("W"), Some((at ^ at >> 5) & 0xFF), "{name} at {pc:04x}");
             assert_eq!(cpu.pc(), (pc + 1) % 0x2000, "{name} at {pc:04x}");
@@ -58,7 +58,7 @@ fn a_run_goes_round() {
         let mut cpu = machine_with(name, 1, &vec![word("nop"); words as usize]);
         put_word(&mut cpu, 5, word("incf 0x20, F"));
         assert!(cpu.poke("data", 0x20, 0));
-        assert_eq!(cpu.run(3 * 0x2000 + 6, &mut ()), Stop::Limit);
+        assert_eq!(cpu.run(3 * 0x2000 + 6, &mut ()), StopReason::Limit);
         assert_eq!((cpu.pc(), cpu.instructions()), (6, 3 * 0x2000 + 6), "{name}");
         let times = 3 * (0x2000 / words) + 1;
         assert_eq!(cpu.peek("data", 0x20), Some(times as u8), "{name}");
@@ -73,14 +73,14 @@ fn what_stands_at_the_end() {
         put_word(&mut cpu, words - 1, word("call 0x010"));
         put_word(&mut cpu, 0x010, word("return"));
         cpu.set_pc(0x1FFF);
-        assert_eq!(cpu.run(2, &mut ()), Stop::Limit);
+        assert_eq!(cpu.run(2, &mut ()), StopReason::Limit);
         assert_eq!((cpu.pc(), cpu.stack().0[0]), (0x10, 0), "{name}");
-        assert_eq!(cpu.run(4, &mut ()), Stop::Limit);
+        assert_eq!(cpu.run(4, &mut ()), StopReason::Limit);
         assert_eq!(cpu.pc(), 0, "{name}");
         put_word(&mut cpu, words - 1, word("btfsc 0x03, 0"));
         cpu.set_reg("STATUS", 0x18);
         cpu.set_pc(0x1FFF);
-        assert_eq!(cpu.run(6, &mut ()), Stop::Limit);
+        assert_eq!(cpu.run(6, &mut ()), StopReason::Limit);
         assert_eq!((cpu.pc(), cpu.cycle()), (1, 6), "{name}");
     }
 }
@@ -136,7 +136,7 @@ struct Shown(u64);
 
 impl Probe for Shown {
     const INSN: bool = true;
-    fn insn(&mut self, _: u64, _: u32) -> bool {
+    fn on_instruction(&mut self, _: u64, _: u32) -> bool {
         self.0 += 1;
         false
     }
@@ -146,12 +146,12 @@ impl Probe for Shown {
 #[test]
 fn a_trap_at_0_behind_the_end() {
     let mut cpu = machine_with("pic16f877", 1, &[word("nop"); 0x2000]);
-    cpu.trap(0, true);
+    cpu.set_breakpoint(0, true);
     cpu.set_pc(0x1FFE);
     let mut shown = Shown::default();
-    assert_eq!(cpu.run(10, &mut shown), Stop::Trap { pc: 0 });
+    assert_eq!(cpu.run(10, &mut shown), StopReason::Breakpoint { pc: 0 });
     assert_eq!((cpu.cycle(), cpu.instructions(), shown.0), (2, 2, 2));
-    assert_eq!(cpu.run(10, &mut shown), Stop::Limit);
+    assert_eq!(cpu.run(10, &mut shown), StopReason::Limit);
     assert_eq!((cpu.cycle(), cpu.instructions(), shown.0), (10, 10, 10));
 }
 
@@ -160,12 +160,12 @@ fn a_trap_at_0_behind_the_end() {
 fn a_trap_at_a_jump_to_itself() {
     let mut cpu = machine_with("pic16f877", 1, &[word("goto 0x000")]);
     // Something is to come, or the machine is halted.
-    cpu.drive(emu_core::Time::at(500), 0, emu_core::Level::High);
-    cpu.trap(0, true);
+    cpu.drive(emu_core::CycleTime::at(500), 0, emu_core::PinLevel::High);
+    cpu.set_breakpoint(0, true);
     let mut shown = cpu.clone();
     for turn in 0..20 {
-        assert_eq!(shown.run(100, &mut Shown::default()), Stop::Trap { pc: 0 });
-        assert_eq!(cpu.run(100, &mut ()), Stop::Trap { pc: 0 });
+        assert_eq!(shown.run(100, &mut Shown::default()), StopReason::Breakpoint { pc: 0 });
+        assert_eq!(cpu.run(100, &mut ()), StopReason::Breakpoint { pc: 0 });
         assert_eq!((cpu.cycle(), shown.cycle()), (2 * turn, 2 * turn));
     }
 }

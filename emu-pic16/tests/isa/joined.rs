@@ -1,6 +1,6 @@
 //! A test and the GOTO behind it run as one op: nothing of that is to be seen.
 
-use emu_core::{Cpu, Stop};
+use emu_core::{Cpu, StopReason};
 use emu_pic16::Pic16;
 
 use super::rig::{machine_with, put_word, word};
@@ -34,11 +34,11 @@ fn they_stop_wherever_a_run_ends() {
         let program = [test, "goto 0x005", "nop", "nop", "nop", "nop", "nop"];
         for (limit, wanted) in [(1, (2, 2, 1)), (2, (2, 2, 1)), (3, (3, 3, 2)), (4, (4, 4, 3))] {
             let mut pic = machine(&program, skips);
-            assert_eq!((pic.run(limit, &mut ()), place(&pic)), (Stop::Limit, wanted), "{test} skips, to {limit}");
+            assert_eq!((pic.run(limit, &mut ()), place(&pic)), (StopReason::Limit, wanted), "{test} skips, to {limit}");
         }
         for (limit, wanted) in [(1, (1, 1, 1)), (2, (5, 3, 2)), (3, (5, 3, 2)), (4, (6, 4, 3))] {
             let mut pic = machine(&program, goes);
-            assert_eq!((pic.run(limit, &mut ()), place(&pic)), (Stop::Limit, wanted), "{test} goes, to {limit}");
+            assert_eq!((pic.run(limit, &mut ()), place(&pic)), (StopReason::Limit, wanted), "{test} goes, to {limit}");
         }
     }
 }
@@ -47,12 +47,12 @@ fn they_stop_wherever_a_run_ends() {
 fn a_trap_on_the_goto_stops_before_it() {
     for (test, _, goes) in TESTS {
         let mut pic = machine(&[test, "goto 0x005"], goes);
-        pic.trap(1, true);
+        pic.set_breakpoint(1, true);
         let trapped = pic.clone();
-        assert_eq!((pic.run(9, &mut ()), place(&pic)), (Stop::Trap { pc: 1 }, (1, 1, 1)), "{test}");
+        assert_eq!((pic.run(9, &mut ()), place(&pic)), (StopReason::Breakpoint { pc: 1 }, (1, 1, 1)), "{test}");
         let mut cleared = trapped;
-        cleared.trap(1, false);
-        assert_eq!((cleared.run(2, &mut ()), place(&cleared)), (Stop::Limit, (5, 3, 2)), "{test}, cleared");
+        cleared.set_breakpoint(1, false);
+        assert_eq!((cleared.run(2, &mut ()), place(&cleared)), (StopReason::Limit, (5, 3, 2)), "{test}, cleared");
     }
 }
 
@@ -63,7 +63,7 @@ fn a_word_written_over_either_of_them_counts() {
             let mut pic = machine(&[test, "goto 0x005", "nop", "nop"], goes);
             put_word(&mut pic, at, self::word(word));
             let until = if at == 1 && wanted.2 == 3 { 3 } else { 2 };
-            assert_eq!((pic.run(until, &mut ()), place(&pic)), (Stop::Limit, wanted), "{test}, {word} at {at}");
+            assert_eq!((pic.run(until, &mut ()), place(&pic)), (StopReason::Limit, wanted), "{test}, {word} at {at}");
         }
     }
 }

@@ -1,7 +1,7 @@
 //! A machine on which one instruction at a time is tried.
 
 use emu_core::image::{Image, Segment};
-use emu_core::{Cpu, RamInit, Stop};
+use emu_core::{Cpu, RamInit, StopReason};
 use emu_pic16::chips::chip;
 use emu_pic16::{Options, Pic16};
 
@@ -40,7 +40,7 @@ pub fn put_word(cpu: &mut Pic16, addr: u32, word: u16) {
 /// The word of a line of assembly, with decimal numbers unless they say otherwise.
 pub fn word(line: &str) -> u16 {
     let chip = &emu_pic16::chips::PIC16F873.chip;
-    let image = emu_asm::image(chip, &format!(" radix dec\n {line}")).unwrap_or_else(|e| panic!("{line}: {e}"));
+    let image = emu_asm::assemble_text(chip, &format!(" radix dec\n {line}")).unwrap_or_else(|e| panic!("{line}: {e}"));
     let bytes = &image.segments[0].bytes;
     u16::from_le_bytes([bytes[0], bytes[1]])
 }
@@ -88,7 +88,7 @@ impl Rig {
     pub fn go_from(&mut self, pc: u32) -> u64 {
         self.cpu.set_pc(pc);
         let (before, counted) = (self.cpu.cycle(), self.cpu.instructions());
-        assert_eq!(self.cpu.step(&mut ()), Stop::Limit, "at {pc:04x}");
+        assert_eq!(self.cpu.step(&mut ()), StopReason::Limit, "at {pc:04x}");
         assert_eq!(self.cpu.instructions(), counted + 1, "at {pc:04x}");
         self.cpu.cycle() - before
     }

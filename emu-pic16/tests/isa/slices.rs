@@ -2,7 +2,7 @@
 
 use emu_core::Cpu;
 use emu_core::rng::Rng;
-use emu_core::slices::Subject;
+use emu_core::slices::SliceSubject;
 use emu_pic16::Pic16;
 
 use super::states::plan;
@@ -28,19 +28,19 @@ fn memories(cpu: &Pic16) -> Vec<Option<u8>> {
 
 #[test]
 fn random_programs() {
-    let subject = Subject {
-        seen,
+    let subject = SliceSubject {
+        visible_state: seen,
         memories,
-        code: 0x400,
-        set_skip: Pic16::set_skip,
-        asleep: |cpu| cpu.soc().asleep(),
-        spoil: |cpu| {
+        code_words: 0x400,
+        set_skip_idle_loops: Pic16::set_skip_idle_loops,
+        asleep: |cpu| cpu.soc().is_asleep(),
+        corrupt_state: |cpu| {
             cpu.poke("flash", 2 * cpu.pc(), 0);
             cpu.poke("data", 0x40, 0xFF);
         },
     };
     let mut rng = Rng::new(SEED);
-    let far: u64 = (0..PROGRAMS).map(|_| subject.same_however_run(&plan(rng.next_u64(), SPAN), &mut rng)).sum();
+    let far: u64 = (0..PROGRAMS).map(|_| subject.assert_slicing_invariant(&plan(rng.next_u64(), SPAN), &mut rng)).sum();
     // Were they all to stop at once, nothing would have been compared.
     assert!(far > PROGRAMS * SPAN / 2, "only {far} cycles in all");
 }

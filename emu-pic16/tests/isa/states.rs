@@ -2,24 +2,24 @@
 //! between runs.
 
 use emu_core::image::{Image, Segment};
-use emu_core::pins::{Level, PinId, Time};
+use emu_core::pins::{PinLevel, PinId, CycleTime};
 use emu_core::rng::Rng;
-use emu_core::slices::{Act, Plan, pick};
-use emu_core::{Cpu, RamInit, Reset};
-use emu_pic16::chips::PARTS;
-use emu_pic16::isa::row_of;
-use emu_pic16::{Corner, Options, Pic16, Readings};
+use emu_core::slices::{RandomInput, SlicePlan, pick_random};
+use emu_core::{Cpu, RamInit, ResetCause};
+use emu_pic16::chips::PIC16_PARTS;
+use emu_pic16::isa::find_row;
+use emu_pic16::{TimingCorner, Options, Pic16, Pic16Readings};
 
 use super::rig::word;
 
 fn byte(rng: &mut Rng) -> u8 {
-    if rng.one_in(3) { pick(rng, &[0, 1, 2, 0x0F, 0x7F, 0x80, 0xFE, 0xFF]) } else { rng.next_u64() as u8 }
+    if rng.one_in(3) { pick_random(rng, &[0, 1, 2, 0x0F, 0x7F, 0x80, 0xFE, 0xFF]) } else { rng.next_u64() as u8 }
 }
 
 /// File registers that random code reaches: those of the core and of the first parts often, then any.
 fn file(rng: &mut Rng) -> u16 {
     match rng.below(8) {
-        0..=2 => pick(rng, &[0u16, 0, 1, 2, 3, 4, 5, 6, 0x0A, 0x0B, 0x0B]),
+        0..=2 => pick_random(rng, &[0u16, 0, 1, 2, 3, 4, 5, 6, 0x0A, 0x0B, 0x0B]),
         3 => rng.below(0x80) as u16,
         _ => 0x20 + rng.below(0x60) as u16,
     }
@@ -37,7 +37,7 @@ fn wild(len: usize, rng: &mut Rng) -> Vec<u16> {
             word = word & !0x7FF | (words.len() as u16 + rng.below(40) as u16).saturating_sub(20) & 0x7FF;
         }
         let control = word & 0x3F80 == 0;
-        if row_of(word).is_some() && (!control || word != 0x63 || rng.one_in(3)) {
+        if find_row(word).is_some() && (!control || word != 0x63 || rng.one_in(3)) {
             words.push(word);
         }
     }
@@ -128,59 +128,59 @@ impl Text {
 fn orderly(rng: &mut Rng) -> Text {
     let mut text = Text { words: vec![word("nop"); 4], heads: Vec::new() };
     text.add("movwf 0x7E; swapf 0x03, W; bcf 0x03, 5; bcf 0x03, 6; movwf 0x7D", rng);
-    (0..1 + rng.below(2)).for_each(|_| text.add(pick(rng, SERVICE), rng));
+    (0..1 + rng.below(2)).for_each(|_| text.add(pick_random(rng, SERVICE), rng));
     text.add(
-        pick(rng, &["movf 0x06, W; movlw 0xF8; andwf 0x0B, F", "bcf 0x0B, 2; bcf 0x0B, 1; movf 0x06, W; bcf 0x0B, 0"]),
+        pick_random(rng, &["movf 0x06, W; movlw 0xF8; andwf 0x0B, F", "bcf 0x0B, 2; bcf 0x0B, 1; movf 0x06, W; bcf 0x0B, 0"]),
         rng,
     );
     text.add("swapf 0x7D, W; movwf 0x03; swapf 0x7E, F; swapf 0x7E, W; retfie", rng);
     let begin = text.words.len();
     text.words[0] = word(&format!("goto {begin}"));
-    let option = pick(rng, &[0xD8u8, 0xD0, 0xD2, 0x81, 0x47, 0xDF, 0xE8, 0xC4]);
+    let option = pick_random(rng, &[0xD8u8, 0xD0, 0xD2, 0x81, 0x47, 0xDF, 0xE8, 0xC4]);
     text.add(&format!("clrf 0x0A; clrf 0x03; bsf 0x03, 5; movlw {option}; movwf 0x01; movlw 6; movwf 0x1F"), rng);
     text.add("bcf 0x03, 5; movf 0x06, W", rng);
-    let enabled = pick(rng, &[0xF8u8, 0xB8, 0xA0, 0x90, 0x88, 0xB0, 0x38, 0]);
+    let enabled = pick_random(rng, &[0xF8u8, 0xB8, 0xA0, 0x90, 0x88, 0xB0, 0x38, 0]);
     text.add(&format!("movlw {enabled}; movwf 0x0B"), rng);
     let body = text.words.len();
-    (0..3 + rng.below(14)).for_each(|_| text.add(pick(rng, SNIPPETS), rng));
+    (0..3 + rng.below(14)).for_each(|_| text.add(pick_random(rng, SNIPPETS), rng));
     text.add(&if rng.one_in(8) { "goto L0".into() } else { format!("goto {body}") }, rng);
     text
 }
 
-fn level(rng: &mut Rng) -> Level {
-    pick(rng, &[Level::Low, Level::High, Level::Low, Level::High, Level::Float])
+fn level(rng: &mut Rng) -> PinLevel {
+    pick_random(rng, &[PinLevel::Low, PinLevel::High, PinLevel::Low, PinLevel::High, PinLevel::Float])
 }
 
-fn act(pins: u64, words: u64, rng: &mut Rng) -> Act {
+fn act(pins: u64, words: u64, rng: &mut Rng) -> RandomInput {
     match rng.below(12) {
-        0 => Act::Poke("data", rng.below(0x200) as u32, byte(rng)),
-        1 => Act::Poke("data", pick(rng, &[3u32, 4, 0x0A, 0x0B, 0x20, 0x21, 0x81, 0x86]), byte(rng)),
-        2 => Act::Poke("flash", rng.below(2 * words) as u32, byte(rng)),
-        3 => Act::Pc(rng.below(words) as u32),
-        4 | 5 => Act::Trap(rng.below(words) as u32, true),
-        6 => Act::Trap(rng.below(words) as u32, false),
-        7 => Act::Reset(pick(rng, &[Reset::PowerOn, Reset::External, Reset::Watchdog, Reset::BrownOut])),
-        8 => Act::Nothing,
-        _ => Act::Drive(rng.below(pins) as PinId, level(rng)),
+        0 => RandomInput::Poke("data", rng.below(0x200) as u32, byte(rng)),
+        1 => RandomInput::Poke("data", pick_random(rng, &[3u32, 4, 0x0A, 0x0B, 0x20, 0x21, 0x81, 0x86]), byte(rng)),
+        2 => RandomInput::Poke("flash", rng.below(2 * words) as u32, byte(rng)),
+        3 => RandomInput::Pc(rng.below(words) as u32),
+        4 | 5 => RandomInput::Trap(rng.below(words) as u32, true),
+        6 => RandomInput::Trap(rng.below(words) as u32, false),
+        7 => RandomInput::Reset(pick_random(rng, &[ResetCause::PowerOn, ResetCause::External, ResetCause::Watchdog, ResetCause::BrownOut])),
+        8 => RandomInput::Nothing,
+        _ => RandomInput::Drive(rng.below(pins) as PinId, level(rng)),
     }
 }
 
 /// A chip with a random program, wired and driven at random, by a seed.
-pub fn plan(seed: u64, span: u64) -> Plan<Pic16> {
+pub fn plan(seed: u64, span: u64) -> SlicePlan<Pic16> {
     let mut rng = Rng::new(seed);
     let rng = &mut rng;
-    let part = &PARTS[rng.below(PARTS.len() as u64) as usize];
+    let part = &PIC16_PARTS[rng.below(PIC16_PARTS.len() as u64) as usize];
     let chip = &part.chip;
     let text = if rng.one_in(3) { Text { words: wild(0x400, rng), heads: Vec::new() } } else { orderly(rng) };
     // Oscillators of all kinds; the watchdog now and then.
     let config = 0x3F38 | rng.below(4) as u16 | if rng.one_in(4) { 4 } else { 0 };
     let options = Options {
         // The slower the clock, the more often the watchdog comes.
-        hz: pick(rng, &[4_000_000, 20_000_000, 200_000]),
-        corner: pick(rng, &[Corner::Min, Corner::Typ, Corner::Max]),
+        hz: pick_random(rng, &[4_000_000, 20_000_000, 200_000]),
+        corner: pick_random(rng, &[TimingCorner::Min, TimingCorner::Typ, TimingCorner::Max]),
         config: Some(config),
         start_up: rng.one_in(4),
-        readings: Readings { trmt_as_stop_begins: rng.one_in(4), ss_keeps_bits: rng.one_in(4) },
+        readings: Pic16Readings { trmt_as_stop_begins: rng.one_in(4), ss_keeps_bits: rng.one_in(4) },
         ..Options::default()
     };
     let bytes = text.words.iter().flat_map(|word| word.to_le_bytes()).collect();
@@ -194,18 +194,18 @@ pub fn plan(seed: u64, span: u64) -> Plan<Pic16> {
         at += if rng.one_in(3) { rng.below(4) } else { rng.below(span / 10) };
         let on = rng.below(pins) as PinId;
         if on != mclr {
-            start.drive(Time { cycle: at, phase: rng.below(4) as u8 }, on, level(rng));
+            start.drive(CycleTime { cycle: at, phase: rng.below(4) as u8 }, on, level(rng));
         }
     }
     if rng.one_in(10) {
         let at = rng.below(span);
-        start.drive(Time::at(at), mclr, Level::Low);
-        start.drive(Time::at(at + rng.below(6)), mclr, Level::High);
+        start.drive(CycleTime::at(at), mclr, PinLevel::Low);
+        start.drive(CycleTime::at(at + rng.below(6)), mclr, PinLevel::High);
     }
-    let mut acts: Vec<(u64, Act)> =
+    let mut acts: Vec<(u64, RandomInput)> =
         (0..rng.below(6)).map(|_| (rng.below(span), act(pins, text.words.len() as u64, rng))).collect();
-    acts.push((span, Act::Nothing));
+    acts.push((span, RandomInput::Nothing));
     acts.sort_by_key(|act| act.0);
     let what = format!("seed {seed:#018x}, {}, {options:x?}, {acts:x?}", chip.name);
-    Plan { what, start, acts, places: text.heads }
+    SlicePlan { description: what, start, inputs: acts, breakpoint_candidates: text.heads }
 }

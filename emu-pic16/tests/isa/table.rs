@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Stop};
+use emu_core::{Cpu, StopReason};
 use emu_pic16::Pic16;
-use emu_pic16::isa::{ROWS, SHAPES, row_of};
+use emu_pic16::isa::{ROWS, SHAPES, find_row};
 
 use super::rig::{FSR, INDF, PCL, PCLATH, QUIET, STATUS, machine, put_word, word};
 
@@ -205,12 +205,12 @@ fn push(cpu: &mut Pic16, top: u32) {
     let kept = at % cpu_words(cpu);
     put_word(cpu, kept, 0x2000);
     cpu.set_pc(at);
-    assert_eq!(cpu.step(&mut ()), Stop::Limit);
+    assert_eq!(cpu.step(&mut ()), StopReason::Limit);
     put_word(cpu, kept, 0x3FFF);
 }
 
 fn cpu_words(cpu: &Pic16) -> u32 {
-    cpu.chip().flash / 2
+    cpu.chip().flash_bytes / 2
 }
 
 /// Runs one case on one background; the text of what differs, or none.
@@ -251,11 +251,11 @@ fn run(case: &Case, new: &Pic16, seed: u64) -> Result<(), String> {
     if let Ok(cycles) = case.outcome.parse::<u64>() {
         wanted.pc = (pc + 1) % 0x2000;
         // A jump to itself with nothing to wake the chip is also the end of a program.
-        let ends = stop == Stop::Halted && cpu.pc() == pc;
-        if stop != Stop::Limit && !ends || spent != cycles || done != 1 {
+        let ends = stop == StopReason::Halted && cpu.pc() == pc;
+        if stop != StopReason::Limit && !ends || spent != cycles || done != 1 {
             return Err(format!("  {stop:?} after {spent} cycles and {done} instructions, {cycles} wanted\n"));
         }
-    } else if case.outcome != "illegal" || stop != (Stop::Illegal { pc, word: op }) || spent != 0 || done != 0 {
+    } else if case.outcome != "illegal" || stop != (StopReason::Illegal { pc, word: op }) || spent != 0 || done != 0 {
         return Err(format!("  {stop:?} after {spent} cycles, {} wanted\n", case.outcome));
     }
     for &(name, value) in &case.after {
@@ -289,7 +289,7 @@ fn every_row_has_a_case() {
     let mut seen: BTreeMap<usize, BTreeSet<bool>> = BTreeMap::new();
     for case in cases() {
         let word = code(&case);
-        if let Some((_, kind)) = row_of(word) {
+        if let Some((_, kind)) = find_row(word) {
             let ram = word & 0x7F >= if case.chip == "pic16f84" { 0x0C } else { 0x20 };
             seen.entry(kind as usize).or_default().insert(ram);
         }

@@ -13,9 +13,9 @@
 //!
 //! A list that ends in `...` may go on; `none` is the empty one.
 
-use emu_core::pins::{Event, Level, PinId, Time};
+use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Probe, Reset, Stop};
+use emu_core::{Cpu, Probe, ResetCause, StopReason};
 use emu_pic16::Pic16;
 
 use crate::script::{self, Case};
@@ -37,7 +37,7 @@ fn cases() -> Vec<Case> {
 #[derive(Default, Clone, PartialEq, Debug)]
 struct Log<const ALL: bool> {
     irqs: Vec<(u64, u8)>,
-    events: Vec<Event>,
+    events: Vec<ChipEvent>,
     visits: Vec<(u64, u32)>,
 }
 
@@ -45,24 +45,24 @@ impl<const ALL: bool> Probe for Log<ALL> {
     const INSN: bool = ALL;
     const DATA: bool = ALL;
     const EVENTS: bool = true;
-    fn insn(&mut self, at: u64, pc: u32) -> bool {
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
         self.visits.push((at, pc));
         false
     }
-    fn irq(&mut self, at: u64, vector: u8) {
+    fn on_interrupt(&mut self, at: u64, vector: u8) {
         self.irqs.push((at, vector));
     }
-    fn event(&mut self, event: Event) -> bool {
+    fn on_event(&mut self, event: ChipEvent) -> bool {
         self.events.push(event);
         false
     }
 }
 
-fn show_time(at: Time) -> String {
+fn show_time(at: CycleTime) -> String {
     if at.phase == 0 { at.cycle.to_string() } else { format!("{}.{}", at.cycle, at.phase) }
 }
 
-fn show_edge(at: Time, level: Level) -> String {
+fn show_edge(at: CycleTime, level: PinLevel) -> String {
     show_time(at) + ["L", "H", "F"][level as usize]
 }
 
@@ -75,12 +75,12 @@ fn place(case: &Case, pic: &Pic16, text: &str) -> Option<u32> {
     pic.reg(text).or_else(of_chip)
 }
 
-fn cause(name: &str) -> Option<Reset> {
+fn cause(name: &str) -> Option<ResetCause> {
     let causes = [
-        ("power-on", Reset::PowerOn),
-        ("external", Reset::External),
-        ("watchdog", Reset::Watchdog),
-        ("brown-out", Reset::BrownOut),
+        ("power-on", ResetCause::PowerOn),
+        ("external", ResetCause::External),
+        ("watchdog", ResetCause::Watchdog),
+        ("brown-out", ResetCause::BrownOut),
     ];
     causes.iter().find(|cause| cause.0 == name).map(|cause| cause.1)
 }
@@ -95,7 +95,7 @@ fn judge(case: &Case) -> Vec<String> {
     let mut wrong = Vec::new();
     let mut pic = case.program.machine();
     let mut log = Log::<true>::default();
-    let mut stop = Stop::Limit;
+    let mut stop = StopReason::Limit;
     let mut ends: Vec<&str> = case.wanted.iter().map(String::as_str).collect();
     ends.sort_by_key(|w| cycle_of(w).unwrap_or(u64::MAX));
     let wanted_stop = case.wanted.iter().any(|w| w == "halted" || w.starts_with("illegal"));
@@ -113,7 +113,7 @@ fn judge(case: &Case) -> Vec<String> {
             None if !over => {
                 stop = pic.run(case.program.until, &mut log);
                 over = true;
-                if !wanted_stop && stop != Stop::Limit {
+                if !wanted_stop && stop != StopReason::Limit {
                     wrong.push(format!("stopped at {}: {stop:?}", pic.cycle()));
                 }
             }
@@ -133,7 +133,7 @@ fn judge(case: &Case) -> Vec<String> {
             ["halted"] => list(vec![format!("{stop:?}")], &["Halted"]),
             ["illegal", op] => {
                 let found =
-                    if let Stop::Illegal { word, .. } = stop { format!("{word:04x}") } else { format!("{stop:?}") };
+                    if let StopReason::Illegal { word, .. } = stop { format!("{word:04x}") } else { format!("{stop:?}") };
                 list(vec![found], &[op]);
             }
             ["reset", why] => pic.reset(cause(why).unwrap_or_else(|| panic!("{}: no reset {why}", case.name))),
@@ -150,14 +150,14 @@ fn judge(case: &Case) -> Vec<String> {
             ["fight", ref wanted @ ..] => {
                 let name = |pin: PinId| case.program.part.chip.pins[usize::from(pin)].name;
                 let fights = log.events.iter().filter_map(|event| match event {
-                    Event::Contention { at, pin } => Some(format!("{}@{}", name(*pin), show_time(*at))),
+                    ChipEvent::Contention { at, pin } => Some(format!("{}@{}", name(*pin), show_time(*at))),
                     _ => None,
                 });
                 list(fights.collect(), wanted);
             }
             ["sent", ref wanted @ ..] => {
                 let sent = log.events.iter().filter_map(|event| match event {
-                    Event::Sent { at, byte, .. } => Some(format!("{byte:02X}@{}", show_time(*at))),
+                    ChipEvent::Sent { at, byte, .. } => Some(format!("{byte:02X}@{}", show_time(*at))),
                     _ => None,
                 });
                 list(sent.collect(), wanted);
@@ -165,7 +165,7 @@ fn judge(case: &Case) -> Vec<String> {
             [wire, ref wanted @ ..] if script::pin(case.program.part, wire).is_some() => {
                 let on = script::pin(case.program.part, wire);
                 let edges = log.events.iter().filter_map(|event| match *event {
-                    Event::Edge { at, pin, level } if Some(pin) == on => Some(show_edge(at, level)),
+                    ChipEvent::Edge { at, pin, level } if Some(pin) == on => Some(show_edge(at, level)),
                     _ => None,
                 });
                 list(edges.collect(), wanted);
@@ -207,8 +207,8 @@ fn state(pic: &Pic16) -> (Vec<Option<u8>>, [u16; 8], [u64; 4]) {
 }
 
 /// Runs a case to its end, with the resets by hand on the way; `go` runs a piece.
-fn run(case: &Case, pic: &mut Pic16, mut go: impl FnMut(&mut Pic16, u64) -> Stop) -> Stop {
-    let mut pauses: Vec<(u64, Option<Reset>)> = case
+fn run(case: &Case, pic: &mut Pic16, mut go: impl FnMut(&mut Pic16, u64) -> StopReason) -> StopReason {
+    let mut pauses: Vec<(u64, Option<ResetCause>)> = case
         .wanted
         .iter()
         .filter_map(|w| Some((cycle_of(w)?, w.split_once("reset ").and_then(|w| cause(w.1)))))
@@ -216,11 +216,11 @@ fn run(case: &Case, pic: &mut Pic16, mut go: impl FnMut(&mut Pic16, u64) -> Stop
         .collect();
     pauses.sort_by_key(|pause| pause.0);
     pauses.push((case.program.until, None));
-    let mut stop = Stop::Limit;
+    let mut stop = StopReason::Limit;
     for (until, reset) in pauses {
-        while pic.cycle() < until || stop == Stop::Limit && reset.is_none() {
+        while pic.cycle() < until || stop == StopReason::Limit && reset.is_none() {
             stop = go(pic, until);
-            if stop != Stop::Limit || pic.cycle() >= until {
+            if stop != StopReason::Limit || pic.cycle() >= until {
                 break;
             }
         }
@@ -243,7 +243,7 @@ fn any_way_of_running_gives_the_same_machine() {
         let wanted = (state(&whole), stop);
 
         let mut plain = start.clone();
-        plain.set_skip(false);
+        plain.set_skip_idle_loops(false);
         let stop = run(case, &mut plain, |pic, until| pic.run(until, &mut ()));
         assert_eq!((state(&plain), stop), wanted, "{}: without a probe or jumping over loops", case.name);
 

@@ -1,8 +1,8 @@
 //! Random programs and pins: every instruction by cycle and address, beside the model.
 
-use emu_core::pins::{Level, Time};
+use emu_core::pins::{PinLevel, CycleTime};
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Probe, Stop};
+use emu_core::{Cpu, Probe, StopReason};
 use emu_pic16::Pic16;
 
 use crate::model::{self, Do, GIE, Seen, Setup};
@@ -24,11 +24,11 @@ struct Log {
 
 impl Probe for Log {
     const INSN: bool = true;
-    fn insn(&mut self, at: u64, pc: u32) -> bool {
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
         self.begun.push((at, pc));
         false
     }
-    fn irq(&mut self, _: u64, _: u8) {
+    fn on_interrupt(&mut self, _: u64, _: u8) {
         self.entries += 1;
     }
 }
@@ -38,7 +38,7 @@ impl Probe for Log {
 struct Entries(usize);
 
 impl Probe for Entries {
-    fn irq(&mut self, _: u64, _: u8) {
+    fn on_interrupt(&mut self, _: u64, _: u8) {
         self.0 += 1;
     }
 }
@@ -128,7 +128,7 @@ fn machine(setup: &Setup) -> Pic16 {
     }
     for &(clock, pin, high) in &setup.drives {
         let pin = script::pin(&emu_pic16::chips::PIC16F873, &format!("RB{pin}")).expect("a pin");
-        pic.drive(Time { cycle: clock / 4, phase: (clock % 4) as u8 }, pin, Level::of(high));
+        pic.drive(CycleTime { cycle: clock / 4, phase: (clock % 4) as u8 }, pin, PinLevel::from_bit(high));
     }
     pic
 }
@@ -139,9 +139,9 @@ fn end(pic: &Pic16) -> (u8, u8, u8) {
 }
 
 /// Runs in slices of `slice` cycles; why it ended.
-fn run<P: Probe>(pic: &mut Pic16, slice: u64, probe: &mut P) -> Stop {
-    let mut stop = Stop::Limit;
-    while pic.cycle() < CYCLES && stop == Stop::Limit {
+fn run<P: Probe>(pic: &mut Pic16, slice: u64, probe: &mut P) -> StopReason {
+    let mut stop = StopReason::Limit;
+    while pic.cycle() < CYCLES && stop == StopReason::Limit {
         stop = pic.run((pic.cycle() + slice).min(CYCLES), probe);
     }
     stop
@@ -190,7 +190,7 @@ fn every_instruction_is_that_of_the_ticked_model() {
             "seed {seed}"
         );
         assert_eq!(counted.0, log.entries, "seed {seed}");
-        if pic.cycle() == CYCLES && log.begun.last() == wanted.begun.last() || stop == Stop::Halted {
+        if pic.cycle() == CYCLES && log.begun.last() == wanted.begun.last() || stop == StopReason::Halted {
             let model = (wanted.intcon, wanted.counted, wanted.to_pd);
             let same_entry = log.entries == wanted.entries;
             assert!(!same_entry || end(&pic) == model, "seed {seed}: wanted {model:x?}, found {:x?}", end(&pic));

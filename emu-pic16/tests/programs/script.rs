@@ -16,19 +16,19 @@
 use std::collections::BTreeMap;
 
 use emu_core::image::{Image, Segment};
-use emu_core::pins::{Level, PinId, Time};
+use emu_core::pins::{PinLevel, PinId, CycleTime};
 use emu_core::{Cpu, RamInit};
-use emu_pic16::chips::{self, Part};
-use emu_pic16::{Corner, Options, Pic16};
+use emu_pic16::chips::{self, Pic16Part};
+use emu_pic16::{TimingCorner, Options, Pic16};
 
 /// A program, the chip that it runs on, and what comes from outside.
 pub struct Program {
-    pub part: &'static Part,
+    pub part: &'static Pic16Part,
     pub options: Options,
     pub labels: BTreeMap<String, u32>,
     pub until: u64,
     image: Image,
-    drives: Vec<(Time, PinId, Level)>,
+    drives: Vec<(CycleTime, PinId, PinLevel)>,
     /// Voltages of pins by cycle, in millivolts.
     volts: Vec<(u64, PinId, u32)>,
     /// Supply by cycle, in millivolts.
@@ -43,25 +43,25 @@ pub struct Case {
 }
 
 /// A pin by its name.
-pub fn pin(part: &Part, name: &str) -> Option<PinId> {
+pub fn pin(part: &Pic16Part, name: &str) -> Option<PinId> {
     part.chip.pins.iter().position(|pin| pin.name == name).map(|at| at as PinId)
 }
 
 /// A register by its name: its address.
-pub fn register(part: &Part, name: &str) -> Option<u16> {
+pub fn register(part: &Pic16Part, name: &str) -> Option<u16> {
     part.chip.regs.iter().find(|reg| reg.name == name).map(|reg| reg.addr)
 }
 
 /// `20`, `20.3`: cycle and clock.
-pub fn moment(text: &str) -> Option<Time> {
+pub fn moment(text: &str) -> Option<CycleTime> {
     let (cycle, phase) = text.split_once('.').unwrap_or((text, "0"));
-    Some(Time { cycle: cycle.parse().ok()?, phase: phase.parse().ok()? })
+    Some(CycleTime { cycle: cycle.parse().ok()?, phase: phase.parse().ok()? })
 }
 
 /// `20L`, `20.3H`: moment, level.
-fn edge(text: &str) -> Option<(Time, Level)> {
+fn edge(text: &str) -> Option<(CycleTime, PinLevel)> {
     let (at, letter) = text.split_at_checked(text.len().checked_sub(1)?)?;
-    let level = [("L", Level::Low), ("H", Level::High), ("F", Level::Float)].iter().find(|l| l.0 == letter)?.1;
+    let level = [("L", PinLevel::Low), ("H", PinLevel::High), ("F", PinLevel::Float)].iter().find(|l| l.0 == letter)?.1;
     Some((moment(at)?, level))
 }
 
@@ -138,7 +138,7 @@ impl Program {
             ["hz", hz] => self.options.hz = number(name, hz),
             ["start-up"] => self.options.start_up = true,
             ["corner", corner] => {
-                let corners = [("min", Corner::Min), ("typ", Corner::Typ), ("max", Corner::Max)];
+                let corners = [("min", TimingCorner::Min), ("typ", TimingCorner::Typ), ("max", TimingCorner::Max)];
                 let found = corners.iter().find(|c| c.0 == corner);
                 self.options.corner = found.unwrap_or_else(|| panic!("{name}: no corner {corner}")).1;
             }
@@ -165,10 +165,10 @@ impl Program {
             pic.drive(at, pin, level);
         }
         for &(at, pin, millivolts) in &self.volts {
-            assert!(pic.drive_volts(Time::at(at), pin, millivolts), "pin {pin} takes no voltage");
+            assert!(pic.drive_volts(CycleTime::at(at), pin, millivolts), "pin {pin} takes no voltage");
         }
         for &(at, millivolts) in &self.supply {
-            assert!(pic.supply(Time::at(at), millivolts), "no supply");
+            assert!(pic.set_supply(CycleTime::at(at), millivolts), "no supply");
         }
         pic
     }
@@ -180,7 +180,7 @@ fn number(name: &str, text: &str) -> u64 {
 }
 
 /// The program's bytes from address 0 on, with zeros where it has gaps, and its labels by word address.
-fn assemble(name: &str, part: &'static Part, lines: &[String], labels: &mut BTreeMap<String, u32>) -> Vec<u8> {
+fn assemble(name: &str, part: &'static Pic16Part, lines: &[String], labels: &mut BTreeMap<String, u32>) -> Vec<u8> {
     let mut text = String::from(" radix dec\n");
     for line in lines {
         let mut line = line.as_str();
@@ -192,7 +192,7 @@ fn assemble(name: &str, part: &'static Part, lines: &[String], labels: &mut BTre
         let (line, times) = line.split_once('*').map_or((line, 1), |(l, n)| (l.trim(), number(name, n.trim())));
         (0..times).for_each(|_| text += &format!(" {line}\n"));
     }
-    let image = emu_asm::image(&part.chip, &text).unwrap_or_else(|e| panic!("{name}:\n{e}"));
+    let image = emu_asm::assemble_text(&part.chip, &text).unwrap_or_else(|e| panic!("{name}:\n{e}"));
     labels.extend(image.symbols.iter().map(|symbol| (symbol.name.clone(), symbol.addr / 2)));
     let mut bytes = vec![0; image.end("flash") as usize];
     image.fill("flash", &mut bytes);

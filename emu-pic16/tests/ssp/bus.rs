@@ -1,7 +1,7 @@
 //! Two wires with pull-ups, on which everyone can only pull.
 
-use emu_pic16::periph::map::{Line, Sfr};
-use emu_pic16::periph::{Device, ssp::Ssp};
+use emu_pic16::periph::map::{Pic16Line, Sfr};
+use emu_pic16::periph::{Pic16Device, ssp::Pic16Ssp};
 
 use crate::rig::Rig;
 
@@ -18,7 +18,7 @@ pub struct Bus {
 }
 
 impl Bus {
-    pub fn new(ports: Vec<Ssp>) -> Bus {
+    pub fn new(ports: Vec<Pic16Ssp>) -> Bus {
         let rigs = ports.into_iter().map(Rig::new).collect();
         let mut bus = Bus { rigs, hand: [false; 2], wires: [false; 2], edges: Vec::new(), t: 0 };
         bus.settle();
@@ -38,7 +38,7 @@ impl Bus {
                     self.wires[wire] = level;
                     self.edges.push((self.t, wire, level));
                     for rig in &mut self.rigs {
-                        rig.line([Line::Sck, Line::Sdi][wire], level, self.t);
+                        rig.line([Pic16Line::Sck, Pic16Line::Sdi][wire], level, self.t);
                     }
                 }
             }

@@ -1,8 +1,8 @@
 //! Cases worked out by hand, one a line.
 
-use emu_pic16::periph::map::{Flag, Line, Sfr};
-use emu_pic16::periph::ssp::Ssp;
-use emu_pic16::periph::{Device, Drive};
+use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
+use emu_pic16::periph::ssp::Pic16Ssp;
+use emu_pic16::periph::{Pic16Device, Pic16Drive};
 
 use crate::bus::Bus;
 use crate::rig::Rig;
@@ -54,13 +54,13 @@ fn register(name: &str) -> Sfr {
     }
 }
 
-fn drive(drive: Drive) -> &'static str {
+fn drive(drive: Pic16Drive) -> &'static str {
     match drive {
-        Drive::Port => "p",
-        Drive::Low => "0",
-        Drive::High => "1",
-        Drive::Float => "z",
-        Drive::Open => "o",
+        Pic16Drive::Port => "p",
+        Pic16Drive::Low => "0",
+        Pic16Drive::High => "1",
+        Pic16Drive::Float => "z",
+        Pic16Drive::Open => "o",
     }
 }
 
@@ -77,7 +77,7 @@ fn level(token: &str) -> bool {
 }
 
 fn spi(script: &str) -> String {
-    let mut rig = Rig::new(Ssp::new(true));
+    let mut rig = Rig::new(Pic16Ssp::new(true));
     let mut said: Vec<String> = Vec::new();
     let (mut t, mut drives, mut flags) = (0, rig.drives, 0);
     let mut note = |rig: &Rig, t: u64, said: &mut Vec<String>| {
@@ -99,7 +99,7 @@ fn spi(script: &str) -> String {
             continue;
         }
         match token {
-            "keep" => rig = Rig::new(Ssp::new(true).with_kept_bits(true)),
+            "keep" => rig = Rig::new(Pic16Ssp::new(true).with_kept_bits(true)),
             "t2" => rig.timer2(t),
             "sleep" => rig.sleep(t),
             "wake" => rig.wake(t),
@@ -111,9 +111,9 @@ fn spi(script: &str) -> String {
                 let [buf, con, _, _, stat] = rig.regs(t);
                 said.push(format!("{t} con={con:02X} stat={stat:02X} buf={buf:02X}"));
             }
-            "i0" | "i1" => rig.line(Line::Sdi, level(token), t),
-            "k0" | "k1" => rig.line(Line::Sck, level(token), t),
-            "s0" | "s1" => rig.line(Line::Ss, level(token), t),
+            "i0" | "i1" => rig.line(Pic16Line::Sdi, level(token), t),
+            "k0" | "k1" => rig.line(Pic16Line::Sck, level(token), t),
+            "s0" | "s1" => rig.line(Pic16Line::Ss, level(token), t),
             _ => {
                 let (name, value) = token.split_once('=').unwrap_or_else(|| panic!("{token}?"));
                 rig.write(register(name), u8::from_str_radix(value, 16).expect("a byte"), t);
@@ -173,8 +173,8 @@ mssp: sleep in a Start: TBRG goes on afterwards | 4 add=01 con=28 8 con2=01 slee
 
 fn i2c(kind: &str, script: &str) -> String {
     let port = match kind {
-        "basic" => Ssp::new(false),
-        "mssp" => Ssp::new(true),
+        "basic" => Pic16Ssp::new(false),
+        "mssp" => Pic16Ssp::new(true),
         _ => panic!("{kind}?"),
     };
     let mut bus = Bus::new(vec![port]);
@@ -185,7 +185,7 @@ fn i2c(kind: &str, script: &str) -> String {
             said.push(format!("{t} {}{}", ["C", "D"][wire], u8::from(level)));
         }
         for &(t, flag) in &bus.rigs[0].flags[flags..] {
-            said.push(format!("{t} {}", if flag == Flag::SSPIF { "IF" } else { "BC" }));
+            said.push(format!("{t} {}", if flag == InterruptFlag::SSPIF { "IF" } else { "BC" }));
         }
         (edges, flags) = (bus.edges.len(), bus.rigs[0].flags.len());
     };
@@ -232,29 +232,29 @@ fn i2c_cases() {
 
 #[test]
 fn reset_gives_all_back() {
-    let mut rig = Rig::new(Ssp::new(true));
+    let mut rig = Rig::new(Pic16Ssp::new(true));
     for (reg, value) in [(Sfr::SSPCON, 0x20), (Sfr::SSPCON2, 0xFF), (Sfr::SSPADD, 0x12), (Sfr::SSPBUF, 0x34)] {
         rig.write(reg, value, 4);
     }
     let mut out = Vec::new();
     rig.port.reset(false, 8, &mut out);
     assert_eq!(rig.regs(8), [0x34, 0, 0, 0, 0]);
-    assert_eq!((out.len(), rig.port.next()), (2, emu_core::NEVER), "{out:?}");
+    assert_eq!((out.len(), rig.port.next_clock()), (2, emu_core::NEVER), "{out:?}");
     rig.port.reset(true, 12, &mut out);
     assert_eq!(rig.regs(12), [0; 5]);
 }
 
 #[test]
 fn only_what_stays_is_promised_to_stay() {
-    let mut rig = Rig::new(Ssp::new(true));
+    let mut rig = Rig::new(Pic16Ssp::new(true));
     rig.write(Sfr::SSPCON, 0x20, 4);
-    assert_eq!(rig.port.steady(Sfr::SSPBUF, 4), emu_core::NEVER);
+    assert_eq!(rig.port.steady_until(Sfr::SSPBUF, 4), emu_core::NEVER);
     rig.write(Sfr::SSPBUF, 0x55, 8);
-    assert_eq!((rig.port.steady(Sfr::SSPSTAT, 8), rig.port.steady(Sfr::SSPADD, 8)), (10, emu_core::NEVER));
+    assert_eq!((rig.port.steady_until(Sfr::SSPSTAT, 8), rig.port.steady_until(Sfr::SSPADD, 8)), (10, emu_core::NEVER));
     (9..=44).for_each(|t| rig.tick(t));
     // A read of a full SSPBUF clears BF.
-    assert_eq!((rig.port.steady(Sfr::SSPBUF, 44), rig.port.steady(Sfr::SSPSTAT, 44)), (44, emu_core::NEVER));
+    assert_eq!((rig.port.steady_until(Sfr::SSPBUF, 44), rig.port.steady_until(Sfr::SSPSTAT, 44)), (44, emu_core::NEVER));
     rig.write(Sfr::SSPCON, 0x23, 48);
     rig.write(Sfr::SSPBUF, 0x55, 48);
-    assert_eq!((rig.port.steady(Sfr::SSPSTAT, 48), rig.port.next()), (48, emu_core::NEVER), "timer 2 may come");
+    assert_eq!((rig.port.steady_until(Sfr::SSPSTAT, 48), rig.port.next_clock()), (48, emu_core::NEVER), "timer 2 may come");
 }

@@ -1,6 +1,6 @@
 //! I2C master as a list of small orders, carried out one after the other, with a baud rate generator that really counts.
 
-use emu_pic16::periph::map::Flag;
+use emu_pic16::periph::map::InterruptFlag;
 
 use crate::model::Chip;
 
@@ -127,7 +127,7 @@ impl Master {
         (chip.pull_scl, chip.pull_sda) = (false, false);
         self.orders.clear();
         self.brg = None;
-        chip.flag(Flag::BCLIF, t);
+        chip.flag(InterruptFlag::BCLIF, t);
     }
 
     /// The end of Q2 and that of Q4.
@@ -193,7 +193,7 @@ impl Master {
             self.orders.remove(0);
             if self.orders.is_empty() {
                 chip.con2 &= !31;
-                chip.flag(Flag::SSPIF, t);
+                chip.flag(InterruptFlag::SSPIF, t);
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The port clock by clock: registers, modes and wires. What a mode does is in the models of SPI, slave and master.
 
-use emu_pic16::periph::Drive;
-use emu_pic16::periph::map::{Flag, Line, Sfr};
+use emu_pic16::periph::Pic16Drive;
+use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 
 use crate::master::Master;
 use crate::slave::Slave;
@@ -28,11 +28,11 @@ pub struct Chip {
     pub ss: bool,
     pub pull_scl: bool,
     pub pull_sda: bool,
-    pub flags: Vec<(u64, Flag)>,
+    pub flags: Vec<(u64, InterruptFlag)>,
 }
 
 impl Chip {
-    pub fn flag(&mut self, flag: Flag, t: u64) {
+    pub fn flag(&mut self, flag: InterruptFlag, t: u64) {
         self.flags.push((t, flag));
     }
 
@@ -95,13 +95,13 @@ impl Model {
         }
     }
 
-    pub fn line(&mut self, line: Line, high: bool, t: u64) {
+    pub fn line(&mut self, line: Pic16Line, high: bool, t: u64) {
         let chip = &mut self.chip;
         let mode = chip.mode();
         let i2c = mode.is_some_and(|mode| mode >= 6);
         let slave = matches!(mode, Some(6 | 7 | 14 | 15));
         match line {
-            Line::Sck => {
+            Pic16Line::Sck => {
                 chip.scl = high;
                 match mode {
                     Some(4 | 5) => self.spi.edge(chip, t, self.asleep),
@@ -109,7 +109,7 @@ impl Model {
                     _ => {}
                 }
             }
-            Line::Sdi => {
+            Pic16Line::Sdi => {
                 chip.sda = high;
                 if i2c && chip.scl {
                     (chip.s, chip.p) = (!high, high);
@@ -117,11 +117,11 @@ impl Model {
                         self.slave.condition(chip, !high);
                     }
                     if matches!(mode, Some(11 | 14 | 15)) || mode == Some(8) && !self.master.makes_condition() {
-                        chip.flag(Flag::SSPIF, t);
+                        chip.flag(InterruptFlag::SSPIF, t);
                     }
                 }
             }
-            Line::Ss => {
+            Pic16Line::Ss => {
                 chip.ss = high;
                 if mode == Some(4) {
                     self.spi.select(chip);
@@ -234,15 +234,15 @@ impl Model {
     }
 
     /// What is done to SCK, SDI and SDO.
-    pub fn drives(&self) -> [Drive; 3] {
-        let wire = |pull| if pull { Drive::Low } else { Drive::Open };
+    pub fn drives(&self) -> [Pic16Drive; 3] {
+        let wire = |pull| if pull { Pic16Drive::Low } else { Pic16Drive::Open };
         let chip = &self.chip;
         match chip.mode() {
-            None => [Drive::Port; 3],
-            Some(0..=3) => [Drive::of(self.spi.active() != chip.ckp()), Drive::Port, Drive::of(self.spi.sdo())],
-            Some(4) if chip.ss => [Drive::Port, Drive::Port, Drive::Float],
-            Some(4 | 5) => [Drive::Port, Drive::Port, Drive::of(self.spi.sdo())],
-            Some(_) => [wire(chip.pull_scl), wire(chip.pull_sda), Drive::Port],
+            None => [Pic16Drive::Port; 3],
+            Some(0..=3) => [Pic16Drive::from_bit(self.spi.active() != chip.ckp()), Pic16Drive::Port, Pic16Drive::from_bit(self.spi.sdo())],
+            Some(4) if chip.ss => [Pic16Drive::Port, Pic16Drive::Port, Pic16Drive::Float],
+            Some(4 | 5) => [Pic16Drive::Port, Pic16Drive::Port, Pic16Drive::from_bit(self.spi.sdo())],
+            Some(_) => [wire(chip.pull_scl), wire(chip.pull_sda), Pic16Drive::Port],
         }
     }
 }

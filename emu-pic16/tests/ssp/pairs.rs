@@ -1,7 +1,7 @@
 //! Ports that talk to each other on one bus.
 
-use emu_pic16::periph::map::{Flag, Sfr};
-use emu_pic16::periph::ssp::Ssp;
+use emu_pic16::periph::map::{InterruptFlag, Sfr};
+use emu_pic16::periph::ssp::Pic16Ssp;
 
 use crate::bus::Bus;
 
@@ -11,7 +11,7 @@ const LIMIT: u64 = 2_000;
 
 /// A master with TBRG = 20 clocks, and a slave.
 fn bus(slave_con: u8, slave_add: u8, stretch: bool) -> Bus {
-    let mut bus = Bus::new(vec![Ssp::new(true), Ssp::new(true).with_stretch(stretch)]);
+    let mut bus = Bus::new(vec![Pic16Ssp::new(true), Pic16Ssp::new(true).with_stretch(stretch)]);
     bus.to(4);
     bus.write(MASTER, Sfr::SSPADD, 9);
     bus.write(MASTER, Sfr::SSPCON, 0x28);
@@ -25,7 +25,7 @@ fn master(bus: &mut Bus, reg: Sfr, value: u8) -> u64 {
     let from = bus.t;
     bus.write(MASTER, reg, value);
     bus.until_flag(MASTER, LIMIT);
-    assert_eq!(bus.rigs[MASTER].flags.last().map(|f| f.1), Some(Flag::SSPIF), "{reg:?} {value:02X} at {from}");
+    assert_eq!(bus.rigs[MASTER].flags.last().map(|f| f.1), Some(InterruptFlag::SSPIF), "{reg:?} {value:02X} at {from}");
     bus.rigs[MASTER].flags.last().map_or(0, |f| f.0) - from
 }
 
@@ -74,7 +74,7 @@ fn a_write_then_a_read() {
     bus.write(SLAVE, Sfr::SSPCON, 0x36);
     bus.until_flag(MASTER, LIMIT);
     // The clock was let go at once; 8 high times and 7 low ones remain.
-    assert_eq!(bus.rigs[MASTER].flags.last(), Some(&(from + 15 * 20, Flag::SSPIF)));
+    assert_eq!(bus.rigs[MASTER].flags.last(), Some(&(from + 15 * 20, InterruptFlag::SSPIF)));
     assert_eq!(bus.read(MASTER, Sfr::SSPBUF), 0x9A);
     assert_eq!(master(&mut bus, Sfr::SSPCON2, ACK), 40, "two TBRG");
     // State 4: data was sent and is wanted again. D/A, S, R/W.
@@ -116,7 +116,7 @@ fn bytes_that_are_not_taken() {
 
 #[test]
 fn the_basic_port_keeps_sspbuf_while_sspov_is_set() {
-    let mut bus = Bus::new(vec![Ssp::new(true), Ssp::new(false)]);
+    let mut bus = Bus::new(vec![Pic16Ssp::new(true), Pic16Ssp::new(false)]);
     bus.to(4);
     bus.write(MASTER, Sfr::SSPADD, 9);
     bus.write(MASTER, Sfr::SSPCON, 0x28);
@@ -204,13 +204,13 @@ fn start_and_stop_interrupt_where_asked_for() {
         master(&mut bus, Sfr::SSPCON2, START);
         master(&mut bus, Sfr::SSPCON2, AGAIN);
         master(&mut bus, Sfr::SSPCON2, STOP);
-        assert_eq!(bus.rigs[SLAVE].count(Flag::SSPIF), flags, "{con:02X}");
+        assert_eq!(bus.rigs[SLAVE].count(InterruptFlag::SSPIF), flags, "{con:02X}");
     }
 }
 
 /// Two masters and a slave; the second master counts `add` in TBRG.
 fn masters(add: u8) -> Bus {
-    let mut bus = Bus::new(vec![Ssp::new(true), Ssp::new(false), Ssp::new(true)]);
+    let mut bus = Bus::new(vec![Pic16Ssp::new(true), Pic16Ssp::new(false), Pic16Ssp::new(true)]);
     bus.to(4);
     bus.write(SLAVE, Sfr::SSPADD, 0x50);
     bus.write(SLAVE, Sfr::SSPCON, 0x36);
@@ -229,20 +229,20 @@ fn the_lower_address_wins() {
         bus.write(2, Sfr::SSPCON2, START);
         // Both see the Start through; the faster one waits for the other with SCL low.
         bus.to(bus.t + 1000);
-        assert_eq!((bus.rigs[MASTER].count(Flag::BCLIF), bus.rigs[2].count(Flag::BCLIF)), (0, 0), "{add}");
+        assert_eq!((bus.rigs[MASTER].count(InterruptFlag::BCLIF), bus.rigs[2].count(InterruptFlag::BCLIF)), (0, 0), "{add}");
         bus.write(MASTER, Sfr::SSPBUF, 0x50);
         bus.write(2, Sfr::SSPBUF, 0x54);
         bus.to(bus.t + 8000);
-        assert_eq!((bus.rigs[MASTER].count(Flag::BCLIF), bus.rigs[2].count(Flag::BCLIF)), (0, 1), "{add}");
+        assert_eq!((bus.rigs[MASTER].count(InterruptFlag::BCLIF), bus.rigs[2].count(InterruptFlag::BCLIF)), (0, 1), "{add}");
         assert_eq!(bus.rigs[2].pulls(), [false; 2]);
         assert_eq!(bus.peek(2, Sfr::SSPSTAT) & 0x05, 0, "BF and R/W are gone");
         assert!(!refused(&bus), "{add}");
         assert_eq!((stat(&bus), bus.read(SLAVE, Sfr::SSPBUF)), (0x09, 0x50), "{add}");
         master(&mut bus, Sfr::SSPBUF, 0x12);
         assert_eq!(bus.read(SLAVE, Sfr::SSPBUF), 0x12);
-        let before = bus.rigs[2].count(Flag::SSPIF);
+        let before = bus.rigs[2].count(InterruptFlag::SSPIF);
         master(&mut bus, Sfr::SSPCON2, STOP);
-        assert_eq!(bus.rigs[2].count(Flag::SSPIF), before + 1, "the loser hears of the Stop");
+        assert_eq!(bus.rigs[2].count(InterruptFlag::SSPIF), before + 1, "the loser hears of the Stop");
         assert_eq!(bus.peek(2, Sfr::SSPSTAT) & 0x18, 0x10);
     }
 }
@@ -251,9 +251,9 @@ fn the_lower_address_wins() {
 fn no_start_on_a_bus_that_is_taken() {
     let mut bus = masters(9);
     master(&mut bus, Sfr::SSPCON2, START);
-    assert_eq!((bus.rigs[2].count(Flag::SSPIF), bus.peek(2, Sfr::SSPSTAT)), (1, 0x08), "it hears of the Start");
+    assert_eq!((bus.rigs[2].count(InterruptFlag::SSPIF), bus.peek(2, Sfr::SSPSTAT)), (1, 0x08), "it hears of the Start");
     bus.write(2, Sfr::SSPCON2, START);
-    assert_eq!((bus.rigs[2].count(Flag::BCLIF), bus.peek(2, Sfr::SSPCON2)), (1, 0));
+    assert_eq!((bus.rigs[2].count(InterruptFlag::BCLIF), bus.peek(2, Sfr::SSPCON2)), (1, 0));
     master(&mut bus, Sfr::SSPBUF, 0x50);
     assert!(!refused(&bus));
 }
@@ -263,7 +263,7 @@ fn spi_master_and_slave_swap_bytes() {
     for ckp in [0, 0x10] {
         for cke in [0, 0x40] {
             for rate in 0..3 {
-                let mut rigs = [Ssp::new(true), Ssp::new(false)].map(crate::rig::Rig::new);
+                let mut rigs = [Pic16Ssp::new(true), Pic16Ssp::new(false)].map(crate::rig::Rig::new);
                 rigs[0].write(Sfr::SSPSTAT, cke, 4);
                 rigs[0].write(Sfr::SSPCON, 0x20 | ckp | rate, 4);
                 crate::spi::wire(&mut rigs, 4);
@@ -279,7 +279,7 @@ fn spi_master_and_slave_swap_bytes() {
                 }
                 let got = rigs.each_mut().map(|rig| rig.read(Sfr::SSPBUF, 700));
                 assert_eq!(got, [0x3A, 0xC5], "{ckp:02X} {cke:02X} {rate}");
-                assert_eq!(rigs.each_ref().map(|rig| rig.count(Flag::SSPIF)), [1, 1]);
+                assert_eq!(rigs.each_ref().map(|rig| rig.count(InterruptFlag::SSPIF)), [1, 1]);
             }
         }
     }

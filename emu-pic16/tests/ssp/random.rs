@@ -1,8 +1,8 @@
 //! Random programs on random wires: the port, which is called only when something is due, against the model that ticks.
 
 use emu_core::rng::Rng;
-use emu_pic16::periph::map::{Flag, Line, Sfr};
-use emu_pic16::periph::ssp::Ssp;
+use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
+use emu_pic16::periph::ssp::Pic16Ssp;
 
 use crate::model::Model;
 use crate::rig::{REGS, Rig};
@@ -46,7 +46,7 @@ impl Pair {
         for _ in 0..40 {
             assert_eq!(self.rig.drives, self.model.drives(), "{place}: drives");
             let mut rest = true;
-            for (n, line) in [(1, Line::Sdi), (0, Line::Sck), (2, Line::Ss)] {
+            for (n, line) in [(1, Pic16Line::Sdi), (0, Pic16Line::Sck), (2, Pic16Line::Ss)] {
                 let pulled = n < 2 && self.rig.pulls()[n];
                 let level = self.outside[n] && !pulled;
                 if self.levels[n] != level {
@@ -195,7 +195,7 @@ fn one(seed: u64, theme: Theme, seen: &mut Seen) {
     let mut rng = Rng::new(seed);
     let (mssp, stretch) = (theme == Theme::Master || rng.one_in(2), rng.one_in(2));
     let mut pair = Pair {
-        rig: Rig::new(Ssp::new(mssp).with_stretch(mssp && stretch)),
+        rig: Rig::new(Pic16Ssp::new(mssp).with_stretch(mssp && stretch)),
         model: Model::new(mssp, mssp && stretch),
         outside: [true, true, false],
         levels: [false; 3],
@@ -268,8 +268,8 @@ fn one(seed: u64, theme: Theme, seen: &mut Seen) {
         seen.acked += u32::from(pair.rig.pulls()[1]);
     }
     assert_eq!(pair.rig.flags, pair.model.chip.flags, "{theme:?}, seed {seed}");
-    seen.sspif += pair.rig.count(Flag::SSPIF) as u32;
-    seen.bclif += pair.rig.count(Flag::BCLIF) as u32;
+    seen.sspif += pair.rig.count(InterruptFlag::SSPIF) as u32;
+    seen.bclif += pair.rig.count(InterruptFlag::BCLIF) as u32;
 }
 
 fn many(theme: Theme, seeds: u64) -> Seen {

@@ -1,43 +1,43 @@
 //! A port with its wires: what it says is collected, and every signal must bear the clock at which it is said.
 
 use emu_core::NEVER;
-use emu_pic16::periph::map::{Flag, Line, Sfr};
-use emu_pic16::periph::ssp::Ssp;
-use emu_pic16::periph::{Device, Drive, Outbox, Signal};
+use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
+use emu_pic16::periph::ssp::Pic16Ssp;
+use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 
 /// The registers.
 pub const REGS: [Sfr; 5] = [Sfr::SSPBUF, Sfr::SSPCON, Sfr::SSPCON2, Sfr::SSPADD, Sfr::SSPSTAT];
 
 /// A port that is called only when something is due.
 pub struct Rig {
-    pub port: Ssp,
+    pub port: Pic16Ssp,
     /// What it says of SCK, SDI, SDO.
-    pub drives: [Drive; 3],
+    pub drives: [Pic16Drive; 3],
     /// Flags set, with their clocks.
-    pub flags: Vec<(u64, Flag)>,
-    out: Outbox,
+    pub flags: Vec<(u64, InterruptFlag)>,
+    out: Pic16Outbox,
     /// What [`Device::steady`] has promised: a register, its value, and the clock before which it stays.
     promised: Option<(Sfr, u8, u64)>,
 }
 
 impl Rig {
-    pub fn new(port: Ssp) -> Rig {
-        Rig { port, drives: [Drive::Port; 3], flags: Vec::new(), out: Vec::new(), promised: None }
+    pub fn new(port: Pic16Ssp) -> Rig {
+        Rig { port, drives: [Pic16Drive::Port; 3], flags: Vec::new(), out: Vec::new(), promised: None }
     }
 
     fn collect(&mut self, now: u64) {
         for signal in self.out.drain(..) {
             match signal {
-                Signal::Flag { t, flag } => {
+                Pic16Signal::Flag { t, flag } => {
                     assert_eq!(t, now, "a flag out of its time");
                     self.flags.push((t, flag));
                 }
-                Signal::Drive { t, line, drive } => {
+                Pic16Signal::Drive { t, line, drive } => {
                     assert_eq!(t, now, "a drive out of its time");
                     let place = match line {
-                        Line::Sck => 0,
-                        Line::Sdi => 1,
-                        Line::Sdo => 2,
+                        Pic16Line::Sck => 0,
+                        Pic16Line::Sdi => 1,
+                        Pic16Line::Sdo => 2,
                         _ => panic!("{line:?} is not driven"),
                     };
                     assert_ne!(self.drives[place], drive, "a drive that changes nothing");
@@ -50,15 +50,15 @@ impl Rig {
 
     /// Runs only when the port says that it must.
     pub fn tick(&mut self, t: u64) {
-        assert!(self.port.next() >= t || t == 0, "something was due before");
-        if self.port.next() == t {
-            self.port.run(t, &mut self.out);
-            assert!(self.port.next() > t);
+        assert!(self.port.next_clock() >= t || t == 0, "something was due before");
+        if self.port.next_clock() == t {
+            self.port.run_due(t, &mut self.out);
+            assert!(self.port.next_clock() > t);
             self.collect(t);
         }
         let promised = *self.promised.get_or_insert_with(|| {
             let reg = REGS[t as usize % REGS.len()];
-            (reg, self.port.peek(reg, t), self.port.steady(reg, t))
+            (reg, self.port.peek(reg, t), self.port.steady_until(reg, t))
         });
         if t < promised.2 {
             assert_eq!(self.port.peek(promised.0, t), promised.1, "{promised:?} at {t}");
@@ -67,9 +67,9 @@ impl Rig {
         }
     }
 
-    pub fn line(&mut self, line: Line, high: bool, t: u64) {
+    pub fn line(&mut self, line: Pic16Line, high: bool, t: u64) {
         self.promised = None;
-        self.port.line(line, high, t, &mut self.out);
+        self.port.on_line_changed(line, high, t, &mut self.out);
         self.collect(t);
     }
 
@@ -93,14 +93,14 @@ impl Rig {
 
     pub fn sleep(&mut self, t: u64) {
         self.promised = None;
-        self.port.sleep(t, &mut self.out);
+        self.port.stop_clock(t, &mut self.out);
         self.collect(t);
-        assert_eq!(self.port.next(), NEVER);
+        assert_eq!(self.port.next_clock(), NEVER);
     }
 
     pub fn wake(&mut self, t: u64) {
         self.promised = None;
-        self.port.wake(t, &mut self.out);
+        self.port.restart_clock(t, &mut self.out);
         self.collect(t);
     }
 
@@ -110,11 +110,11 @@ impl Rig {
 
     /// It pulls SCL, SDA.
     pub fn pulls(&self) -> [bool; 2] {
-        [self.drives[0] == Drive::Low, self.drives[1] == Drive::Low]
+        [self.drives[0] == Pic16Drive::Low, self.drives[1] == Pic16Drive::Low]
     }
 
     /// How often a flag was set.
-    pub fn count(&self, flag: Flag) -> usize {
+    pub fn count(&self, flag: InterruptFlag) -> usize {
         self.flags.iter().filter(|&&(_, f)| f == flag).count()
     }
 }

@@ -1,6 +1,6 @@
 //! I2C slave, told as a history: all bits since Start, and what the bytes that are whole have meant.
 
-use emu_pic16::periph::map::Flag;
+use emu_pic16::periph::map::InterruptFlag;
 
 use crate::model::Chip;
 
@@ -133,7 +133,7 @@ impl Slave {
 
     /// The acknowledge is over.
     fn after_ninth(&mut self, chip: &mut Chip, kind: Byte, t: u64) {
-        chip.flag(Flag::SSPIF, t);
+        chip.flag(InterruptFlag::SSPIF, t);
         chip.pull_sda = false;
         self.needs_add = chip.ua;
         let whole = self.bits.as_ref().map_or(0, Vec::len) / 9;

@@ -1,7 +1,7 @@
 //! SPI clock by clock. The master is the drawing of figure 9-3: where in its bits a clock lies says what the pins are.
 
-use emu_pic16::periph::Drive;
-use emu_pic16::periph::map::{Flag, Line};
+use emu_pic16::periph::Pic16Drive;
+use emu_pic16::periph::map::{InterruptFlag, Pic16Line};
 
 use crate::model::Chip;
 use crate::rig::Rig;
@@ -131,7 +131,7 @@ impl Spi {
             chip.buf = self.byte;
             chip.bf = true;
         }
-        chip.flag(Flag::SSPIF, t);
+        chip.flag(InterruptFlag::SSPIF, t);
     }
 
     /// The slave's clock has changed.
@@ -178,9 +178,9 @@ fn bits_of(chip: &Chip) -> Vec<bool> {
 
 /// SCK and SDO of the first rig to the second one, and SDO back.
 pub fn wire(rigs: &mut [Rig; 2], t: u64) {
-    let high = |drive| drive == Drive::High;
+    let high = |drive| drive == Pic16Drive::High;
     let [master, slave] = rigs;
-    slave.line(Line::Sck, high(master.drives[0]), t);
-    slave.line(Line::Sdi, high(master.drives[2]), t);
-    master.line(Line::Sdi, high(slave.drives[2]), t);
+    slave.line(Pic16Line::Sck, high(master.drives[0]), t);
+    slave.line(Pic16Line::Sdi, high(master.drives[2]), t);
+    master.line(Pic16Line::Sdi, high(slave.drives[2]), t);
 }

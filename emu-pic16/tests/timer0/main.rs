@@ -3,9 +3,9 @@
 mod model;
 mod random;
 
-use emu_pic16::periph::map::{Flag, Line, Sfr};
+use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
 use emu_pic16::periph::timer0::Timer0;
-use emu_pic16::periph::{Device, Outbox, Signal};
+use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
 
 fn register(name: &str) -> Option<Sfr> {
     Sfr::ALL.iter().copied().find(|r| r.name() == name)
@@ -34,15 +34,15 @@ fn check(line: &str) -> Result<(), String> {
     };
     let (done, seen) = (items(done), items(seen));
     let end = done.iter().chain(&seen).map(|i| i.0).max().unwrap_or(0);
-    let mut out = Outbox::new();
+    let mut out = Pic16Outbox::new();
     let mut wrong = Vec::new();
     for t in 0..=end {
         for (_, what, value) in done.iter().filter(|i| i.0 == t) {
             let value = value.unwrap();
             match what.as_str() {
-                "T0CKI" => timer.line(Line::T0cki, value != 0, t, &mut out),
-                "SLEEP" => timer.sleep(t, &mut out),
-                "WAKE" => timer.wake(t, &mut out),
+                "T0CKI" => timer.on_line_changed(Pic16Line::T0cki, value != 0, t, &mut out),
+                "SLEEP" => timer.stop_clock(t, &mut out),
+                "WAKE" => timer.restart_clock(t, &mut out),
                 "CLRWDT" => timer.clear_watchdog(t, &mut out),
                 "RESET" => timer.reset(t),
                 reg => timer.write(register(reg).unwrap(), value, t, &mut out),
@@ -56,15 +56,15 @@ fn check(line: &str) -> Result<(), String> {
                 }
             }
         }
-        if timer.next() <= t {
-            timer.run(t, &mut out);
+        if timer.next_clock() <= t {
+            timer.run_due(t, &mut out);
         }
     }
     let told: Vec<(u64, &str)> = out
         .iter()
         .map(|s| match s {
-            Signal::Flag { t, flag: Flag::T0IF } => (*t, "T0IF"),
-            Signal::Watchdog { t } => (*t, "WDT"),
+            Pic16Signal::Flag { t, flag: InterruptFlag::T0IF } => (*t, "T0IF"),
+            Pic16Signal::Watchdog { t } => (*t, "WDT"),
             _ => (0, "another signal"),
         })
         .collect();

@@ -1,7 +1,7 @@
 //! Timer 0 and the watchdog, ticked clock by clock.
 
-use emu_pic16::periph::map::{Flag, Sfr};
-use emu_pic16::periph::{Outbox, Signal};
+use emu_pic16::periph::map::{InterruptFlag, Sfr};
+use emu_pic16::periph::{Pic16Outbox, Pic16Signal};
 
 /// The block diagram of DS33023 section 11, with one call per clock.
 pub struct Model {
@@ -98,15 +98,15 @@ impl Model {
         (self.wdt_clocks * divider / 512).max(1)
     }
 
-    fn time_out(&mut self, t: u64, out: &mut Outbox) {
-        out.push(Signal::Watchdog { t });
+    fn time_out(&mut self, t: u64, out: &mut Pic16Outbox) {
+        out.push(Pic16Signal::Watchdog { t });
         if self.psa() {
             self.ripple = [false; 8];
         }
     }
 
     /// What happens at the clock `t` before anything is written; `written` is a write of TMR0 in this very clock.
-    pub fn arrive(&mut self, t: u64, written: bool, out: &mut Outbox) {
+    pub fn arrive(&mut self, t: u64, written: bool, out: &mut Pic16Outbox) {
         if t > 0 {
             self.wdt_age += 1;
         }
@@ -118,7 +118,7 @@ impl Model {
             } else if count && !written {
                 self.tmr0 = self.tmr0.wrapping_add(1);
                 if self.tmr0 == 0 {
-                    out.push(Signal::Flag { t, flag: Flag::T0IF });
+                    out.push(Pic16Signal::Flag { t, flag: InterruptFlag::T0IF });
                 }
             }
         }
@@ -135,7 +135,7 @@ impl Model {
         }
     }
 
-    pub fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Outbox) {
+    pub fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
         match reg {
             Sfr::TMR0 => {
                 self.tmr0 = value;

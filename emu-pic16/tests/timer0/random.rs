@@ -1,9 +1,9 @@
 //! Random writes, edges, sleeps and resets: timer 0 agrees with the ticked model at every clock.
 
 use emu_core::rng::Rng;
-use emu_pic16::periph::map::{Line, Sfr};
+use emu_pic16::periph::map::{Pic16Line, Sfr};
 use emu_pic16::periph::timer0::Timer0;
-use emu_pic16::periph::{Device, Outbox};
+use emu_pic16::periph::{Pic16Device, Pic16Outbox};
 
 use crate::model::Model;
 
@@ -15,12 +15,12 @@ fn live(seed: u64, clocks: u64) -> usize {
     let period = if wdtcon { period * 16 } else { period };
     let mut timer = Timer0::new(wdte, period, wdtcon);
     let mut model = Model::new(wdte, period, wdtcon);
-    let (mut told, mut expected) = (Outbox::new(), Outbox::new());
+    let (mut told, mut expected) = (Pic16Outbox::new(), Pic16Outbox::new());
     // Some lives are busy, some quiet; in some T0CKI is fast.
     let (busy, pins) = (4 + rng.below(200), 1 + rng.below(60));
     let mut pin = false;
     // What next() and steady() promised, and since when nothing has disturbed it.
-    let (mut promised, mut steady) = (timer.next(), (0, 0));
+    let (mut promised, mut steady) = (timer.next_clock(), (0, 0));
     for t in 0..clocks {
         let cycle = t.is_multiple_of(4);
         let write = (cycle && rng.one_in(busy)).then(|| match rng.below(8) {
@@ -33,8 +33,8 @@ fn live(seed: u64, clocks: u64) -> usize {
         let write = write.filter(|_| !model.asleep);
         let before = expected.len();
         model.arrive(t, matches!(write, Some((Sfr::TMR0, _))), &mut expected);
-        if write.is_none() && timer.next() <= t {
-            timer.run(t, &mut told);
+        if write.is_none() && timer.next_clock() <= t {
+            timer.run_due(t, &mut told);
             assert!(expected.len() > before, "seed {seed:#x}: nothing was due at {t}");
         }
         let mut disturbed = write.is_some();
@@ -45,7 +45,7 @@ fn live(seed: u64, clocks: u64) -> usize {
         if rng.one_in(pins) {
             disturbed = true;
             pin = !pin;
-            timer.line(Line::T0cki, pin, t, &mut told);
+            timer.on_line_changed(Pic16Line::T0cki, pin, t, &mut told);
             model.pin(pin);
         }
         if cycle && rng.one_in(300) {
@@ -60,11 +60,11 @@ fn live(seed: u64, clocks: u64) -> usize {
                     model.clear();
                 }
                 (_, false) => {
-                    timer.sleep(t, &mut told);
+                    timer.stop_clock(t, &mut told);
                     model.asleep = true;
                 }
                 (_, true) => {
-                    timer.wake(t, &mut told);
+                    timer.restart_clock(t, &mut told);
                     model.clear();
                     model.asleep = false;
                 }
@@ -77,10 +77,10 @@ fn live(seed: u64, clocks: u64) -> usize {
             }
         }
         if disturbed || told.len() > before {
-            promised = timer.next();
-            steady = (timer.steady(Sfr::TMR0, t), model.tmr0);
+            promised = timer.next_clock();
+            steady = (timer.steady_until(Sfr::TMR0, t), model.tmr0);
         } else {
-            assert_eq!(timer.next(), promised, "seed {seed:#x}: next() moved at {t}");
+            assert_eq!(timer.next_clock(), promised, "seed {seed:#x}: next() moved at {t}");
             if t < steady.0 {
                 assert_eq!(model.tmr0, steady.1, "seed {seed:#x}: TMR0 was not steady up to {t}");
             } else if steady.0 != 0 && t == steady.0 {
@@ -106,7 +106,7 @@ fn a_long_quiet_run_in_one_call_tells_everything() {
         let period = 500 + rng.below(5000);
         let mut timer = Timer0::new(true, period, false);
         let mut model = Model::new(true, period, false);
-        let (mut told, mut expected) = (Outbox::new(), Outbox::new());
+        let (mut told, mut expected) = (Pic16Outbox::new(), Pic16Outbox::new());
         let option = rng.next_u64() as u8 & 0x0B;
         for t in 0..60_000 {
             model.arrive(t, false, &mut expected);
@@ -116,7 +116,7 @@ fn a_long_quiet_run_in_one_call_tells_everything() {
             }
             model.tick(t);
         }
-        timer.run(59_999, &mut told);
+        timer.run_due(59_999, &mut told);
         assert_eq!(told, expected, "seed {seed}");
         assert!(!told.is_empty(), "seed {seed}");
     }

@@ -1,24 +1,24 @@
 //! The cases of `cases.txt`.
 
-use emu_pic16::periph::map::{Flag, Line, Sfr};
-use emu_pic16::periph::timers::Timers;
-use emu_pic16::periph::{Device, Drive, Signal};
+use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
+use emu_pic16::periph::timers::Pic16Timers;
+use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Signal};
 
 /// A signal as the cases write it.
-fn text(signal: &Signal) -> String {
+fn text(signal: &Pic16Signal) -> String {
     match signal {
-        Signal::Flag { t, flag } => format!("{flag:?}@{t}"),
-        Signal::Drive { t, line, drive } => format!("{line:?}:{drive:?}@{t}"),
-        Signal::Convert { t } => format!("Convert@{t}"),
-        Signal::Timer2 { t } => format!("Timer2@{t}"),
+        Pic16Signal::Flag { t, flag } => format!("{flag:?}@{t}"),
+        Pic16Signal::Drive { t, line, drive } => format!("{line:?}:{drive:?}@{t}"),
+        Pic16Signal::Convert { t } => format!("Convert@{t}"),
+        Pic16Signal::Timer2 { t } => format!("Timer2@{t}"),
         other => format!("{other:?}"),
     }
 }
 
 /// Does what is due up to and with `to`, when it is due.
-fn advance(timers: &mut Timers, to: u64, out: &mut Vec<Signal>) {
-    while timers.next() <= to {
-        timers.run(timers.next(), out);
+fn advance(timers: &mut Pic16Timers, to: u64, out: &mut Vec<Pic16Signal>) {
+    while timers.next_clock() <= to {
+        timers.run_due(timers.next_clock(), out);
     }
 }
 
@@ -42,7 +42,7 @@ fn case(steps: &str, said: &str) -> Result<(), String> {
             todo.push((t, what));
         }
     }
-    let (mut timers, mut out) = (Timers::new(ccps, crystal), Vec::new());
+    let (mut timers, mut out) = (Pic16Timers::new(ccps, crystal), Vec::new());
     for (t, what) in todo {
         if let Some((reg, value)) = what.split_once('=') {
             let reg = register(reg).ok_or(format!("{reg}?"))?;
@@ -60,16 +60,16 @@ fn case(steps: &str, said: &str) -> Result<(), String> {
             }
         } else if let Some(line) = what.strip_suffix(['+', '-']) {
             let line = match line {
-                "t1cki" => Line::T1cki,
-                "ccp1" => Line::Ccp1,
-                "ccp2" => Line::Ccp2,
+                "t1cki" => Pic16Line::T1cki,
+                "ccp1" => Pic16Line::Ccp1,
+                "ccp2" => Pic16Line::Ccp2,
                 _ => return Err(format!("{line}?")),
             };
-            timers.line(line, what.ends_with('+'), t, &mut out);
+            timers.on_line_changed(line, what.ends_with('+'), t, &mut out);
         } else {
             match what {
-                "sleep" => timers.sleep(t, &mut out),
-                "wake" => timers.wake(t, &mut out),
+                "sleep" => timers.stop_clock(t, &mut out),
+                "wake" => timers.restart_clock(t, &mut out),
                 "reset" => timers.reset(false, t, &mut out),
                 "por" => timers.reset(true, t, &mut out),
                 "listen" => timers.set_timer2_listener(true, t, &mut out),
@@ -115,7 +115,7 @@ fn a_case_can_fail() {
 
 #[test]
 fn names_of_the_text_are_those_of_the_part() {
-    let drive = Signal::Drive { t: 3, line: Line::Ccp1, drive: Drive::High };
+    let drive = Pic16Signal::Drive { t: 3, line: Pic16Line::Ccp1, drive: Pic16Drive::High };
     assert_eq!(text(&drive), "Ccp1:High@3");
-    assert_eq!(text(&Signal::Flag { t: 4, flag: Flag::CCP1IF }), "CCP1IF@4");
+    assert_eq!(text(&Pic16Signal::Flag { t: 4, flag: InterruptFlag::CCP1IF }), "CCP1IF@4");
 }

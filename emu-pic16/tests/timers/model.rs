@@ -1,8 +1,8 @@
 //! The same parts as a heap of flip-flops that is clocked by every clock of the oscillator. Written for plainness, from the
 //! block diagrams of DS30292 (figures 6-2, 7-1, 8-1 to 8-3).
 
-use emu_pic16::periph::map::{Flag, Line, Sfr};
-use emu_pic16::periph::{Drive, Signal};
+use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
+use emu_pic16::periph::{Pic16Drive, Pic16Signal};
 
 #[derive(Clone, Default)]
 pub struct Module {
@@ -13,7 +13,7 @@ pub struct Module {
     output: bool,
     pin: bool,
     prescaler: u32,
-    pub drive: Drive,
+    pub drive: Pic16Drive,
 }
 
 #[derive(Clone)]
@@ -42,11 +42,11 @@ pub struct Model {
     post: u8,
     pub listener: bool,
     pub modules: Vec<Module>,
-    pub said: Vec<Signal>,
+    pub said: Vec<Pic16Signal>,
 }
 
-const FLAGS: [Flag; 2] = [Flag::CCP1IF, Flag::CCP2IF];
-const LINES: [Line; 2] = [Line::Ccp1, Line::Ccp2];
+const FLAGS: [InterruptFlag; 2] = [InterruptFlag::CCP1IF, InterruptFlag::CCP2IF];
+const LINES: [Pic16Line; 2] = [Pic16Line::Ccp1, Pic16Line::Ccp2];
 
 impl Model {
     pub fn new(ccps: u8, crystal: Option<(u64, u64)>) -> Model {
@@ -76,8 +76,8 @@ impl Model {
         }
     }
 
-    fn flag(&mut self, flag: Flag) {
-        self.said.push(Signal::Flag { t: self.t, flag });
+    fn flag(&mut self, flag: InterruptFlag) {
+        self.said.push(Pic16Signal::Flag { t: self.t, flag });
     }
 
     fn mode(&self, i: usize) -> u8 {
@@ -118,7 +118,7 @@ impl Model {
             match self.mode(i) {
                 8 => self.modules[i].output = true,
                 9 => self.modules[i].output = false,
-                11 if i + 1 == self.modules.len() => self.said.push(Signal::Convert { t: self.t }),
+                11 if i + 1 == self.modules.len() => self.said.push(Pic16Signal::Convert { t: self.t }),
                 _ => {}
             }
         }
@@ -133,7 +133,7 @@ impl Model {
         let special = (0..self.modules.len()).any(|i| self.mode(i) == 11 && self.compares()[i] == Some(self.tmr1));
         let next = if special { 0 } else { self.tmr1.wrapping_add(1) };
         if self.tmr1 == 0xFFFF && !special {
-            self.flag(Flag::TMR1IF);
+            self.flag(InterruptFlag::TMR1IF);
         }
         let compares = self.compares();
         self.new_tmr1(next, &compares);
@@ -213,12 +213,12 @@ impl Model {
         }
         self.tmr2 = 0;
         if self.listener {
-            self.said.push(Signal::Timer2 { t: self.t });
+            self.said.push(Pic16Signal::Timer2 { t: self.t });
         }
         self.post += 1;
         if self.post == (self.t2con >> 3 & 15) + 1 {
             self.post = 0;
-            self.flag(Flag::TMR2IF);
+            self.flag(InterruptFlag::TMR2IF);
         }
         for m in &mut self.modules {
             if m.con & 12 == 12 {
@@ -243,13 +243,13 @@ impl Model {
     fn show(&mut self) {
         for (m, line) in self.modules.iter_mut().zip(LINES) {
             let drive = match (m.con & 15, m.output) {
-                (8 | 9 | 12..=15, false) => Drive::Low,
-                (8 | 9 | 12..=15, true) => Drive::High,
-                _ => Drive::Port,
+                (8 | 9 | 12..=15, false) => Pic16Drive::Low,
+                (8 | 9 | 12..=15, true) => Pic16Drive::High,
+                _ => Pic16Drive::Port,
             };
             if drive != m.drive {
                 m.drive = drive;
-                self.said.push(Signal::Drive { t: self.t, line, drive });
+                self.said.push(Pic16Signal::Drive { t: self.t, line, drive });
             }
         }
     }
@@ -351,9 +351,9 @@ impl Model {
         }
     }
 
-    pub fn line(&mut self, line: Line, high: bool) {
+    pub fn line(&mut self, line: Pic16Line, high: bool) {
         match line {
-            Line::T1cki => {
+            Pic16Line::T1cki => {
                 let rises = high && !self.t1cki;
                 let falls = !high && self.t1cki;
                 self.t1cki = high;
@@ -366,8 +366,8 @@ impl Model {
                     }
                 }
             }
-            Line::Ccp1 | Line::Ccp2 => {
-                let i = usize::from(line == Line::Ccp2);
+            Pic16Line::Ccp1 | Pic16Line::Ccp2 => {
+                let i = usize::from(line == Pic16Line::Ccp2);
                 if i < self.modules.len() {
                     let nets = self.nets(i);
                     self.modules[i].pin = high;

@@ -2,9 +2,9 @@
 
 use emu_core::NEVER;
 use emu_core::rng::Rng;
-use emu_pic16::periph::map::{Flag, Line, Sfr};
-use emu_pic16::periph::timers::Timers;
-use emu_pic16::periph::{Device, Drive, Signal};
+use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
+use emu_pic16::periph::timers::Pic16Timers;
+use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Signal};
 
 use crate::model::Model;
 
@@ -13,7 +13,7 @@ const REGS: [Sfr; 13] = [
     Sfr::TMR1L, Sfr::TMR1H, Sfr::T1CON, Sfr::TMR2, Sfr::T2CON, Sfr::PR2, Sfr::CCPR1L, Sfr::CCPR1H, Sfr::CCP1CON,
     Sfr::CCPR2L, Sfr::CCPR2H, Sfr::CCP2CON, Sfr::TMR0,
 ];
-const LINES: [Line; 4] = [Line::T1cki, Line::Ccp1, Line::Ccp2, Line::T0cki];
+const LINES: [Pic16Line; 4] = [Pic16Line::T1cki, Pic16Line::Ccp1, Pic16Line::Ccp2, Pic16Line::T0cki];
 const CRYSTALS: [Option<(u64, u64)>; 9] = [
     None,
     Some((4_000_000, 32_768)),
@@ -48,8 +48,8 @@ fn value(rng: &mut Rng, reg: Sfr, model: &Model) -> u8 {
 }
 
 /// Everything but the lines, in an order of its own.
-fn others(signals: &[Signal]) -> Vec<String> {
-    let others = signals.iter().filter(|s| !matches!(s, Signal::Drive { .. }));
+fn others(signals: &[Pic16Signal]) -> Vec<String> {
+    let others = signals.iter().filter(|s| !matches!(s, Pic16Signal::Drive { .. }));
     let mut text: Vec<String> = others.map(|s| format!("{s:?}")).collect();
     text.sort();
     text
@@ -62,13 +62,13 @@ fn run(seed: u64, clocks: u64, heard: &mut Heard) {
     let mut rng = Rng::new(seed);
     let ccps = [2, 2, 2, 1, 0][rng.below(5) as usize];
     let crystal = CRYSTALS[rng.below(9) as usize];
-    let (mut timers, mut model) = (Timers::new(ccps, crystal), Model::new(ccps, crystal));
+    let (mut timers, mut model) = (Pic16Timers::new(ccps, crystal), Model::new(ccps, crystal));
     // Eager parts are run at every clock, lazy ones only when they say that something is due.
     let eager = rng.one_in(4);
     let mut asleep = false;
     let busy = [3, 12, 60, 300][rng.below(4) as usize];
     let edges = [2, 5, 20, 100][rng.below(4) as usize];
-    let mut drives = [Drive::Port; 2];
+    let mut drives = [Pic16Drive::Port; 2];
     let mut levels = [false; LINES.len()];
     let mut steady = [(0u8, 0u64); REGS.len()];
     let mut out = Vec::new();
@@ -83,14 +83,14 @@ fn run(seed: u64, clocks: u64, heard: &mut Heard) {
         let mut quiet = write.is_none();
         if let Some((reg, value)) = write {
             timers.write(reg, value, t, &mut out);
-        } else if eager || timers.next() <= t {
-            timers.run(t, &mut out);
+        } else if eager || timers.next_clock() <= t {
+            timers.run_due(t, &mut out);
         }
         if rng.one_in(edges) {
             let i = rng.below(LINES.len() as u64) as usize;
             levels[i] = !levels[i];
             model.line(LINES[i], levels[i]);
-            timers.line(LINES[i], levels[i], t, &mut out);
+            timers.on_line_changed(LINES[i], levels[i], t, &mut out);
             quiet = false;
         }
         if t % 4 == 0 && rng.one_in(if asleep { 20 } else { 8 * busy }) {
@@ -108,33 +108,33 @@ fn run(seed: u64, clocks: u64, heard: &mut Heard) {
                 (false, _) => {
                     asleep = true;
                     model.sleep();
-                    timers.sleep(t, &mut out);
+                    timers.stop_clock(t, &mut out);
                 }
                 (true, _) => {
                     asleep = false;
                     model.wake();
-                    timers.wake(t, &mut out);
+                    timers.restart_clock(t, &mut out);
                 }
             }
         }
         // Of what a line does within one clock only the last thing is left.
         for signal in &out {
-            if let Signal::Drive { t: at, line, drive } = signal {
+            if let Pic16Signal::Drive { t: at, line, drive } = signal {
                 assert_eq!(*at, t, "{signal:?}, seed {seed}");
-                drives[usize::from(*line == Line::Ccp2)] = *drive;
+                drives[usize::from(*line == Pic16Line::Ccp2)] = *drive;
             }
         }
         for (i, drive) in drives.iter().enumerate() {
-            let want = model.modules.get(i).map_or(Drive::Port, |m| m.drive);
+            let want = model.modules.get(i).map_or(Pic16Drive::Port, |m| m.drive);
             assert_eq!(*drive, want, "CCP{}, seed {seed}, clock {t}", i + 1);
         }
         for signal in &model.said {
             let kind = match signal {
-                Signal::Flag { flag: Flag::TMR1IF, .. } => 0,
-                Signal::Flag { flag: Flag::TMR2IF, .. } => 1,
-                Signal::Flag { .. } => 2,
-                Signal::Convert { .. } => 3,
-                Signal::Timer2 { .. } => 4,
+                Pic16Signal::Flag { flag: InterruptFlag::TMR1IF, .. } => 0,
+                Pic16Signal::Flag { flag: InterruptFlag::TMR2IF, .. } => 1,
+                Pic16Signal::Flag { .. } => 2,
+                Pic16Signal::Convert { .. } => 3,
+                Pic16Signal::Timer2 { .. } => 4,
                 _ => 5,
             };
             heard[kind] += 1;
@@ -149,9 +149,9 @@ fn run(seed: u64, clocks: u64, heard: &mut Heard) {
             if quiet && t < until {
                 assert_eq!(byte, promised, "steady {reg:?} until {until}, seed {seed}, clock {t}");
             }
-            steady[i] = (byte, timers.steady(reg, t));
+            steady[i] = (byte, timers.steady_until(reg, t));
         }
-        assert!(timers.next() > t, "nothing stays due, seed {seed}, clock {t}");
+        assert!(timers.next_clock() > t, "nothing stays due, seed {seed}, clock {t}");
         let next = timers.timer2_match_next(t);
         assert!(next > t && (!asleep || next == NEVER), "seed {seed}, clock {t}");
     }
@@ -174,7 +174,7 @@ fn agrees_where_writes_are_rare() {
 #[test]
 fn the_end_of_a_period_comes_when_it_is_said() {
     let mut out = Vec::new();
-    let mut timers = Timers::new(2, None);
+    let mut timers = Pic16Timers::new(2, None);
     timers.set_timer2_listener(true, 0, &mut out);
     timers.write(Sfr::PR2, 2, 8, &mut out);
     timers.write(Sfr::T2CON, 0x05, 12, &mut out);
@@ -182,7 +182,7 @@ fn the_end_of_a_period_comes_when_it_is_said() {
     for (t, next) in [(12, 60), (59, 60), (60, 108), (107, 108), (108, 156)] {
         assert_eq!(timers.timer2_match_next(t), next, "after {t}");
     }
-    timers.run(200, &mut out);
+    timers.run_due(200, &mut out);
     let ends: Vec<String> = [60, 108, 156].map(|t| format!("Timer2 {{ t: {t} }}")).to_vec();
     let said: Vec<String> = out.iter().map(|s| format!("{s:?}")).filter(|s| s.starts_with("Timer2")).collect();
     assert_eq!(said, ends);

@@ -1,8 +1,8 @@
 //! Cases worked by hand, one a line, in clocks.
 
-use emu_pic16::periph::map::{Flag, Line, Sfr};
-use emu_pic16::periph::usart::Usart;
-use emu_pic16::periph::{Device, Drive, Outbox, Signal};
+use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
+use emu_pic16::periph::usart::Pic16Usart;
+use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
 
 /// `what | script | what happens`. In a script `N` is the clock of what follows it: `rc=XX`, `tx=XX`, `br=XX`, `w=XX` are
 /// writes to RCSTA, TXSTA, SPBRG, TXREG; `r0`, `r1`, `c0`, `c1` levels of RX and TX from outside; `/bits:N` levels of RX of
@@ -92,9 +92,9 @@ SREN is nothing here | 0 tx=10 rc=A0 20 ^01010011:8 200 ? | 200 rc=A0 tx=12
 ";
 
 struct Bench {
-    port: Usart,
+    port: Pic16Usart,
     t: u64,
-    out: Outbox,
+    out: Pic16Outbox,
     said: Vec<(u64, String)>,
 }
 
@@ -107,20 +107,20 @@ impl Bench {
     fn drain(&mut self) {
         for signal in self.out.drain(..) {
             let said = match signal {
-                Signal::Flag { t, flag } => {
-                    assert!(matches!(flag, Flag::TXIF | Flag::RCIF));
+                Pic16Signal::Flag { t, flag } => {
+                    assert!(matches!(flag, InterruptFlag::TXIF | InterruptFlag::RCIF));
                     (t, format!("{flag:?}"))
                 }
-                Signal::Drive { t, line, drive } => {
+                Pic16Signal::Drive { t, line, drive } => {
                     let level = match drive {
-                        Drive::Port => '-',
-                        Drive::Low => '0',
-                        Drive::High => '1',
-                        Drive::Float | Drive::Open => 'Z',
+                        Pic16Drive::Port => '-',
+                        Pic16Drive::Low => '0',
+                        Pic16Drive::High => '1',
+                        Pic16Drive::Float | Pic16Drive::Open => 'Z',
                     };
-                    (t, format!("{}{level}", if line == Line::Tx { 'T' } else { 'R' }))
+                    (t, format!("{}{level}", if line == Pic16Line::Tx { 'T' } else { 'R' }))
                 }
-                Signal::Sent { t, byte } => (t, format!("sent {byte:02X}")),
+                Pic16Signal::Sent { t, byte } => (t, format!("sent {byte:02X}")),
                 other => panic!("{other:?}"),
             };
             self.said.push(said);
@@ -129,11 +129,11 @@ impl Bench {
 
     fn to(&mut self, t: u64) {
         self.t = t;
-        self.port.run(t, &mut self.out);
+        self.port.run_due(t, &mut self.out);
     }
 
-    fn line(&mut self, line: Line, high: bool) {
-        self.port.line(line, high, self.t, &mut self.out);
+    fn line(&mut self, line: Pic16Line, high: bool) {
+        self.port.on_line_changed(line, high, self.t, &mut self.out);
     }
 
     fn word(&mut self, word: &str) {
@@ -152,23 +152,23 @@ impl Bench {
             let time: u64 = time.parse().expect(word);
             for bit in bits[1..].chars() {
                 let begin = self.t;
-                self.line(Line::Rx, bit == '1');
+                self.line(Pic16Line::Rx, bit == '1');
                 if word.starts_with('^') {
-                    self.line(Line::Tx, true);
+                    self.line(Pic16Line::Tx, true);
                     self.to(begin + time / 2);
-                    self.line(Line::Tx, false);
+                    self.line(Pic16Line::Tx, false);
                 }
                 self.to(begin + time);
             }
         } else {
             let t = self.t;
             match word {
-                "r0" | "r1" => self.line(Line::Rx, word == "r1"),
-                "c0" | "c1" => self.line(Line::Tx, word == "c1"),
-                "early" => self.port = Usart::new().with_early_trmt(true),
+                "r0" | "r1" => self.line(Pic16Line::Rx, word == "r1"),
+                "c0" | "c1" => self.line(Pic16Line::Tx, word == "c1"),
+                "early" => self.port = Pic16Usart::new().with_early_trmt(true),
                 "reset" => self.port.reset(true, t, &mut self.out),
-                "sleep" => self.port.sleep(t, &mut self.out),
-                "wake" => self.port.wake(t, &mut self.out),
+                "sleep" => self.port.stop_clock(t, &mut self.out),
+                "wake" => self.port.restart_clock(t, &mut self.out),
                 "read" => {
                     let value = self.port.read(Sfr::RCREG, t, &mut self.out);
                     self.say(format!("read {value:02X}"));
@@ -179,7 +179,7 @@ impl Bench {
                 }
                 "i" => self.say(format!("i {}{}", u8::from(self.port.txif(t)), u8::from(self.port.rcif()))),
                 "s" => {
-                    let byte = self.port.stopping().map_or("--".to_owned(), |byte| format!("{byte:02X}"));
+                    let byte = self.port.byte_in_stop_bit().map_or("--".to_owned(), |byte| format!("{byte:02X}"));
                     self.say(format!("s {byte}"));
                 }
                 _ => panic!("{word}"),
@@ -207,7 +207,7 @@ fn cases_worked_by_hand() {
     let mut failed = Vec::new();
     for line in CASES.lines().filter(|line| !line.is_empty() && !line.starts_with('#')) {
         let [name, script, ought] = *line.split('|').map(str::trim).collect::<Vec<_>>() else { panic!("{line}") };
-        let mut bench = Bench { port: Usart::new(), t: 0, out: Vec::new(), said: Vec::new() };
+        let mut bench = Bench { port: Pic16Usart::new(), t: 0, out: Vec::new(), said: Vec::new() };
         bench.word("r1");
         script.split_whitespace().for_each(|word| bench.word(word));
         let ought = ought.split(',').map(str::trim).filter(|item| !item.is_empty()).map(|item| {

@@ -1,20 +1,20 @@
 //! Two ports, wired to each other.
 
 use emu_core::rng::Rng;
-use emu_pic16::periph::map::{Line, Sfr};
-use emu_pic16::periph::usart::{ADDEN, BRGH, CREN, CSRC, RX9, SPEN, SYNC, TX9, TX9D, TXEN, Usart};
-use emu_pic16::periph::{Device, Drive, Signal};
+use emu_pic16::periph::map::{Pic16Line, Sfr};
+use emu_pic16::periph::usart::{ADDEN, BRGH, CREN, CSRC, RX9, SPEN, SYNC, TX9, TX9D, TXEN, Pic16Usart};
+use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Signal};
 
 /// Words that are sent.
 const WORDS: usize = 40;
 
 /// Hands on what `from` does to its lines at `t`.
-fn carry(from: &mut Vec<Signal>, lines: &[(Line, Line)], to: &mut Usart, t: u64, out: &mut Vec<Signal>) {
+fn carry(from: &mut Vec<Pic16Signal>, lines: &[(Pic16Line, Pic16Line)], to: &mut Pic16Usart, t: u64, out: &mut Vec<Pic16Signal>) {
     for signal in from.drain(..) {
-        if let Signal::Drive { t: at, line, drive } = signal {
+        if let Pic16Signal::Drive { t: at, line, drive } = signal {
             assert_eq!(at, t, "{signal:?} comes late");
             for &(_, end) in lines.iter().filter(|wire| wire.0 == line) {
-                to.line(end, drive != Drive::Low, t, out);
+                to.on_line_changed(end, drive != Pic16Drive::Low, t, out);
             }
         }
     }
@@ -23,10 +23,10 @@ fn carry(from: &mut Vec<Signal>, lines: &[(Line, Line)], to: &mut Usart, t: u64,
 /// Words sent from one port to the other. Gives the words that should come out and those that do, with FERR and RX9D.
 fn talk(txsta: [u8; 2], rcsta: [u8; 2], spbrg: [u8; 2], seed: u64) -> (Vec<u16>, Vec<(u16, bool)>) {
     let rng = &mut Rng::new(seed);
-    let (mut a, mut b, mut of_a, mut of_b) = (Usart::new(), Usart::new(), Vec::new(), Vec::new());
-    let lines: &[(Line, Line)] =
-        if txsta[0] & SYNC != 0 { &[(Line::Tx, Line::Tx), (Line::Rx, Line::Rx)] } else { &[(Line::Tx, Line::Rx)] };
-    b.line(Line::Rx, true, 0, &mut of_b);
+    let (mut a, mut b, mut of_a, mut of_b) = (Pic16Usart::new(), Pic16Usart::new(), Vec::new(), Vec::new());
+    let lines: &[(Pic16Line, Pic16Line)] =
+        if txsta[0] & SYNC != 0 { &[(Pic16Line::Tx, Pic16Line::Tx), (Pic16Line::Rx, Pic16Line::Rx)] } else { &[(Pic16Line::Tx, Pic16Line::Rx)] };
+    b.on_line_changed(Pic16Line::Rx, true, 0, &mut of_b);
     for n in 0..2 {
         let (port, out) = if n == 0 { (&mut a, &mut of_a) } else { (&mut b, &mut of_b) };
         port.write(Sfr::SPBRG, spbrg[n], 0, out);
@@ -36,11 +36,11 @@ fn talk(txsta: [u8; 2], rcsta: [u8; 2], spbrg: [u8; 2], seed: u64) -> (Vec<u16>,
     carry(&mut of_a, lines, &mut b, 0, &mut of_b);
     let (mut sent, mut got, mut t, mut idle) = (Vec::new(), Vec::new(), 0, 8);
     while got.len() < WORDS && t < 1_500_000 {
-        let next = a.next().min(b.next()).min(t / 4 * 4 + 4);
+        let next = a.next_clock().min(b.next_clock()).min(t / 4 * 4 + 4);
         assert!(next > t, "clock {t}");
         t = next;
-        a.run(t, &mut of_a);
-        b.run(t, &mut of_b);
+        a.run_due(t, &mut of_a);
+        b.run_due(t, &mut of_b);
         if t % 4 == 0 {
             idle -= 1;
             if idle == 0 {

@@ -3,8 +3,8 @@
 
 use std::collections::VecDeque;
 
-use emu_pic16::periph::map::{Flag, Line, Sfr};
-use emu_pic16::periph::{Drive, Signal};
+use emu_pic16::periph::map::{InterruptFlag, Pic16Line, Sfr};
+use emu_pic16::periph::{Pic16Drive, Pic16Signal};
 
 #[derive(Clone, Copy, Default)]
 struct Word {
@@ -74,13 +74,13 @@ pub struct Model {
     pub rx_line: bool,
     txif: bool,
     rcif: bool,
-    drives: Option<(Drive, Drive)>,
-    pub out: Vec<Signal>,
+    drives: Option<(Pic16Drive, Pic16Drive)>,
+    pub out: Vec<Pic16Signal>,
 }
 
 impl Model {
     pub fn new() -> Model {
-        Model { drives: Some((Drive::Port, Drive::Port)), ..Model::default() }
+        Model { drives: Some((Pic16Drive::Port, Pic16Drive::Port)), ..Model::default() }
     }
 
     fn master(&self) -> bool {
@@ -220,7 +220,7 @@ impl Model {
         if let Some(tsr) = self.tsr.take()
             && !tsr.lost
         {
-            self.out.push(Signal::Sent { t, byte: tsr.byte });
+            self.out.push(Pic16Signal::Sent { t, byte: tsr.byte });
         }
         if self.txreg_full {
             self.load();
@@ -295,16 +295,16 @@ impl Model {
 
     // What the chip does.
 
-    pub fn line(&mut self, line: Line, high: bool, t: u64) {
+    pub fn line(&mut self, line: Pic16Line, high: bool, t: u64) {
         match line {
-            Line::Rx => {
+            Pic16Line::Rx => {
                 let fell = self.rx_line && !high;
                 self.rx_line = high;
                 if fell && !self.sync && self.rx_on() && !self.busy && !self.asleep {
                     self.busy = true;
                 }
             }
-            Line::Tx if high != self.tx_line => {
+            Pic16Line::Tx if high != self.tx_line => {
                 self.tx_line = high;
                 if self.slave() && high {
                     if let Some(bit) = self.tsr.as_mut().and_then(|tsr| tsr.bits.pop_front()) {
@@ -439,14 +439,14 @@ impl Model {
     fn settle(&mut self, t: u64) {
         let (txif, rcif) = (self.txif(), self.rcif());
         if txif && !self.txif {
-            self.out.push(Signal::Flag { t, flag: Flag::TXIF });
+            self.out.push(Pic16Signal::Flag { t, flag: InterruptFlag::TXIF });
         }
         if rcif && !self.rcif {
-            self.out.push(Signal::Flag { t, flag: Flag::RCIF });
+            self.out.push(Pic16Signal::Flag { t, flag: InterruptFlag::RCIF });
         }
         (self.txif, self.rcif) = (txif, rcif);
-        let level = |high| if high { Drive::High } else { Drive::Low };
-        let (mut tx, mut rx) = (Drive::Port, Drive::Port);
+        let level = |high| if high { Pic16Drive::High } else { Pic16Drive::Low };
+        let (mut tx, mut rx) = (Pic16Drive::Port, Pic16Drive::Port);
         if self.sync {
             if self.tx_on() && !self.rx_on() {
                 rx = level(!self.out_low);
@@ -459,10 +459,10 @@ impl Model {
         }
         let before = self.drives.replace((tx, rx));
         if before.is_none_or(|drives| drives.0 != tx) {
-            self.out.push(Signal::Drive { t, line: Line::Tx, drive: tx });
+            self.out.push(Pic16Signal::Drive { t, line: Pic16Line::Tx, drive: tx });
         }
         if before.is_none_or(|drives| drives.1 != rx) {
-            self.out.push(Signal::Drive { t, line: Line::Rx, drive: rx });
+            self.out.push(Pic16Signal::Drive { t, line: Pic16Line::Rx, drive: rx });
         }
     }
 }

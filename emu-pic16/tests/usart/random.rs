@@ -3,9 +3,9 @@
 use std::collections::VecDeque;
 
 use emu_core::rng::Rng;
-use emu_pic16::periph::map::{Line, Sfr};
-use emu_pic16::periph::usart::{ADDEN, BRGH, CREN, CSRC, RX9, SPEN, SREN, SYNC, TX9, TX9D, TXEN, Usart};
-use emu_pic16::periph::{Device, Signal};
+use emu_pic16::periph::map::{Pic16Line, Sfr};
+use emu_pic16::periph::usart::{ADDEN, BRGH, CREN, CSRC, RX9, SPEN, SREN, SYNC, TX9, TX9D, TXEN, Pic16Usart};
+use emu_pic16::periph::{Pic16Device, Pic16Signal};
 
 use crate::model::Model;
 
@@ -88,7 +88,7 @@ struct Seen {
 
 fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
     let rng = &mut Rng::new(seed);
-    let (mut port, mut model, mut out) = (Usart::new(), Model::new(), Vec::new());
+    let (mut port, mut model, mut out) = (Pic16Usart::new(), Model::new(), Vec::new());
     let (mut wire, mut ck) = (Wire::default(), 0);
     let (mut asleep, mut quiet) = (false, 100);
     let mut steady = [(0_u8, 0_u64); REGS.len()];
@@ -96,15 +96,15 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
         let ctx = || format!("seed {seed}, clock {t}");
         model.tick(t);
         assert_eq!(port.txif(t), model.txif(), "{}: TXIF before its change is run", ctx());
-        if port.next() <= t {
-            port.run(t, &mut out);
+        if port.next_clock() <= t {
+            port.run_due(t, &mut out);
         }
         if t % 4 == 0 {
             quiet = u64::saturating_sub(quiet, 1);
             if asleep {
                 if rng.one_in(60) {
                     asleep = false;
-                    port.wake(t, &mut out);
+                    port.restart_clock(t, &mut out);
                     model.wake();
                     steady = Default::default();
                 }
@@ -120,7 +120,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
                 steady = Default::default();
             } else if rng.one_in(2000) {
                 asleep = true;
-                port.sleep(t, &mut out);
+                port.stop_clock(t, &mut out);
                 model.sleep();
                 steady = Default::default();
             }
@@ -136,15 +136,15 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
         let rx = wire.clock(bit, rcsta & RX9 != 0, rng);
         let mut moved = false;
         if rx != model.rx_line {
-            port.line(Line::Rx, rx, t, &mut out);
-            model.line(Line::Rx, rx, t);
+            port.on_line_changed(Pic16Line::Rx, rx, t, &mut out);
+            model.line(Pic16Line::Rx, rx, t);
             moved = true;
         }
         if txsta & (SYNC | CSRC) == SYNC {
             if ck == 0 {
                 ck = 1 + rng.below(12);
-                port.line(Line::Tx, !model.tx_line, t, &mut out);
-                model.line(Line::Tx, !model.tx_line, t);
+                port.on_line_changed(Pic16Line::Tx, !model.tx_line, t, &mut out);
+                model.line(Pic16Line::Tx, !model.tx_line, t);
                 moved = true;
             }
             ck -= 1;
@@ -162,7 +162,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
             if t < promise.1 {
                 assert_eq!(value, promise.0, "{}: {} was to be steady up to {}", ctx(), reg.name(), promise.1);
             } else {
-                *promise = (value, port.steady(reg, t));
+                *promise = (value, port.steady_until(reg, t));
             }
         }
         assert_eq!((port.txif(t), port.rcif()), (model.txif(), model.rcif()), "{}", ctx());
@@ -174,8 +174,8 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
         );
         for signal in &out {
             match *signal {
-                Signal::Sent { .. } => seen.sent += 1,
-                Signal::Flag { t, flag: emu_pic16::periph::map::Flag::RCIF } => {
+                Pic16Signal::Sent { .. } => seen.sent += 1,
+                Pic16Signal::Flag { t, flag: emu_pic16::periph::map::InterruptFlag::RCIF } => {
                     assert_eq!(port.rcif_since().unwrap_or(t), t, "{}", ctx());
                     seen.received += 1;
                     seen.bad_stops += u64::from(model.peek(Sfr::RCSTA) & 4 != 0);
@@ -185,7 +185,7 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
         }
         seen.overruns += u64::from(model.peek(Sfr::RCSTA) & 2 != 0);
         // Both may say what happens at one clock in an order of their own.
-        let key = |signal: &Signal| format!("{signal:?}");
+        let key = |signal: &Pic16Signal| format!("{signal:?}");
         let (mut is, mut ought) = (std::mem::take(&mut out), std::mem::take(&mut model.out));
         is.sort_by_key(key);
         ought.sort_by_key(key);

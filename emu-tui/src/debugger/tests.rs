@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use ratatui_core::layout::Rect;
 
-use super::{Answer, Code, Debugger, Machine, Memory, Sight, Trace, Value, Wants};
-use crate::{App, Key, Look, Wish, key, play};
+use super::{CommandAnswer, CodeLine, DebuggerScreen, DebuggedMachine, MemoryExcerpt, DebuggerSnapshot, PinTrace, NamedValue, ScreenQuery};
+use crate::{ScreenView, ScreenKey, ScreenStyle, ViewRequest, key, key_script};
 
 /// Counts: every command and every cycle is an instruction.
 #[derive(Default)]
@@ -16,23 +16,23 @@ struct Counter {
     heard: Vec<String>,
 }
 
-impl Machine for Counter {
-    fn sight(&self, wants: &Wants) -> Sight {
+impl DebuggedMachine for Counter {
+    fn debugger_snapshot(&self, wants: &ScreenQuery) -> DebuggerSnapshot {
         let around = wants.around.unwrap_or(self.pc);
         let lines = u32::try_from(wants.lines).unwrap_or(0);
-        let code = (around.saturating_sub(lines)..=around + lines).map(|word| Code {
+        let code = (around.saturating_sub(lines)..=around + lines).map(|word| CodeLine {
             word,
             address: format!("0x{:04x}", 2 * word),
             label: (word == 0).then(|| "main:".to_owned()),
             text: "nop".to_owned(),
-            meant: if word == 3 { "three".to_owned() } else { String::new() },
-            point: self.point.filter(|point| *point == word),
-            ..Code::default()
+            operand_meaning: if word == 3 { "three".to_owned() } else { String::new() },
+            breakpoint: self.point.filter(|point| *point == word),
+            ..CodeLine::default()
         });
-        let value = |name: &str, text: &str, changed| Value { name: name.into(), text: text.into(), changed };
+        let value = |name: &str, text: &str, changed| NamedValue { name: name.into(), text: text.into(), changed };
         let (_, at, count) = wants.memory;
         let bytes = (at..).take(count).map(|addr| ((addr < 40).then_some(addr as u8), addr == 1)).collect();
-        Sight {
+        DebuggerSnapshot {
             title: "count.hex on a counter".to_owned(),
             time: format!("cycle {}", self.cycle),
             pc: self.pc,
@@ -40,17 +40,17 @@ impl Machine for Counter {
             code: code.collect(),
             registers: vec![value("r0", "00", false), value("r1", "2a", true), value("SP", "08ff", false)],
             pins: vec![value("PB0", "1", false), value("PB1", "z", false)],
-            memory: (count > 0).then(|| Memory { name: "data".to_owned(), at, bytes }),
-            traces: vec![Trace {
+            memory: (count > 0).then(|| MemoryExcerpt { name: "data".to_owned(), address: at, bytes }),
+            traces: vec![PinTrace {
                 name: "PB0".to_owned(),
                 high: true,
                 edges: vec![(2_000, true), (4_500, false), (4_700, true)],
             }],
-            ..Sight::default()
+            ..DebuggerSnapshot::default()
         }
     }
 
-    fn obey(&mut self, line: &str) -> Answer {
+    fn run_command(&mut self, line: &str) -> CommandAnswer {
         self.heard.push(line.to_owned());
         match line.split_once(' ') {
             Some(("break", address)) => {
@@ -59,14 +59,14 @@ impl Machine for Counter {
             Some(("delete", _)) => self.point = None,
             _ => self.pc += 1,
         }
-        Answer { text: String::new(), failed: line == "wrong", quit: line == "quit" }
+        CommandAnswer { text: String::new(), failed: line == "wrong", quit: line == "quit" }
     }
 
-    fn advance(&mut self, cycles: Option<u64>, _: Option<Duration>) -> Option<Answer> {
+    fn advance(&mut self, cycles: Option<u64>, _: Option<Duration>) -> Option<CommandAnswer> {
         self.cycle += cycles.unwrap_or(1);
         (self.cycle >= 5_000).then(|| {
             self.cycle = 5_000;
-            Answer { text: "Breakpoint 1\n".to_owned(), ..Answer::default() }
+            CommandAnswer { text: "Breakpoint 1\n".to_owned(), ..CommandAnswer::default() }
         })
     }
 
@@ -77,14 +77,14 @@ impl Machine for Counter {
 
 const AREA: Rect = Rect { x: 0, y: 0, width: 80, height: 24 };
 
-fn screen() -> Debugger<Counter> {
-    Debugger::new(Counter::default(), true)
+fn screen() -> DebuggerScreen<Counter> {
+    DebuggerScreen::new(Counter::default(), true)
 }
 
-fn after(screen: &mut Debugger<Counter>, keys: &str, area: Rect) -> String {
-    let steps = key::keys(keys).expect("keys");
-    let look = Look { color: false };
-    play::text(&play::play(screen, &steps, area, look), look)
+fn after(screen: &mut DebuggerScreen<Counter>, keys: &str, area: Rect) -> String {
+    let steps = key::parse_keys(keys).expect("keys");
+    let look = ScreenStyle { color: false };
+    key_script::picture_text(&key_script::play_keys(screen, &steps, area, look), look)
 }
 
 #[test]
@@ -125,31 +125,31 @@ fn the_cursor_sets_breakpoints_and_deletes_them() {
 fn it_runs_as_long_as_it_is_told() {
     let mut screen = screen();
     after(&mut screen, "space wait:500ms", AREA);
-    assert!(screen.moves());
+    assert!(screen.is_moving());
     assert_eq!(screen.machine.cycle, 500);
     // The key that stops a run is a pause; any other does its own too.
     after(&mut screen, "space wait:1s", AREA);
-    assert_eq!((screen.moves(), screen.machine.cycle), (false, 500));
+    assert_eq!((screen.is_moving(), screen.machine.cycle), (false, 500));
     after(&mut screen, "+ space wait:1s s", AREA);
-    assert_eq!((screen.moves(), screen.machine.cycle, screen.machine.heard.len()), (false, 2_500, 1));
+    assert_eq!((screen.is_moving(), screen.machine.cycle, screen.machine.heard.len()), (false, 2_500, 1));
     // A point ends it.
     let picture = after(&mut screen, "c wait:10s", AREA);
-    assert_eq!((screen.moves(), screen.machine.cycle), (false, 5_000));
+    assert_eq!((screen.is_moving(), screen.machine.cycle), (false, 5_000));
     assert!(picture.contains("Breakpoint 1"), "{picture}");
     after(&mut screen, ":c wait:1s", AREA);
-    assert!(!screen.moves());
+    assert!(!screen.is_moving());
 }
 
 #[test]
 fn ways_to_leave() {
-    assert_eq!(screen().key(Key::Char('q'), AREA), Wish::Quit);
-    assert_eq!(screen().key(Key::Ctrl('c'), AREA), Wish::Quit);
+    assert_eq!(screen().handle_key(ScreenKey::Char('q'), AREA), ViewRequest::Quit);
+    assert_eq!(screen().handle_key(ScreenKey::Ctrl('c'), AREA), ViewRequest::Quit);
     let mut quits = screen();
-    ":quit".chars().for_each(|c| assert_eq!(quits.key(Key::Char(c), AREA), Wish::On));
-    assert_eq!(quits.key(Key::Enter, AREA), Wish::Quit);
+    ":quit".chars().for_each(|c| assert_eq!(quits.handle_key(ScreenKey::Char(c), AREA), ViewRequest::Continue));
+    assert_eq!(quits.handle_key(ScreenKey::Enter, AREA), ViewRequest::Quit);
     let mut runs = screen();
     after(&mut runs, "space", AREA);
-    assert_eq!((runs.key(Key::Ctrl('c'), AREA), runs.moves()), (Wish::On, false));
+    assert_eq!((runs.handle_key(ScreenKey::Ctrl('c'), AREA), runs.is_moving()), (ViewRequest::Continue, false));
 }
 
 #[test]
@@ -195,20 +195,20 @@ fn any_keys_on_any_screen() {
         let area = Rect::new(0, 0, 1 + below(140) as u16, 1 + below(50) as u16);
         for _ in 0..40 {
             let key = match below(20) {
-                0 => Key::Enter,
-                1 => Key::Escape,
-                2 => Key::Down,
-                3 => Key::Up,
-                4 => Key::PageDown,
-                5 => Key::PageUp,
-                6 => Key::Home,
-                7 => Key::Tab,
-                8 => Key::Backspace,
-                _ => Key::Char((b' ' + below(95) as u8) as char),
+                0 => ScreenKey::Enter,
+                1 => ScreenKey::Escape,
+                2 => ScreenKey::Down,
+                3 => ScreenKey::Up,
+                4 => ScreenKey::PageDown,
+                5 => ScreenKey::PageUp,
+                6 => ScreenKey::Home,
+                7 => ScreenKey::Tab,
+                8 => ScreenKey::Backspace,
+                _ => ScreenKey::Char((b' ' + below(95) as u8) as char),
             };
-            _ = screen.key(key, area);
-            screen.pass(Duration::from_millis(below(300)));
-            assert_eq!(screen.view(area, Look { color: round % 2 == 0 }).area, area);
+            _ = screen.handle_key(key, area);
+            screen.advance_time(Duration::from_millis(below(300)));
+            assert_eq!(screen.render(area, ScreenStyle { color: round % 2 == 0 }).area, area);
         }
     }
 }

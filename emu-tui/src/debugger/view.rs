@@ -14,19 +14,19 @@ use ratatui_core::layout::Rect;
 
 use super::panes;
 use super::update::SCALES;
-use super::{Code, Debugger, Lower, Machine, Memory, Run, Sight, Trace, Value, Wants};
-use crate::Look;
-use crate::flow::{Ink, Sign};
-use crate::look::{Paper, fit};
+use super::{CodeLine, DebuggerScreen, LowerPane, DebuggedMachine, MemoryExcerpt, AutoRun, DebuggerSnapshot, PinTrace, NamedValue, ScreenQuery};
+use crate::ScreenStyle;
+use crate::rung_picture::{GlyphInk, PictureGlyph};
+use crate::style::{PaneArea, truncate_text};
 
 /// Least size that shows anything of use.
-const LEAST: (u16, u16) = (40, 12);
+const MIN_SIZE: (u16, u16) = (40, 12);
 
 /// From this width on registers stand beside the code.
-const WIDE: u16 = 72;
+const WIDE_FROM: u16 = 72;
 
 /// Lines for what commands say.
-const TOLD: u16 = 5;
+const MESSAGE_LINES: u16 = 5;
 
 /// The keys, as many as fit.
 #[rustfmt::skip]
@@ -36,7 +36,7 @@ const KEYS: [(&str, &str); 12] = [
 ];
 
 /// Those that are of use with a ladder program only.
-const LADDER: [&str; 2] = ["S", "e"];
+const LADDER_KEYS: [&str; 2] = ["S", "e"];
 
 const HELP: &str = "\
 s      one instruction, or line  u   one instruction, or line, back
@@ -57,26 +57,26 @@ ctrl-z to the shell              q   quit
 ";
 
 /// Where things are.
-struct Places {
+struct PaneAreas {
     code: Rect,
     lower: Rect,
     registers: Rect,
     pins: Rect,
     wave: Rect,
-    told: Rect,
+    message: Rect,
     keys: Rect,
 }
 
-fn places(area: Rect, sight: &Sight) -> Places {
+fn pane_areas(area: Rect, sight: &DebuggerSnapshot) -> PaneAreas {
     let bottom = area.y + area.height;
     let keys = Rect { y: bottom - 1, height: 1, ..area };
-    let told_height = TOLD.min(area.height / 8).max(1);
+    let told_height = MESSAGE_LINES.min(area.height / 8).max(1);
     let told = Rect { y: keys.y - told_height, height: told_height, ..area };
     let wanted = u16::try_from(sight.traces.len()).unwrap_or(u16::MAX).saturating_add(1);
     let wave_height = if sight.traces.is_empty() { 0 } else { wanted.min(area.height / 5) };
     let wave = Rect { y: told.y - wave_height, height: wave_height, ..area };
     let middle = Rect { y: area.y + 1, height: wave.y - area.y - 1, ..area };
-    let (left, right) = if area.width >= WIDE {
+    let (left, right) = if area.width >= WIDE_FROM {
         let right = (area.width * 2 / 5).clamp(28, 42);
         let left = Rect { width: area.width - right - 3, ..middle };
         (left, Rect { x: area.x + area.width - right, width: right, ..middle })
@@ -94,84 +94,84 @@ fn places(area: Rect, sight: &Sight) -> Places {
     let rows = rows.min(right.height.saturating_sub(pins.min(3)));
     let registers = Rect { height: rows, ..right };
     let pins = Rect { y: right.y + rows, height: right.height - rows, ..right };
-    Places { code, lower, registers, pins, wave, told, keys }
+    PaneAreas { code, lower, registers, pins, wave, message: told, keys }
 }
 
 /// Bytes of memory in a row.
 pub(super) fn row_bytes(area: Rect) -> u32 {
-    let left = if area.width >= WIDE { area.width - (area.width * 2 / 5).clamp(28, 42) - 3 } else { area.width };
+    let left = if area.width >= WIDE_FROM { area.width - (area.width * 2 / 5).clamp(28, 42) - 3 } else { area.width };
     if left >= 74 { 16 } else { 8 }
 }
 
 /// The whole picture.
-pub(super) fn view<M: Machine>(screen: &Debugger<M>, area: Rect, look: Look) -> Buffer {
+pub(super) fn view<M: DebuggedMachine>(screen: &DebuggerScreen<M>, area: Rect, look: ScreenStyle) -> Buffer {
     let mut picture = Buffer::empty(area);
-    if area.width < LEAST.0 || area.height < LEAST.1 {
-        let text = format!("needs {}x{}", LEAST.0, LEAST.1);
-        Paper::new(&mut picture, area).put(0, 0, &text, look.text());
+    if area.width < MIN_SIZE.0 || area.height < MIN_SIZE.1 {
+        let text = format!("needs {}x{}", MIN_SIZE.0, MIN_SIZE.1);
+        PaneArea::new(&mut picture, area).put(0, 0, &text, look.text());
         return picture;
     }
     let scale = SCALES.get(screen.zoom).copied().unwrap_or(1);
     let bytes = row_bytes(area);
-    let left = if area.width >= WIDE { area.width - (area.width * 2 / 5).clamp(28, 42) - 3 } else { area.width };
+    let left = if area.width >= WIDE_FROM { area.width - (area.width * 2 / 5).clamp(28, 42) - 3 } else { area.width };
     let below = screen.lower();
-    let wants = |since| Wants {
+    let wants = |since| ScreenQuery {
         around: screen.cursor,
         lines: usize::from(area.height),
-        rung: if below == Lower::Rung { usize::from(left) - 1 } else { 0 },
+        rung: if below == LowerPane::Rung { usize::from(left) - 1 } else { 0 },
         line: screen.line,
         source: if screen.source { usize::from(area.height) } else { 0 },
-        serial: below == Lower::Serial,
+        serial: below == LowerPane::Serial,
         memory: match below {
-            Lower::Memory => (screen.memory.0, screen.memory.1, usize::from(area.height) * bytes as usize),
+            LowerPane::Memory => (screen.memory.0, screen.memory.1, usize::from(area.height) * bytes as usize),
             _ => (0, 0, 0),
         },
         since,
     };
-    let cycle = screen.machine.sight(&Wants { since: u64::MAX, ..Wants::default() }).cycle;
-    let sight = screen.machine.sight(&wants(cycle.saturating_sub(scale.saturating_mul(area.width.into()))));
-    let places = places(area, &sight);
-    title(screen, &sight, &mut Paper::new(&mut picture, area), look);
+    let cycle = screen.machine.debugger_snapshot(&ScreenQuery { since: u64::MAX, ..ScreenQuery::default() }).cycle;
+    let sight = screen.machine.debugger_snapshot(&wants(cycle.saturating_sub(scale.saturating_mul(area.width.into()))));
+    let places = pane_areas(area, &sight);
+    draw_title(screen, &sight, &mut PaneArea::new(&mut picture, area), look);
     match &sight.source {
-        Some(source) => panes::source(source, screen.line.is_some(), &mut Paper::new(&mut picture, places.code), look),
-        None => code(screen, &sight, &mut Paper::new(&mut picture, places.code), look),
+        Some(source) => panes::draw_source(source, screen.line.is_some(), &mut PaneArea::new(&mut picture, places.code), look),
+        None => draw_code(screen, &sight, &mut PaneArea::new(&mut picture, places.code), look),
     }
-    lower(below, &sight, bytes as usize, &mut Paper::new(&mut picture, places.lower), look);
-    if area.width >= WIDE {
+    draw_lower(below, &sight, bytes as usize, &mut PaneArea::new(&mut picture, places.lower), look);
+    if area.width >= WIDE_FROM {
         let right = Rect { height: places.registers.height + places.pins.height, ..places.registers };
-        let mut rule = Paper::new(&mut picture, Rect { x: right.x - 2, width: 1, ..right });
+        let mut rule = PaneArea::new(&mut picture, Rect { x: right.x - 2, width: 1, ..right });
         (0..right.height).for_each(|y| _ = rule.put(0, y, "│", look.faint()));
     }
-    values("Registers", &sight.registers, &mut Paper::new(&mut picture, places.registers), look);
-    values("Pins", &sight.pins, &mut Paper::new(&mut picture, places.pins), look);
-    wave(&sight, scale, &mut Paper::new(&mut picture, places.wave), look);
-    told(screen, &mut Paper::new(&mut picture, places.told), look);
-    foot(screen, &sight, &mut Paper::new(&mut picture, places.keys), look);
+    draw_values("Registers", &sight.registers, &mut PaneArea::new(&mut picture, places.registers), look);
+    draw_values("Pins", &sight.pins, &mut PaneArea::new(&mut picture, places.pins), look);
+    draw_wave(&sight, scale, &mut PaneArea::new(&mut picture, places.wave), look);
+    draw_message(screen, &mut PaneArea::new(&mut picture, places.message), look);
+    draw_footer(screen, &sight, &mut PaneArea::new(&mut picture, places.keys), look);
     if screen.help {
-        crate::look::help(&mut picture, area, HELP, look);
+        crate::style::draw_help(&mut picture, area, HELP, look);
     }
     picture
 }
 
-fn title<M>(screen: &Debugger<M>, sight: &Sight, paper: &mut Paper<'_>, look: Look) {
+fn draw_title<M>(screen: &DebuggerScreen<M>, sight: &DebuggerSnapshot, paper: &mut PaneArea<'_>, look: ScreenStyle) {
     let width = paper.area.width;
     paper.put(0, 0, &" ".repeat(usize::from(width)), look.bar());
     let pace = match screen.run {
         None => "▪ stopped".to_owned(),
-        Some(Run::Free) => "▶ running".to_owned(),
-        Some(Run::Clock) => format!("▶ clock x{}", screen.speed),
+        Some(AutoRun::Free) => "▶ running".to_owned(),
+        Some(AutoRun::Clock) => format!("▶ clock x{}", screen.speed),
     };
     let right = format!("{}   {pace} ", sight.time);
     let room = usize::from(width).saturating_sub(right.chars().count() + 2);
-    paper.put(1, 0, &fit(&sight.title, room), look.bar());
+    paper.put(1, 0, &truncate_text(&sight.title, room), look.bar());
     paper.put_right(width, 0, &right, look.bar());
 }
 
 /// The code around the cursor, which is in the middle where there is enough on both sides.
-fn code<M>(screen: &Debugger<M>, sight: &Sight, paper: &mut Paper<'_>, look: Look) {
-    paper.head(0, "Code", look);
+fn draw_code<M>(screen: &DebuggerScreen<M>, sight: &DebuggerSnapshot, paper: &mut PaneArea<'_>, look: ScreenStyle) {
+    paper.put_heading(0, "Code", look);
     let cursor = screen.cursor.unwrap_or(sight.pc);
-    let mut rows: Vec<(Option<&Code>, &str)> = Vec::new();
+    let mut rows: Vec<(Option<&CodeLine>, &str)> = Vec::new();
     let mut at = 0;
     for line in &sight.code {
         rows.extend(line.source.as_deref().map(|text| (None, text)));
@@ -191,7 +191,7 @@ fn code<M>(screen: &Debugger<M>, sight: &Sight, paper: &mut Paper<'_>, look: Loo
             continue;
         };
         let (next, marked) = (line.word == sight.pc, line.word == cursor);
-        paper.put(0, y, if line.point.is_some() { "●" } else { " " }, look.wrong());
+        paper.put(0, y, if line.breakpoint.is_some() { "●" } else { " " }, look.wrong());
         paper.put(
             1,
             y,
@@ -207,36 +207,36 @@ fn code<M>(screen: &Debugger<M>, sight: &Sight, paper: &mut Paper<'_>, look: Loo
         let style = if next { look.live() } else { look.text() };
         let x = paper.put(3, y, line.address.trim_start_matches("0x"), look.faint());
         paper.put(x + 2, y, &line.text, style);
-        if !line.meant.is_empty() {
+        if !line.operand_meaning.is_empty() {
             let column = x + 2 + u16::try_from(widest + 2).unwrap_or(0);
-            paper.put(column, y, &format!("; {}", line.meant), look.comment());
+            paper.put(column, y, &format!("; {}", line.operand_meaning), look.comment());
         }
         if marked && screen.cursor.is_some() {
-            paper.line(y, look.bar());
+            paper.style_line(y, look.bar());
         }
     }
 }
 
-fn lower(below: Lower, sight: &Sight, bytes: usize, paper: &mut Paper<'_>, look: Look) {
+fn draw_lower(below: LowerPane, sight: &DebuggerSnapshot, bytes: usize, paper: &mut PaneArea<'_>, look: ScreenStyle) {
     match below {
-        Lower::Serial => panes::serial(&sight.serial, paper, look),
-        Lower::Rung => {
-            paper.head(0, "Rung", look);
-            let used = rung(sight.rung.as_deref().unwrap_or(&[]), paper, look);
+        LowerPane::Serial => panes::draw_serial(&sight.serial, paper, look),
+        LowerPane::Rung => {
+            paper.put_heading(0, "Rung", look);
+            let used = draw_rung(sight.rung.as_deref().unwrap_or(&[]), paper, look);
             // What room is left has the symbols.
             let Rect { y, height, .. } = paper.area;
             if used + 2 < height && !sight.symbols.is_empty() {
                 paper.area = Rect { y: y + used, height: height - used, ..paper.area };
-                values("Symbols", &sight.symbols, paper, look);
+                draw_values("Symbols", &sight.symbols, paper, look);
             }
         }
-        Lower::Symbols => values("Symbols", &sight.symbols, paper, look),
-        Lower::Memory => memory(sight.memory.as_ref(), bytes, paper, look),
+        LowerPane::Symbols => draw_values("Symbols", &sight.symbols, paper, look),
+        LowerPane::Memory => draw_memory(sight.memory.as_ref(), bytes, paper, look),
     }
 }
 
 /// A rung; of one that is higher than its place the part with the marked element. Gives the rows that it takes with its head.
-fn rung(lines: &[Vec<Sign>], paper: &mut Paper<'_>, look: Look) -> u16 {
+fn draw_rung(lines: &[Vec<PictureGlyph>], paper: &mut PaneArea<'_>, look: ScreenStyle) -> u16 {
     if lines.is_empty() {
         paper.put(1, 1, "the program is in no rung here", look.faint());
     }
@@ -248,34 +248,34 @@ fn rung(lines: &[Vec<Sign>], paper: &mut Paper<'_>, look: Look) -> u16 {
         let mut x = 1;
         for sign in line {
             let style = match sign.ink {
-                Ink::Power(power) => look.on(power),
-                Ink::Name(true) => look.live(),
-                Ink::Name(false) => look.text(),
-                Ink::Comment => look.comment(),
-                Ink::Number => look.faint(),
+                GlyphInk::Power(power) => look.on(power),
+                GlyphInk::Name(true) => look.live(),
+                GlyphInk::Name(false) => look.text(),
+                GlyphInk::Comment => look.comment(),
+                GlyphInk::Number => look.faint(),
             };
-            let style = if sign.marked && sign.sign != ' ' { style.patch(look.bar()) } else { style };
-            x = paper.put(x, y, sign.sign.encode_utf8(&mut [0; 4]), style);
+            let style = if sign.marked && sign.glyph != ' ' { style.patch(look.bar()) } else { style };
+            x = paper.put(x, y, sign.glyph.encode_utf8(&mut [0; 4]), style);
         }
         // Colours or not, an element is also marked by a sign before its line.
-        if line.iter().any(|sign| sign.marked && matches!(sign.ink, Ink::Power(_))) {
+        if line.iter().any(|sign| sign.marked && matches!(sign.ink, GlyphInk::Power(_))) {
             paper.put(0, y, "▶", look.change());
         }
     }
     u16::try_from(lines.len().max(1) + 1).unwrap_or(u16::MAX).min(paper.area.height)
 }
 
-fn memory(memory: Option<&Memory>, row: usize, paper: &mut Paper<'_>, look: Look) {
+fn draw_memory(memory: Option<&MemoryExcerpt>, row: usize, paper: &mut PaneArea<'_>, look: ScreenStyle) {
     let Some(memory) = memory else {
-        paper.head(0, "Memory", look);
+        paper.put_heading(0, "Memory", look);
         return;
     };
-    paper.head(0, &format!("Memory {}", memory.name), look);
+    paper.put_heading(0, &format!("Memory {}", memory.name), look);
     for (y, (n, line)) in (1..paper.area.height).zip(memory.bytes.chunks(row.max(1)).enumerate()) {
         if line.iter().all(|(byte, _)| byte.is_none()) {
             break;
         }
-        let address = memory.at.saturating_add(u32::try_from(n * row).unwrap_or(u32::MAX));
+        let address = memory.address.saturating_add(u32::try_from(n * row).unwrap_or(u32::MAX));
         let mut x = paper.put(0, y, &format!("{address:04x}"), look.faint()) + 1;
         for (byte, changed) in line {
             let text = byte.map_or("  ".to_owned(), |byte| format!("{byte:02x}"));
@@ -290,22 +290,22 @@ fn memory(memory: Option<&Memory>, row: usize, paper: &mut Paper<'_>, look: Look
 }
 
 /// Columns of the longest value: its name, a space or a star, its text, and a space behind it.
-fn widest(values: &[Value]) -> usize {
+fn widest_value(values: &[NamedValue]) -> usize {
     values.iter().map(|value| value.name.chars().count() + value.text.chars().count() + 2).max().unwrap_or(2)
 }
 
 /// Rows that values take side by side.
-fn grid_rows(values: &[Value], width: u16) -> usize {
-    values.len().div_ceil((usize::from(width) / widest(values)).max(1))
+fn grid_rows(values: &[NamedValue], width: u16) -> usize {
+    values.len().div_ceil((usize::from(width) / widest_value(values)).max(1))
 }
 
 /// Values side by side; one that has changed has a star.
-fn values(name: &str, values: &[Value], paper: &mut Paper<'_>, look: Look) {
+fn draw_values(name: &str, values: &[NamedValue], paper: &mut PaneArea<'_>, look: ScreenStyle) {
     if paper.area.height == 0 {
         return;
     }
-    paper.head(0, name, look);
-    let each = widest(values);
+    paper.put_heading(0, name, look);
+    let each = widest_value(values);
     let columns = (usize::from(paper.area.width) / each).max(1);
     let rows = values.len().div_ceil(columns).max(1);
     let hidden = rows.saturating_sub(usize::from(paper.area.height) - 1);
@@ -325,18 +325,18 @@ fn values(name: &str, values: &[Value], paper: &mut Paper<'_>, look: Look) {
 }
 
 /// Pins over time, now at the right.
-fn wave(sight: &Sight, scale: u64, paper: &mut Paper<'_>, look: Look) {
+fn draw_wave(sight: &DebuggerSnapshot, scale: u64, paper: &mut PaneArea<'_>, look: ScreenStyle) {
     if paper.area.height == 0 {
         return;
     }
-    paper.head(0, &format!("Pins over time, {scale} cycle{} a column", if scale == 1 { "" } else { "s" }), look);
+    paper.put_heading(0, &format!("Pins over time, {scale} cycle{} a column", if scale == 1 { "" } else { "s" }), look);
     let widest = sight.traces.iter().map(|trace| trace.name.chars().count()).max().unwrap_or(0);
     let columns = usize::from(paper.area.width).saturating_sub(widest + 2);
     for (y, trace) in (1..paper.area.height).zip(&sight.traces) {
         let edge = u16::try_from(widest).unwrap_or(0);
         paper.put_right(edge, y, &trace.name, look.on(trace.high));
         let mut x = edge + 2;
-        for (low, high) in levels(trace, sight.cycle, scale, columns) {
+        for (low, high) in levels_by_column(trace, sight.cycle, scale, columns) {
             let (sign, style) = match (low, high) {
                 (true, true) => ("▒", look.live()),
                 (false, true) => ("▔", look.live()),
@@ -349,7 +349,7 @@ fn wave(sight: &Sight, scale: u64, paper: &mut Paper<'_>, look: Look) {
 
 /// For each column whether the pin was low in it, and whether it was high. Columns begin at multiples of the scale, so that they
 /// do not flicker; those before power-up are left out.
-fn levels(trace: &Trace, now: u64, scale: u64, columns: usize) -> Vec<(bool, bool)> {
+fn levels_by_column(trace: &PinTrace, now: u64, scale: u64, columns: usize) -> Vec<(bool, bool)> {
     let last = now / scale;
     let first = (last + 1).saturating_sub(columns as u64);
     let mut edges = trace.edges.iter().peekable();
@@ -372,8 +372,8 @@ fn levels(trace: &Trace, now: u64, scale: u64, columns: usize) -> Vec<(bool, boo
     (first..=last).map(column).collect()
 }
 
-fn told<M>(screen: &Debugger<M>, paper: &mut Paper<'_>, look: Look) {
-    let (text, failed) = &screen.told;
+fn draw_message<M>(screen: &DebuggerScreen<M>, paper: &mut PaneArea<'_>, look: ScreenStyle) {
+    let (text, failed) = &screen.last_message;
     let lines: Vec<&str> = text.lines().collect();
     let height = usize::from(paper.area.height);
     let first = lines.len().saturating_sub(height);
@@ -385,11 +385,11 @@ fn told<M>(screen: &Debugger<M>, paper: &mut Paper<'_>, look: Look) {
     }
 }
 
-fn foot<M>(screen: &Debugger<M>, sight: &Sight, paper: &mut Paper<'_>, look: Look) {
+fn draw_footer<M>(screen: &DebuggerScreen<M>, sight: &DebuggerSnapshot, paper: &mut PaneArea<'_>, look: ScreenStyle) {
     if let Some(line) = &screen.prompt {
-        return crate::look::prompt(paper, line, look);
+        return crate::style::draw_prompt(paper, line, look);
     }
     let ladder = !sight.symbols.is_empty();
-    let keys: Vec<_> = KEYS.into_iter().filter(|(key, _)| ladder || !LADDER.contains(key)).collect();
-    crate::look::keys(paper, &keys, look);
+    let keys: Vec<_> = KEYS.into_iter().filter(|(key, _)| ladder || !LADDER_KEYS.contains(key)).collect();
+    crate::style::draw_keys(paper, &keys, look);
 }

@@ -1,25 +1,25 @@
 //! Timers and counters, one row each: what they count to, where they are, and whether they are done.
 
-use ladder::{CounterKind, Element, ElementId, Operand, Program, TimerKind};
+use ladder::{CounterKind, Element, ElementId, LadderOperand, LadderProgram, TimerKind};
 
-use super::machine::Machine;
-use crate::flow::Seen;
+use super::scan_history::PanelMachine;
+use crate::rung_picture::PowerFlowSource;
 
 /// A timer or counter of the program.
 #[derive(Debug, Clone)]
-pub(super) struct Part {
+pub(super) struct CountingPart {
     id: ElementId,
     /// LDmicro's word for it.
     pub word: &'static str,
     /// The accumulator's name.
     pub name: String,
-    limit: Operand,
+    limit: LadderOperand,
     timer: bool,
 }
 
 /// A row of the panel.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Row {
+pub(super) struct PartRow {
     /// What it counts to.
     pub preset: String,
     /// Where it is.
@@ -31,7 +31,7 @@ pub(super) struct Row {
 }
 
 /// Those of a program, in text order.
-pub(super) fn of(program: &Program) -> Vec<Part> {
+pub(super) fn counting_parts(program: &LadderProgram) -> Vec<CountingPart> {
     let part = |(id, element, _): (ElementId, &Element, _)| {
         let (word, name, limit, timer) = match element {
             Element::Timer { kind, name, delay, .. } => {
@@ -52,36 +52,36 @@ pub(super) fn of(program: &Program) -> Vec<Part> {
             }
             _ => return None,
         };
-        Some(Part { id, word, name: name.clone(), limit: limit.clone(), timer })
+        Some(CountingPart { id, word, name: name.clone(), limit: limit.clone(), timer })
     };
     program.elements().filter_map(part).collect()
 }
 
-impl Part {
+impl CountingPart {
     /// How it stands.
-    pub(super) fn row(&self, machine: &Machine) -> Row {
+    pub(super) fn row(&self, machine: &PanelMachine) -> PartRow {
         let value = |name: &str| machine.index(name).map_or(0, |index| i64::from(machine.get(index)));
         let count = value(&self.name);
         let limit = match &self.limit {
-            Operand::Var(name) => value(name),
-            Operand::Const { value, .. } => *value,
+            LadderOperand::Var(name) => value(name),
+            LadderOperand::Const { value, .. } => *value,
         };
-        let out = machine.flow(self.id).is_some_and(|(_, went)| went);
+        let out = machine.power_flow(self.id).is_some_and(|(_, went)| went);
         let (preset, accumulator, at) = if self.timer {
             // A delay is in microseconds and its accumulator in scans.
             let at = count.saturating_mul(i64::try_from(machine.cycle_us()).unwrap_or(i64::MAX));
-            (time(limit), time(at.min(limit.max(0))), at)
+            (format_us(limit), format_us(at.min(limit.max(0))), at)
         } else {
             (limit.to_string(), count.to_string(), count)
         };
         let share = i128::from(at.clamp(0, limit.max(0))) * 1000 / i128::from(limit.max(1));
         let thousandths = usize::try_from(share).unwrap_or(0);
-        Row { preset, accumulator, thousandths, done: if self.word == "CTC" { count >= limit } else { out } }
+        PartRow { preset, accumulator, thousandths, done: if self.word == "CTC" { count >= limit } else { out } }
     }
 }
 
 /// Microseconds as people say them.
-pub(super) fn time(us: i64) -> String {
+pub(super) fn format_us(us: i64) -> String {
     let decimal = |unit: i64, digits: usize, name: &str| {
         let text = format!("{}.{:0digits$}", us / unit, us.abs() % unit);
         format!("{} {name}", text.trim_end_matches('0').trim_end_matches('.'))

@@ -1,12 +1,12 @@
 //! The command line of the panel: `Xa=1`, `Aname=512`, `Cparts=5`, `send hello\n`, `scan 100`, `speed 0.5`.
 
-use super::{Panel, SPEEDS};
+use super::{LadderPanel, SPEEDS};
 
 /// Most scans that one command runs.
-const SCANS: u64 = 1_000_000;
+const MAX_SCANS: u64 = 1_000_000;
 
 /// Does what a line says; what it came to, or why it cannot be.
-pub(super) fn obey(panel: &mut Panel, line: &str) -> Result<String, String> {
+pub(super) fn run_command(panel: &mut LadderPanel, line: &str) -> Result<String, String> {
     let line = line.trim();
     if let Some((name, value)) = line.split_once('=') {
         return set(panel, name.trim(), value.trim());
@@ -15,18 +15,18 @@ pub(super) fn obey(panel: &mut Panel, line: &str) -> Result<String, String> {
     match word {
         "" => Ok(String::new()),
         "send" => {
-            let bytes = bytes(rest)?;
+            let bytes = unescape_bytes(rest)?;
             panel.machine.send(&bytes);
-            Ok(format!("{} byte(s) on their way", panel.machine.coming()))
+            Ok(format!("{} byte(s) on their way", panel.machine.incoming_bytes()))
         }
         "scan" => {
-            let scans = rest.trim().parse().ok().filter(|scans| (1..=SCANS).contains(scans));
-            panel.machine.run(scans.ok_or_else(|| format!("scan takes 1 to {SCANS}"))?);
+            let scans = rest.trim().parse().ok().filter(|scans| (1..=MAX_SCANS).contains(scans));
+            panel.machine.run(scans.ok_or_else(|| format!("scan takes 1 to {MAX_SCANS}"))?);
             Ok(String::new())
         }
         "back" => {
             let scans = rest.trim().parse().map_err(|_| "back takes a number of scans".to_owned())?;
-            Ok(format!("{} scan(s) back", panel.machine.back(scans)))
+            Ok(format!("{} scan(s) back", panel.machine.go_back(scans)))
         }
         "speed" => {
             let speed = rest.trim().parse().ok().filter(|speed| SPEEDS.contains(speed));
@@ -37,7 +37,7 @@ pub(super) fn obey(panel: &mut Panel, line: &str) -> Result<String, String> {
     }
 }
 
-fn set(panel: &mut Panel, name: &str, value: &str) -> Result<String, String> {
+fn set(panel: &mut LadderPanel, name: &str, value: &str) -> Result<String, String> {
     let machine = &mut panel.machine;
     let index = machine.index(name).ok_or_else(|| format!("the program has no symbol `{name}`"))?;
     let bytes = machine.symbols().get(index).map_or(0, |s| s.bytes);
@@ -57,7 +57,7 @@ fn set(panel: &mut Panel, name: &str, value: &str) -> Result<String, String> {
 }
 
 /// Text with `\n`, `\r`, `\t`, `\0`, `\\` and `\xNN`.
-fn bytes(text: &str) -> Result<Vec<u8>, String> {
+fn unescape_bytes(text: &str) -> Result<Vec<u8>, String> {
     let mut out = Vec::new();
     let mut rest = text.chars();
     while let Some(c) = rest.next() {

@@ -3,14 +3,14 @@
 use ladder::SymbolKind;
 use ratatui_core::style::Style;
 
-use super::Panel;
-use super::parts::Row as Figures;
-use super::update::SWITCHES;
-use crate::Look;
-use crate::look::fit;
+use super::LadderPanel;
+use super::parts::PartRow as Figures;
+use super::update::SWITCH_KEYS;
+use crate::ScreenStyle;
+use crate::style::truncate_text;
 
 /// A line of the panel.
-pub(super) enum Row {
+pub(super) enum PanelRow {
     /// Begins a part.
     Head(String),
     /// Texts side by side.
@@ -18,15 +18,15 @@ pub(super) enum Row {
 }
 
 /// Longest name that is shown whole.
-const NAME: usize = 16;
+const MAX_NAME: usize = 16;
 
 /// All lines for a width.
-pub(super) fn rows(panel: &Panel, width: u16, look: Look) -> Vec<Row> {
+pub(super) fn rows(panel: &LadderPanel, width: u16, look: ScreenStyle) -> Vec<PanelRow> {
     let width = usize::from(width);
     let mut rows = Vec::new();
-    let mut part = |name: &str, lines: Vec<Row>| {
+    let mut part = |name: &str, lines: Vec<PanelRow>| {
         if !lines.is_empty() {
-            rows.push(Row::Head(name.to_owned()));
+            rows.push(PanelRow::Head(name.to_owned()));
             rows.extend(lines);
         }
     };
@@ -42,31 +42,31 @@ pub(super) fn rows(panel: &Panel, width: u16, look: Look) -> Vec<Row> {
     rows
 }
 
-type Spans = Vec<(String, Style)>;
+type StyledSpans = Vec<(String, Style)>;
 
-fn length(spans: &Spans) -> usize {
+fn length(spans: &StyledSpans) -> usize {
     spans.iter().map(|(text, _)| text.chars().count()).sum()
 }
 
 /// Items of about equal width, as many beside each other as fit; down first, as one reads a list.
-fn grid(items: Vec<Spans>, width: usize) -> Vec<Row> {
+fn grid(items: Vec<StyledSpans>, width: usize) -> Vec<PanelRow> {
     let widest = items.iter().map(length).max().unwrap_or(0) + 2;
     let columns = ((width + 2) / widest.max(1)).clamp(1, items.len().max(1));
     let lines = items.len().div_ceil(columns);
     let line = |line: usize| {
-        let mut spans = Spans::new();
+        let mut spans = StyledSpans::new();
         for item in items.iter().skip(line).step_by(lines.max(1)) {
             spans.extend(item.iter().cloned());
             spans.push((" ".repeat(widest.saturating_sub(length(item))), Style::new()));
         }
-        Row::Line(spans)
+        PanelRow::Line(spans)
     };
     (0..lines).map(line).collect()
 }
 
-fn switches(panel: &Panel, look: Look) -> Vec<Spans> {
+fn switches(panel: &LadderPanel, look: ScreenStyle) -> Vec<StyledSpans> {
     let machine = &panel.machine;
-    let mut keys = SWITCHES.chars();
+    let mut keys = SWITCH_KEYS.chars();
     let switch = |symbol: usize| {
         let on = machine.get(symbol) != 0;
         let picture = match (on, machine.is_pulsed(symbol)) {
@@ -85,11 +85,11 @@ fn switches(panel: &Panel, look: Look) -> Vec<Spans> {
     panel.inputs().map(switch).collect()
 }
 
-fn name(panel: &Panel, symbol: usize) -> String {
-    fit(panel.machine.symbols().get(symbol).map_or("", |s| s.name.as_str()), NAME)
+fn name(panel: &LadderPanel, symbol: usize) -> String {
+    truncate_text(panel.machine.symbols().get(symbol).map_or("", |s| s.name.as_str()), MAX_NAME)
 }
 
-fn lamps(panel: &Panel, kind: SymbolKind, signs: [&str; 2], lit: Style, look: Look) -> Vec<Spans> {
+fn lamps(panel: &LadderPanel, kind: SymbolKind, signs: [&str; 2], lit: Style, look: ScreenStyle) -> Vec<StyledSpans> {
     let machine = &panel.machine;
     let lamp = |symbol: usize| {
         let on = machine.get(symbol) != 0;
@@ -100,13 +100,13 @@ fn lamps(panel: &Panel, kind: SymbolKind, signs: [&str; 2], lit: Style, look: Lo
     machine.symbols_of(|k| k == kind).map(lamp).collect()
 }
 
-fn analog(panel: &Panel, width: usize, look: Look) -> Vec<Row> {
+fn analog(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow> {
     let count = panel.machine.levels().count().max(1);
     let widest = panel.machine.levels().map(|(symbol, _)| name(panel, symbol).chars().count()).max().unwrap_or(0);
     let row = |(at, (symbol, level)): (usize, (usize, u16))| {
         let chosen = at == panel.analog % count;
         let bar = width.saturating_sub(widest + 8);
-        Row::Line(vec![
+        PanelRow::Line(vec![
             (if chosen { "▸ " } else { "  " }.to_owned(), look.key()),
             (format!("{:<widest$} ", name(panel, symbol)), look.text()),
             (format!("{level:>4} "), look.live()),
@@ -130,19 +130,19 @@ fn timers_head(width: usize) -> String {
     format!("{name} {} {DONE}", "─".repeat(fill))
 }
 
-fn timers(panel: &Panel, width: usize, look: Look) -> Vec<Row> {
-    let rows: Vec<(&super::parts::Part, Figures)> = panel.parts.iter().map(|p| (p, p.row(&panel.machine))).collect();
-    let most = |length: &dyn Fn(&(&super::parts::Part, Figures)) -> usize| rows.iter().map(length).max().unwrap_or(0);
+fn timers(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow> {
+    let rows: Vec<(&super::parts::CountingPart, Figures)> = panel.parts.iter().map(|p| (p, p.row(&panel.machine))).collect();
+    let most = |length: &dyn Fn(&(&super::parts::CountingPart, Figures)) -> usize| rows.iter().map(length).max().unwrap_or(0);
     let names = most(&|(part, _)| part.name.chars().count()).min(12);
     let presets = most(&|(_, row)| row.preset.chars().count());
     // What is counted grows; the columns are not to jump about.
     let counts = most(&|(_, row)| row.accumulator.chars().count()).max(presets).max(6);
     let bar_width = width.saturating_sub(4 + names + 1 + presets + 1 + counts + 1 + 2);
-    let line = |(part, row): &(&super::parts::Part, Figures)| {
+    let line = |(part, row): &(&super::parts::CountingPart, Figures)| {
         let bar = if bar_width >= 3 { self::bar(row.thousandths, bar_width) } else { " ".repeat(bar_width) };
-        Row::Line(vec![
+        PanelRow::Line(vec![
             (format!("{} ", part.word), look.faint()),
-            (format!("{:<names$} ", fit(&part.name, names)), if row.done { look.live() } else { look.text() }),
+            (format!("{:<names$} ", truncate_text(&part.name, names)), if row.done { look.live() } else { look.text() }),
             (format!("{:>presets$} ", row.preset), look.text()),
             (format!("{:>counts$} ", row.accumulator), look.change()),
             (bar, look.on(row.thousandths > 0)),
@@ -152,7 +152,7 @@ fn timers(panel: &Panel, width: usize, look: Look) -> Vec<Row> {
     rows.iter().map(line).collect()
 }
 
-fn numbers(panel: &Panel, look: Look) -> Vec<Spans> {
+fn numbers(panel: &LadderPanel, look: ScreenStyle) -> Vec<StyledSpans> {
     let machine = &panel.machine;
     let of = machine.symbols_of(|k| matches!(k, SymbolKind::Variable | SymbolKind::Adc));
     of.map(|symbol| vec![(name(panel, symbol), look.text()), (format!(" {:>6}", machine.get(symbol)), look.change())])
@@ -160,36 +160,36 @@ fn numbers(panel: &Panel, look: Look) -> Vec<Spans> {
 }
 
 /// The last bytes that were sent, as text.
-fn serial(panel: &Panel, width: usize, look: Look) -> Vec<Row> {
+fn serial(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow> {
     let machine = &panel.machine;
     let mut rows = Vec::new();
-    if machine.sends() || !machine.sent().is_empty() {
+    if machine.can_send() || !machine.sent().is_empty() {
         let text: String = machine.sent().iter().map(|byte| byte.escape_ascii().to_string()).collect();
         let room = width.saturating_sub(5);
         let count = text.chars().count();
         let shown = text.chars().skip(count.saturating_sub(room)).collect();
-        rows.push(Row::Line(vec![("sent ".to_owned(), look.faint()), (shown, look.change())]));
+        rows.push(PanelRow::Line(vec![("sent ".to_owned(), look.faint()), (shown, look.change())]));
     }
-    if machine.receives() || machine.coming() > 0 {
-        let waiting = if machine.evaluator().waiting() { ", one waits" } else { "" };
-        let text = format!("{} byte(s) to arrive{waiting}", machine.coming());
-        rows.push(Row::Line(vec![("in   ".to_owned(), look.faint()), (text, look.text())]));
+    if machine.can_receive() || machine.incoming_bytes() > 0 {
+        let waiting = if machine.evaluator().has_received_byte() { ", one waits" } else { "" };
+        let text = format!("{} byte(s) to arrive{waiting}", machine.incoming_bytes());
+        rows.push(PanelRow::Line(vec![("in   ".to_owned(), look.faint()), (text, look.text())]));
     }
     rows
 }
 
-fn duty(panel: &Panel, width: usize, look: Look) -> Vec<Row> {
+fn duty(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow> {
     let evaluator = panel.machine.evaluator();
     let Some(hertz) = evaluator.pwm_hz() else { return Vec::new() };
-    let text = evaluator.pwm().map_or("  off".to_owned(), |duty| format!("{duty:>3} %"));
+    let text = evaluator.pwm_percent().map_or("  off".to_owned(), |duty| format!("{duty:>3} %"));
     let tail = format!(" at {hertz} Hz ");
     let room = width.saturating_sub(text.len() + tail.len());
-    let bar = bar(usize::from(evaluator.pwm().unwrap_or(0)) * 10, room);
-    vec![Row::Line(vec![(text, look.change()), (tail, look.text()), (bar, look.on(evaluator.pwm().is_some()))])]
+    let bar = bar(usize::from(evaluator.pwm_percent().unwrap_or(0)) * 10, room);
+    vec![PanelRow::Line(vec![(text, look.change()), (tail, look.text()), (bar, look.on(evaluator.pwm_percent().is_some()))])]
 }
 
-fn eeprom(panel: &Panel, width: usize, look: Look) -> Vec<Row> {
+fn eeprom(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow> {
     let cells: Vec<String> = panel.machine.evaluator().eeprom().iter().map(|byte| format!("{byte:02X}")).collect();
     let each = (width / 3).max(1);
-    cells.chunks(each).map(|line| Row::Line(vec![(line.join(" "), look.text())])).collect()
+    cells.chunks(each).map(|line| PanelRow::Line(vec![(line.join(" "), look.text())])).collect()
 }

@@ -5,8 +5,8 @@ use std::time::Duration;
 use ladder_eval::Evaluator;
 use ratatui_core::layout::Rect;
 
-use super::{Pace, Panel};
-use crate::{App, Key, Look, Wish, key, play};
+use super::{PanelPace, LadderPanel};
+use crate::{ScreenView, ScreenKey, ScreenStyle, ViewRequest, key, key_script};
 
 const AREA: Rect = Rect { x: 0, y: 0, width: 80, height: 24 };
 
@@ -18,22 +18,22 @@ RUNG\n    UART_RECV last\nEND\n\
 RUNG\n    CONTACTS Xa 0\n    OSR\n    UART_SEND last\nEND\n\
 RUNG\n    PERSIST kept\nEND\n";
 
-fn panel() -> Panel {
+fn panel() -> LadderPanel {
     let program = ladder::parse("test.ld", PROGRAM).expect("a program").program;
     let evaluator = Evaluator::new(&program).expect("a meaning");
-    Panel::new("test.ld", program, evaluator)
+    LadderPanel::new("test.ld", program, evaluator)
 }
 
-fn after(panel: &mut Panel, keys: &str) {
-    let steps = key::keys(keys).expect("keys");
-    _ = play::play(panel, &steps, AREA, Look { color: false });
+fn after(panel: &mut LadderPanel, keys: &str) {
+    let steps = key::parse_keys(keys).expect("keys");
+    _ = key_script::play_keys(panel, &steps, AREA, ScreenStyle { color: false });
 }
 
-fn value(panel: &Panel, name: &str) -> i32 {
+fn value(panel: &LadderPanel, name: &str) -> i32 {
     panel.machine.get(panel.machine.index(name).expect("a symbol"))
 }
 
-fn scans(panel: &Panel) -> u64 {
+fn scans(panel: &LadderPanel) -> u64 {
     panel.machine.evaluator().scans()
 }
 
@@ -87,7 +87,7 @@ fn back_and_forth_is_the_same() {
     // Not before the first scan.
     after(&mut panel, "B b*20");
     assert_eq!(scans(&panel), 0);
-    assert!(panel.told.1, "{:?}", panel.told);
+    assert!(panel.last_message.1, "{:?}", panel.last_message);
 }
 
 #[test]
@@ -96,7 +96,7 @@ fn the_past_is_bounded() {
     after(&mut panel, ":x wait:1ms");
     panel.machine.run(20_000);
     assert_eq!(panel.machine.past().len(), 5_001);
-    assert_eq!(panel.machine.back(10_000), 5_000);
+    assert_eq!(panel.machine.go_back(10_000), 5_000);
     assert_eq!(scans(&panel), 15_000);
 }
 
@@ -117,10 +117,10 @@ fn a_power_cycle_keeps_switches_levels_and_eeprom() {
 
 #[test]
 fn the_clock_runs_the_scans_that_are_due() {
-    let mut panel = self::panel().paced(Pace::Real, 1.0);
-    assert!(panel.moves());
+    let mut panel = self::panel().with_pace(PanelPace::Real, 1.0);
+    assert!(panel.is_moving());
     for _ in 0..10 {
-        panel.pass(Duration::from_millis(33));
+        panel.advance_time(Duration::from_millis(33));
     }
     assert_eq!(scans(&panel), 33);
     after(&mut panel, "+ wait:1s - - wait:1s");
@@ -128,7 +128,7 @@ fn the_clock_runs_the_scans_that_are_due() {
     after(&mut panel, "p wait:5s");
     assert_eq!(scans(&panel), 283);
     // Faster than it can be is late, not for ever.
-    let fast = self::panel().paced(Pace::Real, 1e9);
+    let fast = self::panel().with_pace(PanelPace::Real, 1e9);
     assert_eq!(fast.speed, 1000.0);
 }
 
@@ -137,25 +137,25 @@ fn bytes_arrive_as_fast_as_the_line_is() {
     let mut panel = panel();
     after(&mut panel, ": s e n d");
     for c in " hi\\n".chars() {
-        panel.key(Key::Char(c), AREA);
+        panel.handle_key(ScreenKey::Char(c), AREA);
     }
-    panel.key(Key::Enter, AREA);
+    panel.handle_key(ScreenKey::Enter, AREA);
     after(&mut panel, "space");
-    assert_eq!((value(&panel, "last"), panel.machine.coming()), (104, 2));
+    assert_eq!((value(&panel, "last"), panel.machine.incoming_bytes()), (104, 2));
     after(&mut panel, "space ! space space");
-    assert_eq!((value(&panel, "last"), panel.machine.coming()), (10, 0));
+    assert_eq!((value(&panel, "last"), panel.machine.incoming_bytes()), (10, 0));
     assert_eq!(panel.machine.sent().iter().copied().collect::<Vec<u8>>(), b"\n");
 }
 
 #[test]
 fn every_way_to_leave() {
-    for key in [Key::Char('q'), Key::Ctrl('c')] {
-        assert_eq!(panel().key(key, AREA), Wish::Quit);
+    for key in [ScreenKey::Char('q'), ScreenKey::Ctrl('c')] {
+        assert_eq!(panel().handle_key(key, AREA), ViewRequest::Quit);
     }
     let mut typing = panel();
     after(&mut typing, ":");
-    assert_eq!(typing.key(Key::Char('q'), AREA), Wish::On);
-    assert_eq!(typing.key(Key::Ctrl('c'), AREA), Wish::Quit);
+    assert_eq!(typing.handle_key(ScreenKey::Char('q'), AREA), ViewRequest::Continue);
+    assert_eq!(typing.handle_key(ScreenKey::Ctrl('c'), AREA), ViewRequest::Quit);
 }
 
 /// Any keys at any size: a picture of that size, and no panic.
@@ -171,23 +171,23 @@ fn any_keys_on_any_screen() {
         let area = Rect::new(0, 0, 1 + below(140) as u16, 1 + below(50) as u16);
         for _ in 0..40 {
             let key = match below(24) {
-                0 => Key::Enter,
-                1 => Key::Escape,
-                2 => Key::Down,
-                3 => Key::Up,
-                4 => Key::PageDown,
-                5 => Key::Right,
-                6 => Key::End,
-                7 => Key::Tab,
-                8 => Key::Backspace,
-                9 => Key::Left,
-                _ => Key::Char((b' ' + below(95) as u8) as char),
+                0 => ScreenKey::Enter,
+                1 => ScreenKey::Escape,
+                2 => ScreenKey::Down,
+                3 => ScreenKey::Up,
+                4 => ScreenKey::PageDown,
+                5 => ScreenKey::Right,
+                6 => ScreenKey::End,
+                7 => ScreenKey::Tab,
+                8 => ScreenKey::Backspace,
+                9 => ScreenKey::Left,
+                _ => ScreenKey::Char((b' ' + below(95) as u8) as char),
             };
-            _ = panel.key(key, area);
+            _ = panel.handle_key(key, area);
             if below(10) == 0 {
-                panel.pass(Duration::from_millis(1));
+                panel.advance_time(Duration::from_millis(1));
             }
-            let picture = panel.view(area, Look { color: round % 2 == 0 });
+            let picture = panel.render(area, ScreenStyle { color: round % 2 == 0 });
             assert_eq!(picture.area, area);
         }
     }

@@ -2,11 +2,11 @@
 
 use ratatui_core::layout::Rect;
 
-use super::{Pace, Panel, SPEEDS, prompt, view};
-use crate::{Key, Wish};
+use super::{PanelPace, LadderPanel, SPEEDS, prompt, view};
+use crate::{ScreenKey, ViewRequest};
 
 /// Keys of the inputs, in their order. Letters that do something else are left out.
-pub(super) const SWITCHES: &str = "123456789acdefhijklmnostuvxy";
+pub(super) const SWITCH_KEYS: &str = "123456789acdefhijklmnostuvxy";
 
 /// What the digits are with the shift key, on an American keyboard. Alt does the same on every keyboard.
 const SHIFTED: &str = "!@#$%^&*(";
@@ -15,174 +15,174 @@ const SHIFTED: &str = "!@#$%^&*(";
 const ZOOMS: [usize; 6] = [1, 2, 5, 10, 20, 50];
 
 /// Longest command line.
-const LINE: usize = 200;
+const MAX_COMMAND_LENGTH: usize = 200;
 
 /// What a key makes of the panel, on a screen of this size.
-pub(super) fn update(panel: &mut Panel, key: Key, area: Rect) -> Wish {
-    if key == Key::Ctrl('c') {
-        return Wish::Quit;
+pub(super) fn update(panel: &mut LadderPanel, key: ScreenKey, area: Rect) -> ViewRequest {
+    if key == ScreenKey::Ctrl('c') {
+        return ViewRequest::Quit;
     }
     if panel.prompt.is_some() {
-        typed(panel, key);
-        return Wish::On;
+        handle_prompt_key(panel, key);
+        return ViewRequest::Continue;
     }
     if panel.help {
         // Any key closes the help, and does nothing else.
         panel.help = false;
-        return Wish::On;
+        return ViewRequest::Continue;
     }
-    panel.told = (String::new(), false);
+    panel.last_message = (String::new(), false);
     match key {
-        Key::Char('q') => return Wish::Quit,
-        Key::Char('?') => panel.help = true,
-        Key::Char(':') => panel.prompt = Some(String::new()),
-        Key::Char(' ') => {
-            pace(panel, Pace::Still);
+        ScreenKey::Char('q') => return ViewRequest::Quit,
+        ScreenKey::Char('?') => panel.help = true,
+        ScreenKey::Char(':') => panel.prompt = Some(String::new()),
+        ScreenKey::Char(' ') => {
+            set_pace(panel, PanelPace::Paused);
             panel.machine.run(1);
         }
-        Key::Char('g') => pace(panel, Pace::Free),
-        Key::Char('r') if panel.machine.cycle_us() == 0 => {
-            tell(panel, "this program has no cycle time to go by (CYCLE=)")
+        ScreenKey::Char('g') => set_pace(panel, PanelPace::Free),
+        ScreenKey::Char('r') if panel.machine.cycle_us() == 0 => {
+            set_message(panel, "this program has no cycle time to go by (CYCLE=)")
         }
-        Key::Char('r') => pace(panel, Pace::Real),
-        Key::Char('p') => pace(panel, Pace::Still),
-        Key::Char('b') => back(panel, 1),
-        Key::Char('B') => back(panel, 10),
-        Key::Char('R') => {
+        ScreenKey::Char('r') => set_pace(panel, PanelPace::Real),
+        ScreenKey::Char('p') => set_pace(panel, PanelPace::Paused),
+        ScreenKey::Char('b') => go_back(panel, 1),
+        ScreenKey::Char('B') => go_back(panel, 10),
+        ScreenKey::Char('R') => {
             panel.machine.power_cycle();
-            panel.told.0 = "power off and on: switches and EEPROM stay".to_owned();
+            panel.last_message.0 = "power off and on: switches and EEPROM stay".to_owned();
         }
-        Key::Char('+') => speed(panel, 2.0),
-        Key::Char('-') => speed(panel, 0.5),
-        Key::Char('z') => panel.zoom = next(panel.zoom),
-        Key::Char('w') => panel.bit = view::next_bit(panel, area),
-        Key::Char('.') => level(panel, 32),
-        Key::Char(',') => level(panel, -32),
-        Key::Char('>') => level(panel, 1),
-        Key::Char('<') => level(panel, -1),
-        Key::Tab => panel.analog += 1,
-        Key::Char(']') => panel.first = (panel.first + 1).min(view::lowest(panel, area)),
-        Key::Char('[') => panel.first = panel.first.min(view::lowest(panel, area)).saturating_sub(1),
-        Key::Down => down(panel, area),
-        Key::Up => up(panel, area),
-        Key::PageDown => (0..5).for_each(|_| down(panel, area)),
-        Key::PageUp => (0..5).for_each(|_| up(panel, area)),
-        Key::Home => (panel.top, panel.left) = ((0, 0), 0),
-        Key::End => panel.top = (rungs(panel).saturating_sub(1), 0),
-        Key::Right => panel.left = (panel.left + 8).min(view::widest(panel, area)),
-        Key::Left => panel.left = panel.left.saturating_sub(8),
-        Key::Escape | Key::Enter | Key::Backspace => {}
-        Key::Char(c) => switch(panel, c),
-        Key::Alt(c) => pulse(panel, c),
-        Key::Ctrl(c) => tell(panel, &format!("no key Ctrl-{c}; ? tells the keys")),
+        ScreenKey::Char('+') => scale_speed(panel, 2.0),
+        ScreenKey::Char('-') => scale_speed(panel, 0.5),
+        ScreenKey::Char('z') => panel.zoom = next_zoom(panel.zoom),
+        ScreenKey::Char('w') => panel.first_bit = view::next_bit(panel, area),
+        ScreenKey::Char('.') => change_level(panel, 32),
+        ScreenKey::Char(',') => change_level(panel, -32),
+        ScreenKey::Char('>') => change_level(panel, 1),
+        ScreenKey::Char('<') => change_level(panel, -1),
+        ScreenKey::Tab => panel.analog += 1,
+        ScreenKey::Char(']') => panel.first_part = (panel.first_part + 1).min(view::max_part_scroll(panel, area)),
+        ScreenKey::Char('[') => panel.first_part = panel.first_part.min(view::max_part_scroll(panel, area)).saturating_sub(1),
+        ScreenKey::Down => scroll_down(panel, area),
+        ScreenKey::Up => scroll_up(panel, area),
+        ScreenKey::PageDown => (0..5).for_each(|_| scroll_down(panel, area)),
+        ScreenKey::PageUp => (0..5).for_each(|_| scroll_up(panel, area)),
+        ScreenKey::Home => (panel.first_rung, panel.first_column) = ((0, 0), 0),
+        ScreenKey::End => panel.first_rung = (rung_count(panel).saturating_sub(1), 0),
+        ScreenKey::Right => panel.first_column = (panel.first_column + 8).min(view::max_column_scroll(panel, area)),
+        ScreenKey::Left => panel.first_column = panel.first_column.saturating_sub(8),
+        ScreenKey::Escape | ScreenKey::Enter | ScreenKey::Backspace => {}
+        ScreenKey::Char(c) => toggle_switch(panel, c),
+        ScreenKey::Alt(c) => pulse_switch(panel, c),
+        ScreenKey::Ctrl(c) => set_message(panel, &format!("no key Ctrl-{c}; ? tells the keys")),
     }
-    Wish::On
+    ViewRequest::Continue
 }
 
 /// A key while the command line is open.
-fn typed(panel: &mut Panel, key: Key) {
+fn handle_prompt_key(panel: &mut LadderPanel, key: ScreenKey) {
     let Some(mut line) = panel.prompt.take() else { return };
     match key {
-        Key::Enter => {
-            panel.told = match prompt::obey(panel, &line) {
+        ScreenKey::Enter => {
+            panel.last_message = match prompt::run_command(panel, &line) {
                 Ok(told) => (told, false),
                 Err(why) => (why, true),
             };
             return;
         }
-        Key::Escape => return,
+        ScreenKey::Escape => return,
         // Deleting behind the beginning leaves the line.
-        Key::Backspace if line.pop().is_none() => return,
-        Key::Char(c) if line.chars().count() < LINE => line.push(c),
+        ScreenKey::Backspace if line.pop().is_none() => return,
+        ScreenKey::Char(c) if line.chars().count() < MAX_COMMAND_LENGTH => line.push(c),
         _ => {}
     }
     panel.prompt = Some(line);
 }
 
-fn tell(panel: &mut Panel, text: &str) {
-    panel.told = (text.to_owned(), true);
+fn set_message(panel: &mut LadderPanel, text: &str) {
+    panel.last_message = (text.to_owned(), true);
 }
 
-fn pace(panel: &mut Panel, pace: Pace) {
-    (panel.pace, panel.owed, panel.late) = (pace, 0.0, false);
+fn set_pace(panel: &mut LadderPanel, pace: PanelPace) {
+    (panel.pace, panel.us_due, panel.is_late) = (pace, 0.0, false);
 }
 
-fn back(panel: &mut Panel, scans: usize) {
-    pace(panel, Pace::Still);
-    if panel.machine.back(scans) == 0 {
-        tell(panel, "nothing before this is kept");
+fn go_back(panel: &mut LadderPanel, scans: usize) {
+    set_pace(panel, PanelPace::Paused);
+    if panel.machine.go_back(scans) == 0 {
+        set_message(panel, "nothing before this is kept");
     }
 }
 
-fn speed(panel: &mut Panel, factor: f64) {
+fn scale_speed(panel: &mut LadderPanel, factor: f64) {
     panel.speed = (panel.speed * factor).clamp(*SPEEDS.start(), *SPEEDS.end());
 }
 
-fn next(zoom: usize) -> usize {
+fn next_zoom(zoom: usize) -> usize {
     ZOOMS.into_iter().find(|next| *next > zoom).unwrap_or(1)
 }
 
 /// The input under a key.
-fn input(panel: &Panel, keys: &str, key: char) -> Option<usize> {
+fn input_of_key(panel: &LadderPanel, keys: &str, key: char) -> Option<usize> {
     let at = keys.chars().position(|c| c == key)?;
     panel.inputs().nth(at)
 }
 
-fn switch(panel: &mut Panel, key: char) {
-    if let Some(symbol) = input(panel, SWITCHES, key) {
+fn toggle_switch(panel: &mut LadderPanel, key: char) {
+    if let Some(symbol) = input_of_key(panel, SWITCH_KEYS, key) {
         let value = i32::from(panel.machine.get(symbol) == 0);
         panel.machine.set(symbol, value);
-    } else if let Some(symbol) = input(panel, SHIFTED, key) {
+    } else if let Some(symbol) = input_of_key(panel, SHIFTED, key) {
         panel.machine.pulse(symbol);
-    } else if key.is_ascii_uppercase() && input(panel, SWITCHES, key.to_ascii_lowercase()).is_some() {
-        pulse(panel, key.to_ascii_lowercase());
-    } else if SWITCHES.contains(key) {
-        tell(panel, &format!("no input under `{key}`: there are {}", panel.inputs().count()));
+    } else if key.is_ascii_uppercase() && input_of_key(panel, SWITCH_KEYS, key.to_ascii_lowercase()).is_some() {
+        pulse_switch(panel, key.to_ascii_lowercase());
+    } else if SWITCH_KEYS.contains(key) {
+        set_message(panel, &format!("no input under `{key}`: there are {}", panel.inputs().count()));
     } else {
-        tell(panel, &format!("no key `{key}`; ? tells the keys"));
+        set_message(panel, &format!("no key `{key}`; ? tells the keys"));
     }
 }
 
-fn pulse(panel: &mut Panel, key: char) {
-    match input(panel, SWITCHES, key) {
+fn pulse_switch(panel: &mut LadderPanel, key: char) {
+    match input_of_key(panel, SWITCH_KEYS, key) {
         Some(symbol) => panel.machine.pulse(symbol),
-        None => tell(panel, &format!("no input under `{key}`")),
+        None => set_message(panel, &format!("no input under `{key}`")),
     }
 }
 
-fn level(panel: &mut Panel, by: i32) {
+fn change_level(panel: &mut LadderPanel, by: i32) {
     let count = panel.machine.levels().count();
     let Some((symbol, level)) = panel.machine.levels().nth(panel.analog % count.max(1)) else {
-        return tell(panel, "the program reads no analog input");
+        return set_message(panel, "the program reads no analog input");
     };
     let level = (i32::from(level) + by).clamp(0, 1023);
     panel.machine.set_level(symbol, u16::try_from(level).unwrap_or(0));
 }
 
-fn rungs(panel: &Panel) -> usize {
+fn rung_count(panel: &LadderPanel) -> usize {
     panel.machine.program.rungs.len()
 }
 
 /// A rung further; a rung that is higher than the screen passes by in pieces.
-fn down(panel: &mut Panel, area: Rect) {
-    let (rung, lines) = panel.top;
+fn scroll_down(panel: &mut LadderPanel, area: Rect) {
+    let (rung, lines) = panel.first_rung;
     let (height, room) = view::height_of(panel, rung, area);
     if lines + room < height {
-        panel.top.1 += (room / 2).max(1);
-    } else if rung + 1 < rungs(panel) {
-        panel.top = (rung + 1, 0);
+        panel.first_rung.1 += (room / 2).max(1);
+    } else if rung + 1 < rung_count(panel) {
+        panel.first_rung = (rung + 1, 0);
     }
 }
 
-fn up(panel: &mut Panel, area: Rect) {
-    let (rung, lines) = panel.top;
+fn scroll_up(panel: &mut LadderPanel, area: Rect) {
+    let (rung, lines) = panel.first_rung;
     let step = |room: usize| (room / 2).max(1);
     if lines > 0 {
         let (_, room) = view::height_of(panel, rung, area);
-        panel.top.1 = lines.saturating_sub(step(room));
+        panel.first_rung.1 = lines.saturating_sub(step(room));
     } else if rung > 0 {
         let (height, room) = view::height_of(panel, rung - 1, area);
         let steps = height.saturating_sub(room).div_ceil(step(room));
-        panel.top = (rung - 1, steps * step(room));
+        panel.first_rung = (rung - 1, steps * step(room));
     }
 }

@@ -2,25 +2,25 @@
 
 use ratatui_core::layout::Rect;
 
-use super::Panel;
-use super::machine::Moment;
-use crate::Look;
-use crate::look::{Paper, fit};
+use super::LadderPanel;
+use super::scan_history::PastScan;
+use crate::ScreenStyle;
+use crate::style::{PaneArea, truncate_text};
 
 /// Rows that it would fill: a head and every bit that is shown.
-pub(super) fn height(panel: &Panel) -> usize {
-    1 + bits(panel).len()
+pub(super) fn wave_height(panel: &LadderPanel) -> usize {
+    1 + shown_bits(panel).len()
 }
 
 /// Inputs, outputs and relays, in this order, as the symbols are.
-fn bits(panel: &Panel) -> Vec<usize> {
+fn shown_bits(panel: &LadderPanel) -> Vec<usize> {
     panel.machine.symbols_of(|kind| kind.is_bit()).collect()
 }
 
 /// Draws it, as many rows as there is room for.
-pub(super) fn draw(panel: &Panel, paper: &mut Paper<'_>, look: Look) {
+pub(super) fn draw_wave(panel: &LadderPanel, paper: &mut PaneArea<'_>, look: ScreenStyle) {
     let Rect { width, height, .. } = paper.area;
-    let bits = bits(panel);
+    let bits = shown_bits(panel);
     let symbols = panel.machine.symbols();
     let name = |bit: usize| symbols.get(bit).map_or("", |s| s.name.as_str());
     let widest = bits.iter().map(|bit| name(*bit).chars().count()).max().unwrap_or(0).clamp(4, 14);
@@ -29,23 +29,23 @@ pub(super) fn draw(panel: &Panel, paper: &mut Paper<'_>, look: Look) {
     let zoom = panel.zoom.max(1);
     let kept = panel.machine.past();
     let old = kept.len().saturating_sub((columns + 1).saturating_mul(zoom));
-    let past: Vec<&Moment> = kept.skip(old).filter(|moment| moment.ran()).collect();
+    let past: Vec<&PastScan> = kept.skip(old).filter(|moment| moment.has_run()).collect();
     let groups: Vec<_> =
         past.chunk_by(|a, b| a.scan().div_ceil(zoom as u64) == b.scan().div_ceil(zoom as u64)).collect();
     let groups = groups.get(groups.len().saturating_sub(columns)..).unwrap_or(&[]);
     let each = if zoom == 1 { "a scan a column".to_owned() } else { format!("{zoom} scans a column") };
     let more = if bits.len() >= usize::from(height) { ", w: others" } else { "" };
-    paper.head(0, &format!("Waveform, {each}{more}"), look);
-    for (row, bit) in (1..height).zip(bits.into_iter().skip(panel.bit)) {
+    paper.put_heading(0, &format!("Waveform, {each}{more}"), look);
+    for (row, bit) in (1..height).zip(bits.into_iter().skip(panel.first_bit)) {
         paper.put_right(
             u16::try_from(widest).unwrap_or(0),
             row,
-            &fit(name(bit), widest),
+            &truncate_text(name(bit), widest),
             look.on(panel.machine.get(bit) != 0),
         );
         let mut x = u16::try_from(widest + 2).unwrap_or(0);
         for group in groups {
-            let level = |moment: &&&Moment| moment.get(bit) != 0;
+            let level = |moment: &&&PastScan| moment.get(bit) != 0;
             let high = group.iter().filter(level).count();
             let (sign, style) = match high {
                 0 => ("▁", look.dead()),

@@ -2,30 +2,30 @@
 
 use std::io;
 
-use emu_asm::{Files, Options, Source, assemble, line};
-use emu_core::chip::Family;
+use emu_asm::{IncludeFiles, AssembleOptions, SourceText, assemble, assemble_line};
+use emu_core::chip::ChipFamily;
 
-use crate::machine::chip;
+use crate::machines::family_chip;
 
 /// Every include is the source itself.
-struct Itself<'a>(&'a [u8]);
+struct SelfInclude<'a>(&'a [u8]);
 
-impl Files for Itself<'_> {
+impl IncludeFiles for SelfInclude<'_> {
     fn open(&mut self, name: &str, _: &str) -> io::Result<(String, Vec<u8>)> {
         Ok((name.to_owned(), self.0.to_vec()))
     }
 }
 
-fn asm(family: Family, data: &[u8]) {
-    let source = Source { name: "fuzz.asm", bytes: data };
-    let faults = match assemble(&source, chip(family), &Options::default(), &mut Itself(data)) {
+fn asm(family: ChipFamily, data: &[u8]) {
+    let source = SourceText { name: "fuzz.asm", bytes: data };
+    let faults = match assemble(&source, family_chip(family), &AssembleOptions::default(), &mut SelfInclude(data)) {
         Ok(assembled) => {
             _ = assembled.listing.to_string();
             assembled.warnings
         }
         Err(refused) => {
-            assert!(refused.faults.iter().any(|fault| fault.is_error()), "refused for a reason");
-            refused.faults
+            assert!(refused.diagnostics.iter().any(|fault| fault.is_error()), "refused for a reason");
+            refused.diagnostics
         }
     };
     let lines = data.iter().filter(|byte| matches!(byte, b'\n' | b'\r')).count() as u32 + 1;
@@ -36,29 +36,29 @@ fn asm(family: Family, data: &[u8]) {
 
 /// AVR.
 pub(crate) fn asm_avr(data: &[u8]) {
-    asm(Family::Avr, data);
+    asm(ChipFamily::Avr, data);
 }
 
 /// 8051.
 pub(crate) fn asm_8051(data: &[u8]) {
-    asm(Family::Mcs51, data);
+    asm(ChipFamily::Mcs51, data);
 }
 
 /// PIC16.
 pub(crate) fn asm_pic16(data: &[u8]) {
-    asm(Family::Pic16, data);
+    asm(ChipFamily::Pic16, data);
 }
 
 /// AP101.
 pub(crate) fn asm_ap101(data: &[u8]) {
-    asm(Family::Ap101, data);
+    asm(ChipFamily::Ap101, data);
 }
 
 /// Words at an address, which the first two bytes give: their text assembles to the same words.
-fn disasm(family: Family, data: &[u8]) {
-    let chip = chip(family);
+fn disasm(family: ChipFamily, data: &[u8]) {
+    let chip = family_chip(family);
     let Some((at, rest)) = data.split_first_chunk::<2>() else { return };
-    let end = chip.flash / chip.word_bytes;
+    let end = chip.flash_bytes / chip.word_bytes;
     let pc = u32::from(u16::from_le_bytes(*at)) % end.max(1);
     let mask = (1u32 << chip.isa.word_bits) - 1;
     let words = rest.chunks(chip.word_bytes as usize);
@@ -71,29 +71,29 @@ fn disasm(family: Family, data: &[u8]) {
     }
     let shown = (chip.isa.disassemble)(&words, pc);
     let wanted = words.get(..shown.len).unwrap_or(&words);
-    let back = line(chip, &shown.text, pc);
+    let back = assemble_line(chip, &shown.text, pc);
     // AP101 has words that no source may say, such as one that sets an input.
-    if family != Family::Ap101 || back.is_ok() {
+    if family != ChipFamily::Ap101 || back.is_ok() {
         assert_eq!(back.as_deref(), Ok(wanted), "{} at 0x{pc:x}: {}", chip.name, shown.text);
     }
 }
 
 /// AVR.
 pub(crate) fn disasm_avr(data: &[u8]) {
-    disasm(Family::Avr, data);
+    disasm(ChipFamily::Avr, data);
 }
 
 /// 8051.
 pub(crate) fn disasm_8051(data: &[u8]) {
-    disasm(Family::Mcs51, data);
+    disasm(ChipFamily::Mcs51, data);
 }
 
 /// PIC16.
 pub(crate) fn disasm_pic16(data: &[u8]) {
-    disasm(Family::Pic16, data);
+    disasm(ChipFamily::Pic16, data);
 }
 
 /// AP101.
 pub(crate) fn disasm_ap101(data: &[u8]) {
-    disasm(Family::Ap101, data);
+    disasm(ChipFamily::Ap101, data);
 }

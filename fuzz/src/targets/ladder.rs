@@ -1,17 +1,17 @@
 //! Ladder programs.
 
 use emu_core::image::load_hex;
-use ladder::{Options, Program, check, draw, parse_bytes, write};
+use ladder::{ParseOptions, LadderProgram, check, draw, parse_bytes, write};
 use ladder_compile::compile as compiled;
 use ladder_eval::Evaluator;
 
-use crate::machine::chips;
+use crate::machines::family_chips;
 
 /// Scans of the evaluator.
 const SCANS: usize = 20;
 
-fn read(data: &[u8]) -> Option<Program> {
-    parse_bytes("fuzz.ld", data, Options::default()).ok().map(|parsed| parsed.program)
+fn read(data: &[u8]) -> Option<LadderProgram> {
+    parse_bytes("fuzz.ld", data, ParseOptions::default()).ok().map(|parsed| parsed.program)
 }
 
 /// What is read and written is read again, and written as before.
@@ -33,10 +33,10 @@ pub(crate) fn compile(data: &[u8]) {
     if let Ok(mut evaluator) = Evaluator::new(&program) {
         (0..SCANS).for_each(|_| evaluator.scan());
     }
-    for chip in chips() {
-        let options = ladder_compile::Options { mcu: chip.name.to_owned(), ..ladder_compile::Options::default() };
+    for chip in family_chips() {
+        let options = ladder_compile::CompileOptions { mcu: chip.name.to_owned(), ..ladder_compile::CompileOptions::default() };
         match compiled(&program, &options) {
-            Ok(done) => assert!(load_hex("fuzz.hex", done.hex.as_bytes(), chip.hex).is_ok(), "{}", chip.name),
+            Ok(done) => assert!(load_hex("fuzz.hex", done.hex.as_bytes(), chip.hex_spaces).is_ok(), "{}", chip.name),
             Err(faults) => assert!(faults.iter().any(|fault| fault.is_error()), "{}: refused for a reason", chip.name),
         }
     }

@@ -2,13 +2,13 @@
 
 use std::sync::LazyLock;
 
-use emu_core::chip::{Chip, Family};
-use emu_core::cpu::{Cpu, Stop};
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::cpu::{Cpu, StopReason};
 use emu_core::image::Image;
-use emu_core::pins::{Level, PinId, Time};
+use emu_core::pins::{PinLevel, PinId, CycleTime};
 use emu_debug::snapshot;
 
-use crate::machine::{MachineVisitor, assembled, chip, of_bytes, on_machine, program};
+use crate::machines::{MachineVisitor, assemble, family_chip, image_of_bytes, visit_machine, family_program};
 
 /// Machine cycles of a run.
 const CYCLES: u64 = 10_000;
@@ -18,38 +18,38 @@ const EDGES: usize = 24;
 
 /// A file that is read is written back as it was.
 pub(crate) fn snapshot(data: &[u8]) {
-    if let Ok((head, state)) = snapshot::read("fuzz.snp", data) {
-        assert!(snapshot::write(&head, state) == data, "it comes back as it was written");
-        assert!(snapshot::read_for("fuzz.snp", data, &head).is_ok(), "it is of itself");
+    if let Ok((head, state)) = snapshot::decode_snapshot("fuzz.snp", data) {
+        assert!(snapshot::encode_snapshot(&head, state) == data, "it comes back as it was written");
+        assert!(snapshot::decode_snapshot_for("fuzz.snp", data, &head).is_ok(), "it is of itself");
     }
 }
 
-fn run(family: Family, data: &[u8]) {
+fn run_program(family: ChipFamily, data: &[u8]) {
     let (edges, code) = data.split_at_checked(EDGES).unwrap_or((&[], data));
-    let chip = chip(family);
-    on_machine(chip, &of_bytes(chip, code), Run { chip, edges });
+    let chip = family_chip(family);
+    visit_machine(chip, &image_of_bytes(chip, code), EdgeRun { chip, edges });
 }
 
-struct Run<'a> {
+struct EdgeRun<'a> {
     chip: &'static Chip,
     edges: &'a [u8],
 }
 
-impl MachineVisitor for Run<'_> {
-    type Out = ();
+impl MachineVisitor for EdgeRun<'_> {
+    type Output = ();
 
     fn visit<C: Cpu + 'static>(self, mut cpu: C) {
         let pins = self.chip.pins.len().max(1);
         for edge in self.edges.chunks_exact(3) {
             let [pin, level, when] = edge else { continue };
-            let level = [Level::Low, Level::High, Level::Float, Level::PullUp][usize::from(level % 4)];
-            cpu.drive(Time::at(u64::from(*when) * 100), (usize::from(*pin) % pins) as PinId, level);
+            let level = [PinLevel::Low, PinLevel::High, PinLevel::Float, PinLevel::PullUp][usize::from(level % 4)];
+            cpu.drive(CycleTime::at(u64::from(*when) * 100), (usize::from(*pin) % pins) as PinId, level);
         }
         // Any slicing of a run gives the same machine, up to where it halts: a run from there executes a jump to itself once more.
         let mut other = cpu.clone();
         cpu.run(CYCLES, &mut ());
         let half = self.edges.first().map_or(CYCLES / 2, |byte| u64::from(*byte) * 37);
-        if other.run(half.min(CYCLES), &mut ()) == Stop::Limit {
+        if other.run(half.min(CYCLES), &mut ()) == StopReason::Limit {
             other.run(CYCLES, &mut ());
         }
         assert!(cpu.save() == other.save(), "{}: halves differ from the whole", self.chip.name);
@@ -58,37 +58,37 @@ impl MachineVisitor for Run<'_> {
 
 /// AVR.
 pub(crate) fn run_avr(data: &[u8]) {
-    run(Family::Avr, data);
+    run_program(ChipFamily::Avr, data);
 }
 
 /// 8051.
 pub(crate) fn run_8051(data: &[u8]) {
-    run(Family::Mcs51, data);
+    run_program(ChipFamily::Mcs51, data);
 }
 
 /// PIC16.
 pub(crate) fn run_pic16(data: &[u8]) {
-    run(Family::Pic16, data);
+    run_program(ChipFamily::Pic16, data);
 }
 
 /// AP101.
 pub(crate) fn run_ap101(data: &[u8]) {
-    run(Family::Ap101, data);
+    run_program(ChipFamily::Ap101, data);
 }
 
 /// The image over which states are restored.
 static IMAGES: LazyLock<[Image; 4]> =
-    LazyLock::new(|| crate::machine::FAMILIES.map(|family| assembled(chip(family), program(family))));
+    LazyLock::new(|| crate::machines::FAMILIES.map(|family| assemble(family_chip(family), family_program(family))));
 
-fn state(family: Family, data: &[u8]) {
-    let own = crate::machine::FAMILIES.iter().position(|other| *other == family).unwrap_or(0);
-    on_machine(chip(family), &IMAGES[own], Restore(data));
+fn restore_state(family: ChipFamily, data: &[u8]) {
+    let own = crate::machines::FAMILIES.iter().position(|other| *other == family).unwrap_or(0);
+    visit_machine(family_chip(family), &IMAGES[own], StateRestore(data));
 }
 
-struct Restore<'a>(&'a [u8]);
+struct StateRestore<'a>(&'a [u8]);
 
-impl MachineVisitor for Restore<'_> {
-    type Out = ();
+impl MachineVisitor for StateRestore<'_> {
+    type Output = ();
 
     fn visit<C: Cpu + 'static>(self, cpu: C) {
         let mut forged = cpu.clone();
@@ -96,13 +96,13 @@ impl MachineVisitor for Restore<'_> {
             assert!(forged.save() == cpu.save(), "a refusal has changed the machine");
             return;
         }
-        comes_back(&cpu, &forged);
+        assert_round_trip(&cpu, &forged);
         forged.run(forged.cycle().saturating_add(CYCLES), &mut ());
-        comes_back(&cpu, &forged);
+        assert_round_trip(&cpu, &forged);
     }
 }
 
-fn comes_back<C: Cpu>(cpu: &C, other: &C) {
+fn assert_round_trip<C: Cpu>(cpu: &C, other: &C) {
     let (state, mut third) = (other.save(), cpu.clone());
     assert!(third.restore(&state).is_ok(), "what it saves is refused");
     assert!(third.save() == state, "what it saves comes back as another");
@@ -110,20 +110,20 @@ fn comes_back<C: Cpu>(cpu: &C, other: &C) {
 
 /// AVR.
 pub(crate) fn state_avr(data: &[u8]) {
-    state(Family::Avr, data);
+    restore_state(ChipFamily::Avr, data);
 }
 
 /// 8051.
 pub(crate) fn state_8051(data: &[u8]) {
-    state(Family::Mcs51, data);
+    restore_state(ChipFamily::Mcs51, data);
 }
 
 /// PIC16.
 pub(crate) fn state_pic16(data: &[u8]) {
-    state(Family::Pic16, data);
+    restore_state(ChipFamily::Pic16, data);
 }
 
 /// AP101.
 pub(crate) fn state_ap101(data: &[u8]) {
-    state(Family::Ap101, data);
+    restore_state(ChipFamily::Ap101, data);
 }

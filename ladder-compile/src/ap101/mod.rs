@@ -5,24 +5,24 @@
 //! configuration. docs/compile-ap101.md says where everything is.
 
 mod layout;
-mod refuse;
+mod limits;
 mod select;
-mod source;
+mod config_source;
 
 use emu_ap101::chips::AP101;
-use emu_ap101::config::{Config, INPUTS, Inputs, OUTPUTS, PROGRAMS, Program};
+use emu_ap101::config::{Ap101Config, INPUTS, InputSampling, OUTPUTS, PROGRAMS, ProgramEntry};
 use emu_ap101::isa::{self, Kind, SPAN};
 use ladder::ElementId;
 
-use crate::code::{Arch, Asm, Code, Cycles, Flow, Step};
-use crate::ir::{Ir, Op};
-use crate::map::{Place, Ratio};
-use crate::target::{Built, Job, Line, Mark, Refusal, Target};
-use crate::worst::longest;
-use layout::Layout;
-use select::Select;
+use crate::code::{TargetArch, CodeWriter, FinishedCode, CycleCounts, ControlFlow, FormInstruction};
+use crate::ir::{Ir, IrOp};
+use crate::map::{CellLocation, Ratio};
+use crate::target::{BuiltImage, CompileJob, ImageLine, CodeMark, BuildRefusal, CompileTarget};
+use crate::longest_path::longest_path;
+use layout::Ap101Layout;
+use select::Ap101Selector;
 
-pub use source::directives;
+pub use config_source::config_directives;
 
 /// Clocks of a machine cycle.
 const CLOCKS: u64 = 2;
@@ -41,54 +41,54 @@ const PINS: [&str; CHANNELS] = {
 };
 
 /// The chips of this back end.
-pub const TARGETS: &[Target] =
-    &[Target { chip: &AP101, pins: &PINS, uart: None, pwm: None, adc: &[], eeprom: 0, build }];
+pub const TARGETS: &[CompileTarget] =
+    &[CompileTarget { chip: &AP101, pins: &PINS, uart: None, pwm: None, adc: &[], eeprom: 0, build }];
 
 /// Makes an image.
 ///
 /// # Errors
 /// What the machine cannot express, all of it at once; a period that is no whole number of machine cycles; more code, memory or modules
 /// than there are.
-pub fn build(job: &Job<'_>) -> Result<Built, Refusal> {
-    let mut refusals = refuse::refuse(job);
-    let period = period(job).map_err(|refusal| refusals.push(refusal)).unwrap_or_default();
+pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
+    let mut refusals = limits::unsupported_ops(job);
+    let period = whole_cycle_period(job).map_err(|refusal| refusals.push(refusal)).unwrap_or_default();
     let layout = match layout::layout(job) {
         Ok(layout) if refusals.is_empty() => layout,
-        Ok(_) => return Err(Refusal::Many(refusals)),
-        Err(more) => return Err(Refusal::Many([refusals, more].concat())),
+        Ok(_) => return Err(BuildRefusal::Several(refusals)),
+        Err(more) => return Err(BuildRefusal::Several([refusals, more].concat())),
     };
-    let mut code = code(job.ir, &layout, false)?;
-    if code.at(Mark::ScanEnd) == Some(0) {
-        code = self::code(job.ir, &layout, true)?;
+    let mut code = scan_code(job.ir, &layout, false)?;
+    if code.mark_address(CodeMark::ScanEnd) == Some(0) {
+        code = self::scan_code(job.ir, &layout, true)?;
     }
-    let at = |mark| code.at(mark).unwrap_or(0);
-    let starts: Vec<u32> = (0..job.ir.rungs.len() as u32).map(|n| at(Mark::Rung(n))).collect();
-    let ends = starts.iter().skip(1).copied().chain([at(Mark::RungsEnd)]);
+    let at = |mark| code.mark_address(mark).unwrap_or(0);
+    let starts: Vec<u32> = (0..job.ir.rungs.len() as u32).map(|n| at(CodeMark::Rung(n))).collect();
+    let ends = starts.iter().skip(1).copied().chain([at(CodeMark::RungsEnd)]);
     let rungs: Vec<(u32, u32)> = starts.iter().copied().zip(ends).collect();
     if code.words.len() > SPAN {
-        return Err(Refusal::Code {
+        return Err(BuildRefusal::CodeTooLarge {
             needed: 2 * code.words.len() as u64,
             available: 2 * SPAN as u64,
             rungs: rungs.iter().map(|(start, end)| 2 * u64::from(end - start)).collect(),
         });
     }
     let bytes = code.words.iter().flat_map(|word| word.to_le_bytes()).collect();
-    let block = config(job, &layout, period, code.words.len()).block();
+    let block = configuration(job, &layout, period, code.words.len()).to_bytes();
     // Behind the program the machine looks at every output channel, a machine cycle each.
     let reload = u64::from(layout.outputs);
-    Ok(Built {
-        segments: vec![(0, bytes), (emu_ap101::config::BLOCK, block)],
+    Ok(BuiltImage {
+        segments: vec![(0, bytes), (emu_ap101::config::CONFIG_ADDRESS, block)],
         lines: lines(&code),
         marks: code.marks.clone(),
-        bits: layout.bits.iter().map(|&addr| layout::place(addr)).collect(),
-        words: layout.words.iter().map(|&module| value(module)).collect(),
+        bit_places: layout.bits.iter().map(|&addr| layout::bit_place(addr)).collect(),
+        word_places: layout.words.iter().map(|&module| module_value_place(module)).collect(),
         period: Ratio { num: period, den: 1 },
-        shortest: period,
-        tick: 1,
-        poll: 0,
-        worst: longest(&code, 0, code.words.len() as u32) + reload,
-        rungs: rungs.iter().map(|&(start, end)| longest(&code, start, end)).collect(),
-        ram_bytes: layout.memory.div_ceil(8),
+        shortest_period_cycles: period,
+        tick_cycles: 1,
+        poll_cycles: 0,
+        worst_scan_cycles: longest_path(&code, 0, code.words.len() as u32) + reload,
+        rung_cycles: rungs.iter().map(|&(start, end)| longest_path(&code, start, end)).collect(),
+        ram_bytes: layout.memory_bits.div_ceil(8),
         fuses: Vec::new(),
         specials: Vec::new(),
         warnings: Vec::new(),
@@ -96,9 +96,9 @@ pub fn build(job: &Job<'_>) -> Result<Built, Refusal> {
 }
 
 /// Machine cycles of a scan, a whole number that the configuration can hold.
-fn period(job: &Job<'_>) -> Result<u64, Refusal> {
-    let Job { clock_hz, cycle_us, .. } = *job;
-    let lacks = |cause: String, hint: String| Err(Refusal::Lacks { cause, hint, element: None });
+fn whole_cycle_period(job: &CompileJob<'_>) -> Result<u64, BuildRefusal> {
+    let CompileJob { clock_hz, cycle_us, .. } = *job;
+    let lacks = |cause: String, hint: String| Err(BuildRefusal::Unsupported { cause, hint, element: None });
     let (num, den) = (u128::from(clock_hz) * u128::from(cycle_us), 1_000_000 * u128::from(CLOCKS));
     let longest = u128::from(u32::MAX);
     if num / den > longest || u32::try_from(clock_hz).is_err() {
@@ -130,91 +130,91 @@ fn gcd(a: u128, b: u128) -> u128 {
 }
 
 /// The configuration: one program, as many channels as are in use, a period.
-fn config(job: &Job<'_>, layout: &Layout, period: u64, words: usize) -> Config {
+fn configuration(job: &CompileJob<'_>, layout: &Ap101Layout, period: u64, words: usize) -> Ap101Config {
     let last = (words as u16).saturating_sub(1);
     let mut enabled = [false; PROGRAMS];
     enabled[0] = true;
-    Config {
-        inputs: Inputs::Scan,
+    Ap101Config {
+        inputs: InputSampling::Scan,
         reconfigurable: false,
         output_channels: layout.outputs,
         input_channels: layout.inputs,
         hz: job.clock_hz,
         period,
-        programs: vec![Program { entry: 0, start: 0, last, rx: 0 }],
+        programs: vec![ProgramEntry { entry: 0, start: 0, last, rx: 0 }],
         enabled,
         modules: layout.modules,
     }
 }
 
 /// The value of a module, two bytes.
-fn value(module: u16) -> Place {
-    Place::Word { space: "value".to_owned(), addr: 2 * u32::from(module), bytes: 2 }
+fn module_value_place(module: u16) -> CellLocation {
+    CellLocation::Word { space: "value".to_owned(), addr: 2 * u32::from(module), bytes: 2 }
 }
 
 /// The scan as instructions; `longer`: with one more, so that the first of a scan is not its last one.
-fn code(ir: &Ir, layout: &Layout, longer: bool) -> Result<Code, Refusal> {
-    let mut asm = Asm::new(Machine);
+fn scan_code(ir: &Ir, layout: &Ap101Layout, longer: bool) -> Result<FinishedCode, BuildRefusal> {
+    let mut asm = CodeWriter::new(Ap101Arch);
     // Every operation of the scan in a row, so that what comes later can be asked.
     let rungs = ir.rungs.iter().flat_map(|rung| &rung.steps).map(|step| &step.op);
-    let all: Vec<&Op> = ir.begin.iter().chain(rungs).chain(&ir.end).collect();
-    let mut select = Select::new(&mut asm, layout, &all);
-    select.asm.mark(Mark::ScanStart);
+    let all: Vec<&IrOp> = ir.prologue.iter().chain(rungs).chain(&ir.epilogue).collect();
+    let mut select = Ap101Selector::new(&mut asm, layout, &all);
+    select.asm.mark(CodeMark::ScanStart);
     if longer {
         select.asm.op(Kind::Nop, &[]);
     }
-    if !ir.begin.is_empty() {
-        select.asm.mark(Mark::Part("before the rungs"));
+    if !ir.prologue.is_empty() {
+        select.asm.mark(CodeMark::Section("before the rungs"));
     }
-    ir.begin.iter().for_each(|_| select.next());
+    ir.prologue.iter().for_each(|_| select.select_next());
     for (number, rung) in (0..).zip(&ir.rungs) {
-        select.asm.mark(Mark::Rung(number));
+        select.asm.mark(CodeMark::Rung(number));
         let mut steps = rung.steps.iter().peekable();
-        for index in 0..rung.elements {
+        for index in 0..rung.element_count {
             let id = ElementId { rung: number, index };
-            select.asm.mark(Mark::Element(id));
-            while steps.next_if(|step| step.at <= id).is_some() {
-                select.next();
+            select.asm.mark(CodeMark::Element(id));
+            while steps.next_if(|step| step.element <= id).is_some() {
+                select.select_next();
             }
         }
-        steps.for_each(|_| select.next());
+        steps.for_each(|_| select.select_next());
     }
-    select.asm.mark(Mark::RungsEnd);
-    ir.end.iter().for_each(|_| select.next());
-    select.asm.mark(Mark::Part("outputs from their images"));
-    select.outputs();
-    select.asm.mark(Mark::Part("the end"));
-    select.asm.mark(Mark::ScanEnd);
+    select.asm.mark(CodeMark::RungsEnd);
+    ir.epilogue.iter().for_each(|_| select.select_next());
+    select.asm.mark(CodeMark::Section("outputs from their images"));
+    select.copy_late_outputs();
+    select.asm.mark(CodeMark::Section("the end"));
+    select.asm.mark(CodeMark::ScanEnd);
     // Jumps may go to the end of the last rung, but not behind the last word.
     asm.op(Kind::Nop, &[]);
-    asm.mark(Mark::ScanOver);
-    asm.finish().map_err(Refusal::Internal)
+    asm.mark(CodeMark::AfterScan);
+    asm.finish().map_err(BuildRefusal::Internal)
 }
 
-fn lines(code: &Code) -> Vec<Line> {
-    let line = |insn: &crate::code::Insn| {
+fn lines(code: &FinishedCode) -> Vec<ImageLine> {
+    let line = |insn: &crate::code::CodeInstruction| {
         let words = code.words.get(insn.addr as usize..(insn.addr + insn.len) as usize).unwrap_or_default().to_vec();
-        Line { addr: insn.addr, words, text: insn.text.clone(), target: insn.target }
+        ImageLine { addr: insn.addr, words, text: insn.text.clone(), target: insn.target }
     };
-    code.insns.iter().map(line).collect()
+    code.instructions.iter().map(line).collect()
 }
 
 /// The family as the assembler of back ends sees it: every instruction is a word and a machine cycle.
 #[derive(Debug)]
-struct Machine;
+struct Ap101Arch;
 
 /// A jump, or one that is made if A is 1: both reach everything.
 #[derive(Debug, Clone, Copy)]
-enum Jump {
-    Always,
+enum Ap101Jump {
+    Unconditional,
     IfSet,
 }
 
-impl Arch for Machine {
-    type Kind = Kind;
-    type Jump = Jump;
+impl TargetArch for Ap101Arch {
+    type Opcode = Kind;
+    type JumpForm = Ap101Jump;
 
-    fn len(&self, _: Kind) -> u32 {
+    fn instruction_words(&self, _: Kind) -> u32 {
         1
     }
 
@@ -222,27 +222,27 @@ impl Arch for Machine {
         isa::encode(kind, operands).map(|word| vec![word]).map_err(|error| error.to_string())
     }
 
-    fn form(&self, jump: Jump, _: u8, _: u32, to: u32) -> Option<Vec<Step<Kind>>> {
+    fn jump_form(&self, jump: Ap101Jump, _: u8, _: u32, to: u32) -> Option<Vec<FormInstruction<Kind>>> {
         let kind = match jump {
-            Jump::Always => Kind::Jmp,
-            Jump::IfSet => Kind::Jmpc,
+            Ap101Jump::Unconditional => Kind::Jmp,
+            Ap101Jump::IfSet => Kind::Jmpc,
         };
         // Code that is longer than the memory is refused for its length, whatever its jumps hold.
-        Some(vec![Step { kind, operands: vec![(to % SPAN as u32) as i32], target: Some(to) }])
+        Some(vec![FormInstruction { kind, operands: vec![(to % SPAN as u32) as i32], target: Some(to) }])
     }
 
-    fn flow(&self, kind: Kind) -> (Flow, Cycles) {
+    fn flow_and_cycles(&self, kind: Kind) -> (ControlFlow, CycleCounts) {
         let flow = match kind {
-            Kind::Jmp | Kind::JmpX => Flow::Jump,
-            Kind::Jmpc | Kind::JmpcX => Flow::Branch,
-            _ => Flow::Next,
+            Kind::Jmp | Kind::JmpX => ControlFlow::Jump,
+            Kind::Jmpc | Kind::JmpcX => ControlFlow::Branch,
+            _ => ControlFlow::Sequential,
         };
         let row = isa::ROWS.get(kind as usize);
-        let cycles = row.and_then(|row| row.cycles.outcomes().first().copied()).map_or(1, u32::from);
+        let cycles = row.and_then(|row| row.cycles.possible_counts().first().copied()).map_or(1, u32::from);
         (flow, [cycles; 3])
     }
 
-    fn text(&self, words: &[u16], at: u32) -> String {
+    fn disassemble(&self, words: &[u16], at: u32) -> String {
         isa::disassemble(words, at).text
     }
 }

@@ -8,121 +8,121 @@ use std::collections::HashMap;
 use emu_ap101::isa::Kind;
 use ladder::CounterKind;
 
-use super::layout::{self, Layout, M, R, RESET};
-use super::{Jump, Machine};
-use crate::code::Asm;
-use crate::ir::{Bit, Cond, Logic, Module, Op, Word};
+use super::layout::{self, Ap101Layout, M_ZONE, R_ZONE, RESET_OFFSET};
+use super::{Ap101Jump, Ap101Arch};
+use crate::code::CodeWriter;
+use crate::ir::{BitId, BranchCondition, LogicOp, TimedModule, IrOp, WordId};
 
 /// What comes behind an operation: the rest of its list, then what follows the list.
 #[derive(Clone, Copy)]
-struct Rest<'a> {
-    ops: &'a [&'a Op],
-    then: Option<&'a Rest<'a>>,
+struct OpContinuation<'a> {
+    ops: &'a [&'a IrOp],
+    then: Option<&'a OpContinuation<'a>>,
 }
 
 /// Selects instructions for a scan.
-pub(super) struct Select<'a, 'b> {
-    pub asm: &'b mut Asm<Machine>,
-    layout: &'a Layout,
-    all: &'a [&'a Op],
+pub(super) struct Ap101Selector<'a, 'b> {
+    pub asm: &'b mut CodeWriter<Ap101Arch>,
+    layout: &'a Ap101Layout,
+    all_ops: &'a [&'a IrOp],
     /// A holds the complement of the accumulator.
     inverted: bool,
     /// What A holds, the accumulator or not.
     known: Option<bool>,
     /// A bit that A holds, or the complement of which.
-    held: Option<(u16, bool)>,
+    held_bit: Option<(u16, bool)>,
     /// Temporaries that are not kept, because another bit is the same for as long as they are read: that one, and whether it is the
     /// complement.
-    same: HashMap<Bit, (u16, bool)>,
+    equal_bits: HashMap<BitId, (u16, bool)>,
     /// A does not really hold what it is said to.
-    passing: bool,
+    holds_nothing_real: bool,
 }
 
-impl<'a, 'b> Select<'a, 'b> {
+impl<'a, 'b> Ap101Selector<'a, 'b> {
     /// `all`: the operations of the scan, which [`Select::next`] takes one after the other.
-    pub(super) fn new(asm: &'b mut Asm<Machine>, layout: &'a Layout, all: &'a [&'a Op]) -> Self {
-        Select { asm, layout, all, inverted: false, known: None, held: None, same: HashMap::new(), passing: false }
+    pub(super) fn new(asm: &'b mut CodeWriter<Ap101Arch>, layout: &'a Ap101Layout, all: &'a [&'a IrOp]) -> Self {
+        Ap101Selector { asm, layout, all_ops: all, inverted: false, known: None, held_bit: None, equal_bits: HashMap::new(), holds_nothing_real: false }
     }
 
     /// The next operation of the scan.
-    pub(super) fn next(&mut self) {
-        if let Some((op, ops)) = self.all.split_first() {
-            self.all = ops;
-            self.op(op, &Rest { ops, then: None });
+    pub(super) fn select_next(&mut self) {
+        if let Some((op, ops)) = self.all_ops.split_first() {
+            self.all_ops = ops;
+            self.op(op, &OpContinuation { ops, then: None });
         }
     }
 
     /// Brings outputs from their images to their channels.
-    pub(super) fn outputs(&mut self) {
-        for &(image, channel) in &self.layout.late {
-            self.put(Kind::Ld, image);
-            self.put(Kind::Sto, channel);
+    pub(super) fn copy_late_outputs(&mut self) {
+        for &(image, channel) in &self.layout.late_outputs {
+            self.emit(Kind::Ld, image);
+            self.emit(Kind::Sto, channel);
         }
     }
 
-    fn put(&mut self, kind: Kind, addr: u16) {
+    fn emit(&mut self, kind: Kind, addr: u16) {
         self.asm.op(kind, &[addr.into()]);
         let writes = matches!(kind, Kind::Sto | Kind::Stoc | Kind::Stc | Kind::Rtc);
-        if !writes || self.held.is_some_and(|(held, _)| held == addr) {
-            self.held = None;
+        if !writes || self.held_bit.is_some_and(|(held, _)| held == addr) {
+            self.held_bit = None;
         }
         if !writes {
             self.known = None;
         }
         // What is written to a module is not what is read there.
         match kind {
-            Kind::Ld | Kind::Ldc => self.held = Some((addr, kind == Kind::Ldc)),
-            Kind::Sto | Kind::Stoc if !(R..M).contains(&addr) => self.held = Some((addr, kind == Kind::Stoc)),
+            Kind::Ld | Kind::Ldc => self.held_bit = Some((addr, kind == Kind::Ldc)),
+            Kind::Sto | Kind::Stoc if !(R_ZONE..M_ZONE).contains(&addr) => self.held_bit = Some((addr, kind == Kind::Stoc)),
             _ => {}
         }
     }
 
-    fn bit(&self, bit: Bit) -> u16 {
+    fn bit(&self, bit: BitId) -> u16 {
         self.layout.bits.get(bit.0 as usize).copied().unwrap_or(0)
     }
 
     /// Where a bit can be read, and whether its complement is there.
-    fn source(&self, bit: Bit) -> (u16, bool) {
-        self.same.get(&bit).copied().unwrap_or((self.bit(bit), false))
+    fn source(&self, bit: BitId) -> (u16, bool) {
+        self.equal_bits.get(&bit).copied().unwrap_or((self.bit(bit), false))
     }
 
     /// A temporary can be that address for as long as it is read; `rest` comes behind its store.
-    fn lasts(&self, bit: Bit, addr: u16, rest: &Rest<'_>) -> bool {
+    fn stays_valid(&self, bit: BitId, addr: u16, rest: &OpContinuation<'_>) -> bool {
         self.layout.temporary.contains(&bit)
             && rest.then.is_none()
             && addr != self.layout.scratch
-            && !(R..M).contains(&addr)
-            && self.stays(rest.ops, bit, addr)
+            && !(R_ZONE..M_ZONE).contains(&addr)
+            && self.is_unchanged_until_set(rest.ops, bit, addr)
     }
 
     /// Stores the accumulator in a temporary by remembering which bit is the same; false where none is, or not long enough.
-    fn remembers(&mut self, bit: Bit, negated: bool, rest: &Rest<'_>) -> bool {
-        self.same.remove(&bit);
-        if let Some((addr, complement)) = self.held
-            && self.lasts(bit, addr, rest)
+    fn alias_temporary(&mut self, bit: BitId, negated: bool, rest: &OpContinuation<'_>) -> bool {
+        self.equal_bits.remove(&bit);
+        if let Some((addr, complement)) = self.held_bit
+            && self.stays_valid(bit, addr, rest)
         {
-            self.same.insert(bit, (addr, complement != (self.inverted != negated)));
+            self.equal_bits.insert(bit, (addr, complement != (self.inverted != negated)));
         }
-        self.same.contains_key(&bit)
+        self.equal_bits.contains_key(&bit)
     }
 
     /// What is loaded is only stored, and that store only remembered.
-    fn passes(&self, addr: u16, rest: &Rest<'_>) -> bool {
-        let Some((Op::Store { bit, .. }, ops)) = rest.ops.split_first() else { return false };
-        let behind = Rest { ops, then: rest.then };
-        !reads_acc(&behind) && self.lasts(*bit, addr, &behind)
+    fn is_load_unneeded(&self, addr: u16, rest: &OpContinuation<'_>) -> bool {
+        let Some((IrOp::Store { bit, .. }, ops)) = rest.ops.split_first() else { return false };
+        let behind = OpContinuation { ops, then: rest.then };
+        !reads_acc(&behind) && self.stays_valid(*bit, addr, &behind)
     }
 
     /// Until `bit` gets a new value for certain, nothing writes to it or to the address.
-    fn stays(&self, ops: &[&Op], bit: Bit, addr: u16) -> bool {
+    fn is_unchanged_until_set(&self, ops: &[&IrOp], bit: BitId, addr: u16) -> bool {
         for op in ops {
-            if matches!(op, Op::Store { bit: other, .. } | Op::Put { bit: other, .. } | Op::Logic { dst: other, .. } if *other == bit)
+            if matches!(op, IrOp::Store { bit: other, .. } | IrOp::SetBit { bit: other, .. } | IrOp::Logic { dst: other, .. } if *other == bit)
             {
                 return true;
             }
             let mut written = false;
-            layout::each(op, &mut |op| {
-                written |= layout::written(op).is_some_and(|other| other == bit || self.bit(other) == addr);
+            layout::for_each_nested_op(op, &mut |op| {
+                written |= layout::written_bit(op).is_some_and(|other| other == bit || self.bit(other) == addr);
             });
             if written {
                 return false;
@@ -131,42 +131,42 @@ impl<'a, 'b> Select<'a, 'b> {
         true
     }
 
-    fn module(&self, word: Word) -> u16 {
-        R + self.layout.words.get(word.0 as usize).copied().unwrap_or(0)
+    fn module(&self, word: WordId) -> u16 {
+        R_ZONE + self.layout.words.get(word.0 as usize).copied().unwrap_or(0)
     }
 
     fn not(&mut self) {
         self.asm.op(Kind::Not, &[]);
         self.inverted = !self.inverted;
         self.known = self.known.map(|a| !a);
-        self.held = self.held.map(|(bit, complement)| (bit, !complement));
+        self.held_bit = self.held_bit.map(|(bit, complement)| (bit, !complement));
     }
 
     fn clear(&mut self) {
         if self.known != Some(false) {
             self.asm.op(Kind::Clr, &[]);
-            (self.known, self.held) = (Some(false), None);
+            (self.known, self.held_bit) = (Some(false), None);
         }
     }
 
     /// Makes A the accumulator, or its complement.
-    fn turn(&mut self, inverted: bool) {
+    fn set_inversion(&mut self, inverted: bool) {
         if self.inverted != inverted {
             self.not();
         }
     }
 
-    fn load(&mut self, addr: u16, negated: bool, rest: &Rest<'_>) {
-        if let Some((_, complement)) = self.held.filter(|(held, _)| *held == addr) {
+    fn load(&mut self, addr: u16, negated: bool, rest: &OpContinuation<'_>) {
+        if let Some((_, complement)) = self.held_bit.filter(|(held, _)| *held == addr) {
             self.inverted = complement != negated;
             return;
         }
-        self.inverted = wants_inverted(rest);
-        self.put(if negated == self.inverted { Kind::Ld } else { Kind::Ldc }, addr);
+        self.inverted = prefers_inverted(rest);
+        self.emit(if negated == self.inverted { Kind::Ld } else { Kind::Ldc }, addr);
     }
 
     fn store(&mut self, addr: u16, negated: bool) {
-        self.put(if negated == self.inverted { Kind::Sto } else { Kind::Stoc }, addr);
+        self.emit(if negated == self.inverted { Kind::Sto } else { Kind::Stoc }, addr);
     }
 
     /// acc and the bit; of complements that is an or.
@@ -177,7 +177,7 @@ impl<'a, 'b> Select<'a, 'b> {
             (true, false) => Kind::Orc,
             (true, true) => Kind::Or,
         };
-        self.put(kind, addr);
+        self.emit(kind, addr);
     }
 
     fn or(&mut self, addr: u16, negated: bool) {
@@ -187,121 +187,121 @@ impl<'a, 'b> Select<'a, 'b> {
             (true, false) => Kind::Andc,
             (true, true) => Kind::And,
         };
-        self.put(kind, addr);
+        self.emit(kind, addr);
     }
 
     /// Makes a bit a constant; what the accumulator is stays.
-    fn constant(&mut self, addr: u16, value: bool, rest: &Rest<'_>) {
+    fn constant(&mut self, addr: u16, value: bool, rest: &OpContinuation<'_>) {
         let write = if value { Kind::Stc } else { Kind::Rtc };
         if self.known.is_none() {
             if reads_acc(rest) {
-                self.put(write, addr);
+                self.emit(write, addr);
                 self.not();
-                return self.put(write, addr);
+                return self.emit(write, addr);
             }
             self.clear();
         }
-        self.put(if self.known == Some(value) { Kind::Sto } else { Kind::Stoc }, addr);
+        self.emit(if self.known == Some(value) { Kind::Sto } else { Kind::Stoc }, addr);
     }
 
-    fn op(&mut self, op: &Op, rest: &Rest<'_>) {
+    fn op(&mut self, op: &IrOp, rest: &OpContinuation<'_>) {
         match op {
-            Op::Acc(value) => {
+            IrOp::SetAccumulator(value) => {
                 self.clear();
                 self.inverted = *value;
             }
-            Op::Load { bit, negated } => {
+            IrOp::Load { bit, negated } => {
                 let (addr, complement) = self.source(*bit);
-                if self.passes(addr, rest) {
+                if self.is_load_unneeded(addr, rest) {
                     // As if A held it, until the store is over.
-                    (self.held, self.inverted, self.passing) = (Some((addr, false)), *negated != complement, true);
+                    (self.held_bit, self.inverted, self.holds_nothing_real) = (Some((addr, false)), *negated != complement, true);
                 } else {
                     self.load(addr, *negated != complement, rest);
                 }
             }
-            Op::And { bit, negated } => {
+            IrOp::And { bit, negated } => {
                 let (addr, complement) = self.source(*bit);
                 self.and(addr, *negated != complement);
             }
-            Op::Or { bit, negated } => {
+            IrOp::Or { bit, negated } => {
                 let (addr, complement) = self.source(*bit);
                 self.or(addr, *negated != complement);
             }
-            Op::Store { bit, negated } => {
-                if !self.remembers(*bit, *negated, rest) {
+            IrOp::Store { bit, negated } => {
+                if !self.alias_temporary(*bit, *negated, rest) {
                     self.store(self.bit(*bit), *negated);
                 }
-                if std::mem::take(&mut self.passing) {
-                    self.held = None;
+                if std::mem::take(&mut self.holds_nothing_real) {
+                    self.held_bit = None;
                 }
             }
-            Op::Put { bit, value } => {
-                self.same.remove(bit);
+            IrOp::SetBit { bit, value } => {
+                self.equal_bits.remove(bit);
                 self.constant(self.bit(*bit), *value, rest);
             }
-            Op::Rising(memory) => self.rising(self.bit(*memory)),
-            Op::Falling(memory) => self.falling(self.bit(*memory)),
+            IrOp::Rising(memory) => self.rising(self.bit(*memory)),
+            IrOp::Falling(memory) => self.falling(self.bit(*memory)),
             // A reset: nothing else that moves numbers comes here.
-            Op::Move { dst, .. } => self.constant(self.module(*dst) + RESET, true, rest),
-            Op::Module { is, word, .. } => self.element(*is, *word, rest),
-            Op::Logic { dst, is } => {
+            IrOp::Move { dst, .. } => self.constant(self.module(*dst) + RESET_OFFSET, true, rest),
+            IrOp::Module { module: is, word, .. } => self.element(*is, *word, rest),
+            IrOp::Logic { dst, function: is } => {
                 self.logic(self.bit(*dst), *is);
-                self.same.remove(dst);
+                self.equal_bits.remove(dst);
             }
-            Op::If { cond, then, otherwise } => self.branch(*cond, then, otherwise, rest),
+            IrOp::If { cond, if_true: then, if_false: otherwise } => self.branch(*cond, then, otherwise, rest),
             // Refused before.
-            Op::AndCompare(_)
-            | Op::Math { .. }
-            | Op::Lookup { .. }
-            | Op::ReadAdc { .. }
-            | Op::SetPwm { .. }
-            | Op::Send { .. }
-            | Op::Receive { .. }
-            | Op::Recall { .. }
-            | Op::Persist { .. } => {}
+            IrOp::AndCompare(_)
+            | IrOp::Math { .. }
+            | IrOp::Lookup { .. }
+            | IrOp::ReadAdc { .. }
+            | IrOp::SetPwm { .. }
+            | IrOp::Send { .. }
+            | IrOp::Receive { .. }
+            | IrOp::ReadEeprom { .. }
+            | IrOp::WriteEeprom { .. } => {}
         }
     }
 
     /// The memory first loses its 1 where in is 0; then out is what of in the memory has not, and is added to it.
     fn rising(&mut self, memory: u16) {
-        self.turn(true);
-        self.put(Kind::Rtc, memory);
+        self.set_inversion(true);
+        self.emit(Kind::Rtc, memory);
         self.not();
-        self.put(Kind::Andc, memory);
-        self.put(Kind::Stc, memory);
+        self.emit(Kind::Andc, memory);
+        self.emit(Kind::Stc, memory);
     }
 
     /// The same with in and memory complemented.
     fn falling(&mut self, memory: u16) {
-        self.turn(false);
-        self.put(Kind::Stc, memory);
+        self.set_inversion(false);
+        self.emit(Kind::Stc, memory);
         self.not();
-        self.put(Kind::And, memory);
-        self.put(Kind::Rtc, memory);
+        self.emit(Kind::And, memory);
+        self.emit(Kind::Rtc, memory);
         self.inverted = false;
     }
 
     /// The template of an operation by itself.
-    fn logic(&mut self, dst: u16, is: Logic) {
+    fn logic(&mut self, dst: u16, is: LogicOp) {
         let (first, second) = match is {
-            Logic::Copy(a) => ((Kind::Ld, Kind::Ldc, a), None),
-            Logic::Not(a) => ((Kind::Ldc, Kind::Ld, a), None),
-            Logic::And(a, b) => ((Kind::Ld, Kind::Ldc, a), Some((Kind::And, Kind::Andc, b))),
-            Logic::Or(a, b) => ((Kind::Ld, Kind::Ldc, a), Some((Kind::Or, Kind::Orc, b))),
+            LogicOp::Copy(a) => ((Kind::Ld, Kind::Ldc, a), None),
+            LogicOp::Not(a) => ((Kind::Ldc, Kind::Ld, a), None),
+            LogicOp::And(a, b) => ((Kind::Ld, Kind::Ldc, a), Some((Kind::And, Kind::Andc, b))),
+            LogicOp::Or(a, b) => ((Kind::Ld, Kind::Ldc, a), Some((Kind::Or, Kind::Orc, b))),
         };
         for (plain, complemented, bit) in std::iter::once(first).chain(second) {
             let (addr, complement) = self.source(bit);
-            self.put(if complement { complemented } else { plain }, addr);
+            self.emit(if complement { complemented } else { plain }, addr);
         }
-        self.put(Kind::Sto, dst);
+        self.emit(Kind::Sto, dst);
         self.inverted = false;
     }
 
     /// A timer or counter.
-    fn element(&mut self, is: Module, word: Word, rest: &Rest<'_>) {
+    fn element(&mut self, is: TimedModule, word: WordId, rest: &OpContinuation<'_>) {
         let module = self.module(word);
-        let circular = matches!(is, Module::Counter { kind: CounterKind::Ctc, .. });
-        if layout::is_plain(is) {
+        let circular = matches!(is, TimedModule::Counter { kind: CounterKind::Ctc, .. });
+        if layout::writes_input_directly(is) {
             self.store(module, false);
             // What a CTC gives is what it gets.
             if !circular && reads_acc(rest) {
@@ -309,43 +309,43 @@ impl<'a, 'b> Select<'a, 'b> {
             }
             return;
         }
-        let Module::Counter { kind, input, bounded } = is else { return };
+        let TimedModule::Counter { kind, input, bounded } = is else { return };
         let scratch = self.layout.scratch;
         // It counts the edges of what is written, so that a 0 comes before each 1; Q is then what the count makes of it.
         self.store(scratch, false);
         self.clear();
-        self.put(Kind::Sto, module);
-        self.put(if matches!(input, '/' | 'o') { Kind::Ldc } else { Kind::Ld }, scratch);
+        self.emit(Kind::Sto, module);
+        self.emit(if matches!(input, '/' | 'o') { Kind::Ldc } else { Kind::Ld }, scratch);
         self.inverted = input == '/';
-        let edge = self.layout.edges.get(&word).copied().unwrap_or(scratch);
+        let edge = self.layout.module_edge_bits.get(&word).copied().unwrap_or(scratch);
         match input {
             '/' => self.rising(edge),
             '\\' => self.falling(edge),
             _ => {}
         }
         match kind {
-            CounterKind::Ctu if bounded => self.put(Kind::Andc, module),
-            CounterKind::Ctd if bounded => self.put(Kind::And, module),
+            CounterKind::Ctu if bounded => self.emit(Kind::Andc, module),
+            CounterKind::Ctd if bounded => self.emit(Kind::And, module),
             _ => {}
         }
-        self.put(Kind::Sto, module);
+        self.emit(Kind::Sto, module);
         self.load(if circular { scratch } else { module }, false, rest);
     }
 
-    fn branch(&mut self, cond: Cond, then: &[Op], otherwise: &[Op], rest: &Rest<'_>) {
-        let simple = |ops: &[Op]| ops.iter().all(|op| matches!(op, Op::Put { .. } | Op::Move { .. }));
+    fn branch(&mut self, cond: BranchCondition, then: &[IrOp], otherwise: &[IrOp], rest: &OpContinuation<'_>) {
+        let simple = |ops: &[IrOp]| ops.iter().all(|op| matches!(op, IrOp::SetBit { .. } | IrOp::Move { .. }));
         match cond {
-            Cond::Acc if simple(then) && simple(otherwise) => {
+            BranchCondition::Acc if simple(then) && simple(otherwise) => {
                 for (ops, inverted) in [(then, false), (otherwise, true)] {
-                    ops.iter().for_each(|op| self.conditional(op, inverted));
+                    ops.iter().for_each(|op| self.write_conditionally(op, inverted));
                 }
             }
-            Cond::Acc => {
-                self.turn(false);
-                self.arms(then, otherwise, None, rest);
+            BranchCondition::Acc => {
+                self.set_inversion(false);
+                self.select_arms(then, otherwise, None, rest);
             }
-            Cond::Bit(bit) => {
-                if let ([Op::Store { bit: stored, negated: false }], [Op::Put { bit: set, value: true }]) =
+            BranchCondition::Bit(bit) => {
+                if let ([IrOp::Store { bit: stored, negated: false }], [IrOp::SetBit { bit: set, value: true }]) =
                     (then, otherwise)
                     && *stored == bit
                     && *set == bit
@@ -356,49 +356,49 @@ impl<'a, 'b> Select<'a, 'b> {
                     return self.store(self.bit(bit), false);
                 }
                 let scratch = self.layout.scratch;
-                let (then_ops, other_ops): (Vec<&Op>, Vec<&Op>) = (then.iter().collect(), otherwise.iter().collect());
-                let reads = |ops: &[&Op]| reads_acc(&Rest { ops, then: Some(rest) });
+                let (then_ops, other_ops): (Vec<&IrOp>, Vec<&IrOp>) = (then.iter().collect(), otherwise.iter().collect());
+                let reads = |ops: &[&IrOp]| reads_acc(&OpContinuation { ops, then: Some(rest) });
                 let kept = reads(&then_ops) || reads(&other_ops);
                 if kept {
                     self.store(scratch, false);
                 }
                 let (addr, complement) = self.source(bit);
-                self.put(if complement { Kind::Ldc } else { Kind::Ld }, addr);
+                self.emit(if complement { Kind::Ldc } else { Kind::Ld }, addr);
                 self.inverted = false;
-                self.arms(then, otherwise, kept.then_some(scratch), rest);
+                self.select_arms(then, otherwise, kept.then_some(scratch), rest);
             }
             // Refused before.
-            Cond::Compare(_) => {}
+            BranchCondition::Compare(_) => {}
         }
     }
 
     /// A constant is written, or a module reset, where the accumulator is 1, or where it is 0.
-    fn conditional(&mut self, op: &Op, inverted: bool) {
+    fn write_conditionally(&mut self, op: &IrOp, inverted: bool) {
         let (kind, addr) = match op {
-            Op::Put { bit, value } => (if *value { Kind::Stc } else { Kind::Rtc }, self.bit(*bit)),
-            Op::Move { dst, .. } => (Kind::Stc, self.module(*dst) + RESET),
+            IrOp::SetBit { bit, value } => (if *value { Kind::Stc } else { Kind::Rtc }, self.bit(*bit)),
+            IrOp::Move { dst, .. } => (Kind::Stc, self.module(*dst) + RESET_OFFSET),
             _ => return,
         };
-        self.turn(inverted);
-        self.put(kind, addr);
+        self.set_inversion(inverted);
+        self.emit(kind, addr);
     }
 
     /// Two lists, of which A decides; `from`: where the accumulator is, if not in A.
-    fn arms(&mut self, then: &[Op], otherwise: &[Op], from: Option<u16>, rest: &Rest<'_>) {
-        let (first, end) = (self.asm.label(), self.asm.label());
-        self.asm.jump(Jump::IfSet, first);
-        self.arm(otherwise, false, from, rest);
-        self.asm.jump(Jump::Always, end);
-        self.asm.place(first);
-        self.arm(then, true, from, rest);
-        self.asm.place(end);
-        (self.known, self.held) = (None, None);
+    fn select_arms(&mut self, then: &[IrOp], otherwise: &[IrOp], from: Option<u16>, rest: &OpContinuation<'_>) {
+        let (first, end) = (self.asm.new_label(), self.asm.new_label());
+        self.asm.jump(Ap101Jump::IfSet, first);
+        self.select_arm(otherwise, false, from, rest);
+        self.asm.jump(Ap101Jump::Unconditional, end);
+        self.asm.place_label(first);
+        self.select_arm(then, true, from, rest);
+        self.asm.place_label(end);
+        (self.known, self.held_bit) = (None, None);
     }
 
-    fn arm(&mut self, list: &[Op], a: bool, from: Option<u16>, rest: &Rest<'_>) {
-        let ops: Vec<&Op> = list.iter().collect();
-        (self.inverted, self.known, self.held) = (false, Some(a), None);
-        let mut here = Rest { ops: &ops, then: Some(rest) };
+    fn select_arm(&mut self, list: &[IrOp], a: bool, from: Option<u16>, rest: &OpContinuation<'_>) {
+        let ops: Vec<&IrOp> = list.iter().collect();
+        (self.inverted, self.known, self.held_bit) = (false, Some(a), None);
+        let mut here = OpContinuation { ops: &ops, then: Some(rest) };
         if let Some(from) = from
             && reads_acc(&here)
         {
@@ -409,7 +409,7 @@ impl<'a, 'b> Select<'a, 'b> {
             self.op(op, &here);
         }
         if reads_acc(rest) {
-            self.turn(false);
+            self.set_inversion(false);
         }
         self.inverted = false;
     }
@@ -417,7 +417,7 @@ impl<'a, 'b> Select<'a, 'b> {
 
 /// What a list of operations does with the accumulator that it gets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Use {
+enum AccumulatorUse {
     /// Reads it.
     Reads,
     /// Gives it another value first.
@@ -426,39 +426,39 @@ enum Use {
     Leaves,
 }
 
-fn using<'a>(mut ops: impl Iterator<Item = &'a Op>) -> Use {
-    let one = |op: &Op| match op {
-        Op::Acc(_) | Op::Load { .. } | Op::Logic { .. } => Use::Sets,
-        Op::Put { .. } | Op::Move { .. } => Use::Leaves,
-        Op::If { cond: Cond::Bit(_), then, otherwise } => match (using(then.iter()), using(otherwise.iter())) {
-            (Use::Reads, _) | (_, Use::Reads) => Use::Reads,
-            (Use::Sets, Use::Sets) => Use::Sets,
-            _ => Use::Leaves,
+fn accumulator_use<'a>(mut ops: impl Iterator<Item = &'a IrOp>) -> AccumulatorUse {
+    let one = |op: &IrOp| match op {
+        IrOp::SetAccumulator(_) | IrOp::Load { .. } | IrOp::Logic { .. } => AccumulatorUse::Sets,
+        IrOp::SetBit { .. } | IrOp::Move { .. } => AccumulatorUse::Leaves,
+        IrOp::If { cond: BranchCondition::Bit(_), if_true: then, if_false: otherwise } => match (accumulator_use(then.iter()), accumulator_use(otherwise.iter())) {
+            (AccumulatorUse::Reads, _) | (_, AccumulatorUse::Reads) => AccumulatorUse::Reads,
+            (AccumulatorUse::Sets, AccumulatorUse::Sets) => AccumulatorUse::Sets,
+            _ => AccumulatorUse::Leaves,
         },
-        _ => Use::Reads,
+        _ => AccumulatorUse::Reads,
     };
-    ops.find_map(|op| Some(one(op)).filter(|used| *used != Use::Leaves)).unwrap_or(Use::Leaves)
+    ops.find_map(|op| Some(one(op)).filter(|used| *used != AccumulatorUse::Leaves)).unwrap_or(AccumulatorUse::Leaves)
 }
 
 /// The accumulator is read before it gets another value.
-fn reads_acc(rest: &Rest<'_>) -> bool {
-    match using(rest.ops.iter().copied()) {
-        Use::Leaves => rest.then.is_some_and(reads_acc),
-        used => used == Use::Reads,
+fn reads_acc(rest: &OpContinuation<'_>) -> bool {
+    match accumulator_use(rest.ops.iter().copied()) {
+        AccumulatorUse::Leaves => rest.then.is_some_and(reads_acc),
+        used => used == AccumulatorUse::Reads,
     }
 }
 
 /// What comes next is shorter where A is the complement of the accumulator.
-fn wants_inverted(rest: &Rest<'_>) -> bool {
+fn prefers_inverted(rest: &OpContinuation<'_>) -> bool {
     let mut turned = false;
     for op in rest.ops {
         match op {
-            Op::And { .. } | Op::Or { .. } | Op::Store { .. } => {}
+            IrOp::And { .. } | IrOp::Or { .. } | IrOp::Store { .. } => {}
             // A constant is written once for each value of A.
-            Op::Put { .. } | Op::Move { .. } => turned = !turned,
-            Op::Rising(_) => return !turned,
-            Op::Module { is: Module::Counter { kind: CounterKind::Ctc, .. }, .. } => {}
-            Op::If { cond: Cond::Acc, then, otherwise } => return turned != (then.is_empty() && !otherwise.is_empty()),
+            IrOp::SetBit { .. } | IrOp::Move { .. } => turned = !turned,
+            IrOp::Rising(_) => return !turned,
+            IrOp::Module { module: TimedModule::Counter { kind: CounterKind::Ctc, .. }, .. } => {}
+            IrOp::If { cond: BranchCondition::Acc, if_true: then, if_false: otherwise } => return turned != (then.is_empty() && !otherwise.is_empty()),
             _ => return turned,
         }
     }

@@ -2,20 +2,20 @@
 
 use emu_avr::isa::{self, Kind, ROWS, WORD_BITS};
 use emu_core::chip::Chip;
-use emu_core::table::{Site, words_of};
+use emu_core::table::{InstructionLocation, instruction_words};
 
-use crate::code::{Arch, Cycles, Flow, Step};
+use crate::code::{TargetArch, CycleCounts, ControlFlow, FormInstruction};
 
 /// An AVR chip.
 #[derive(Debug, Clone, Copy)]
-pub struct Avr {
+pub struct AvrArch {
     /// Its row.
     pub chip: &'static Chip,
 }
 
 /// A transfer of control.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Jump {
+pub enum AvrJump {
     /// A conditional branch.
     If(Kind),
     /// A jump. It is one instruction whatever its reach, so a skip may stand before it.
@@ -25,83 +25,83 @@ pub enum Jump {
 }
 
 /// Code for the AVR.
-pub type Asm = crate::code::Asm<Avr>;
+pub type AvrCodeWriter = crate::code::CodeWriter<AvrArch>;
 
-impl Avr {
+impl AvrArch {
     /// Program words less one where relative jumps wrap, as on chips without the long ones; else more than any program has.
-    fn mask(&self) -> u32 {
-        if isa::lacks(self.chip.flash, Kind::Jmp) { self.chip.flash / 2 - 1 } else { 0x3F_FFFF }
+    fn wrap_mask(&self) -> u32 {
+        if isa::is_missing(self.chip.flash_bytes, Kind::Jmp) { self.chip.flash_bytes / 2 - 1 } else { 0x3F_FFFF }
     }
 
     /// Code that is too large is refused by its size when it is finished, so until then addresses wrap.
-    fn site(&self, pc: u32, len: u32) -> Site {
-        Site { pc: pc & self.mask(), len, next_len: 1, pc_mask: self.mask() }
+    fn site(&self, pc: u32, len: u32) -> InstructionLocation {
+        InstructionLocation { pc: pc & self.wrap_mask(), len, next_len: 1, pc_mask: self.wrap_mask() }
     }
 
     /// RJMP and RCALL reach from `at` to `to`: 2,047 words on and 2,048 back, and all the way round on small chips.
-    fn near(&self, at: u32, to: u32) -> bool {
+    fn is_relative_reachable(&self, at: u32, to: u32) -> bool {
         let away = i64::from(to) - i64::from(at) - 1;
-        let size = i64::from(self.mask()) + 1;
+        let size = i64::from(self.wrap_mask()) + 1;
         [away, away - size, away + size].iter().any(|away| (-2048..2048).contains(away))
     }
 }
 
-impl Arch for Avr {
-    type Kind = Kind;
-    type Jump = Jump;
+impl TargetArch for AvrArch {
+    type Opcode = Kind;
+    type JumpForm = AvrJump;
 
-    fn len(&self, kind: Kind) -> u32 {
+    fn instruction_words(&self, kind: Kind) -> u32 {
         ROWS.get(kind as usize).map_or(1, |row| row.len())
     }
 
     fn encode(&self, kind: Kind, operands: &[i32], at: u32) -> Result<Vec<u16>, String> {
         let row = ROWS.get(kind as usize).ok_or("no such instruction")?;
         let bits = row.encode(operands, &self.site(at, row.len())).map_err(|error| error.to_string())?;
-        Ok(words_of(row, WORD_BITS, bits))
+        Ok(instruction_words(row, WORD_BITS, bits))
     }
 
-    fn form(&self, jump: Jump, level: u8, at: u32, to: u32) -> Option<Vec<Step<Kind>>> {
-        let step = |kind, to: u32| Step { kind, operands: vec![(to & self.mask()) as i32], target: Some(to) };
+    fn jump_form(&self, jump: AvrJump, level: u8, at: u32, to: u32) -> Option<Vec<FormInstruction<Kind>>> {
+        let step = |kind, to: u32| FormInstruction { kind, operands: vec![(to & self.wrap_mask()) as i32], target: Some(to) };
         match (jump, level) {
-            (Jump::If(kind), 0) => {
+            (AvrJump::If(kind), 0) => {
                 let away = i64::from(to) - i64::from(at) - 1;
                 (-64..64).contains(&away).then(|| vec![step(kind, to)])
             }
             // Too far for the branch: the opposite branch steps over a jump.
-            (Jump::If(kind), 1) => {
-                self.near(at + 1, to).then(|| vec![step(opposite(kind), at + 2), step(Kind::Rjmp, to)])
+            (AvrJump::If(kind), 1) => {
+                self.is_relative_reachable(at + 1, to).then(|| vec![step(opposite_branch(kind), at + 2), step(Kind::Rjmp, to)])
             }
-            (Jump::If(kind), _) => Some(vec![step(opposite(kind), at + 3), step(Kind::Jmp, to)]),
-            (Jump::To, 0) => self.near(at, to).then(|| vec![step(Kind::Rjmp, to)]),
-            (Jump::Call, 0) => self.near(at, to).then(|| vec![step(Kind::Rcall, to)]),
+            (AvrJump::If(kind), _) => Some(vec![step(opposite_branch(kind), at + 3), step(Kind::Jmp, to)]),
+            (AvrJump::To, 0) => self.is_relative_reachable(at, to).then(|| vec![step(Kind::Rjmp, to)]),
+            (AvrJump::Call, 0) => self.is_relative_reachable(at, to).then(|| vec![step(Kind::Rcall, to)]),
             // On a chip without them only code that is too large comes here, and it is refused by its size.
-            (Jump::To, _) => Some(vec![step(Kind::Jmp, to)]),
-            (Jump::Call, _) => Some(vec![step(Kind::Call, to)]),
+            (AvrJump::To, _) => Some(vec![step(Kind::Jmp, to)]),
+            (AvrJump::Call, _) => Some(vec![step(Kind::Call, to)]),
         }
     }
 
-    fn flow(&self, kind: Kind) -> (Flow, Cycles) {
+    fn flow_and_cycles(&self, kind: Kind) -> (ControlFlow, CycleCounts) {
         let flow = match kind {
-            Kind::Ret => Flow::Return,
-            Kind::Rjmp | Kind::Jmp => Flow::Jump,
-            Kind::Rcall | Kind::Call => Flow::Call,
-            Kind::Sbrc | Kind::Sbrs | Kind::Sbic | Kind::Sbis | Kind::Cpse => Flow::Skip,
-            kind if opposite(kind) != kind => Flow::Branch,
-            _ => Flow::Next,
+            Kind::Ret => ControlFlow::Return,
+            Kind::Rjmp | Kind::Jmp => ControlFlow::Jump,
+            Kind::Rcall | Kind::Call => ControlFlow::Call,
+            Kind::Sbrc | Kind::Sbrs | Kind::Sbic | Kind::Sbis | Kind::Cpse => ControlFlow::Skip,
+            kind if opposite_branch(kind) != kind => ControlFlow::Branch,
+            _ => ControlFlow::Sequential,
         };
-        let outcomes = ROWS.get(kind as usize).map_or(&[][..], |row| row.cycles.outcomes());
+        let outcomes = ROWS.get(kind as usize).map_or(&[][..], |row| row.cycles.possible_counts());
         let cycles = |n: usize| outcomes.get(n).or(outcomes.last()).copied().map_or(1, u32::from);
         (flow, [cycles(0), cycles(1), cycles(2)])
     }
 
-    fn text(&self, words: &[u16], at: u32) -> String {
+    fn disassemble(&self, words: &[u16], at: u32) -> String {
         (self.chip.isa.disassemble)(words, at).text
     }
 }
 
 /// The branch on the opposite condition.
 #[must_use]
-pub fn opposite(kind: Kind) -> Kind {
+pub fn opposite_branch(kind: Kind) -> Kind {
     const PAIRS: [(Kind, Kind); 6] = [
         (Kind::Brcs, Kind::Brcc),
         (Kind::Breq, Kind::Brne),

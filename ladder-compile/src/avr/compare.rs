@@ -2,49 +2,49 @@
 
 use emu_avr::isa::Kind;
 
-use super::arch::Jump;
-use super::layout::Home;
-use super::regs::{A, B, BYTE, SCRATCH, ZERO};
-use super::select::Select;
-use super::words::{Quad, byte};
-use crate::code::Label;
-use crate::ir::{Compare, Op, Rel, Value, Word};
+use super::arch::AvrJump;
+use super::layout::AvrCellPlace;
+use super::registers::{A, B, BYTE, SCRATCH, ZERO};
+use super::select::AvrSelector;
+use super::words::{RegisterQuad, constant_byte};
+use crate::code::CodeLabel;
+use crate::ir::{WordComparison, IrOp, RelationOp, WordOperand, WordId};
 
 /// A row of comparisons that is being selected.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Row {
+pub struct ComparisonChain {
     /// Where those that fail go, and what A holds there.
-    fails: Option<(Label, Option<(Word, usize)>)>,
+    failure_target: Option<(CodeLabel, Option<(WordId, usize)>)>,
     /// The next comparison is one without sign.
     unsigned: bool,
 }
 
 /// `first` says that a word is not negative, `second` that it is below a positive constant.
-fn is_range(first: &Compare, second: &Compare) -> bool {
-    let (Value::Const(low), Value::Const(high)) = (first.b, second.b) else { return false };
-    first.a == second.a && first.rel == Rel::Ge && low == 0 && second.rel == Rel::Lt && high > 0
+fn is_range(first: &WordComparison, second: &WordComparison) -> bool {
+    let (WordOperand::Const(low), WordOperand::Const(high)) = (first.b, second.b) else { return false };
+    first.a == second.a && first.rel == RelationOp::Ge && low == 0 && second.rel == RelationOp::Lt && high > 0
 }
 
-impl Select<'_> {
+impl AvrSelector<'_> {
     /// T := T and the comparison; `next` is the operation behind it. In a row of comparisons one that fails goes straight to
     /// the CLT at the end of the row.
-    pub fn and_compare(&mut self, compare: &Compare, next: Option<&Op>) {
+    pub fn and_compare(&mut self, compare: &WordComparison, next: Option<&IrOp>) {
         if self.known.t == Some(false) {
             return;
         }
         let next = match next {
-            Some(Op::AndCompare(next)) => Some(next),
+            Some(IrOp::AndCompare(next)) => Some(next),
             _ => None,
         };
         if next.is_some_and(|next| is_range(compare, next)) {
             // What is not negative and below a number is below it without sign: the next comparison does it all.
-            self.row.unsigned = true;
+            self.comparison_chain.unsigned = true;
             return;
         }
-        let unsigned = std::mem::take(&mut self.row.unsigned);
-        if let (Rel::Lt | Rel::Ge, Value::Const(0), None, None) = (compare.rel, compare.b, next, self.row.fails) {
-            let top = self.top(compare.a);
-            self.asm.op(if compare.rel == Rel::Ge { Kind::Sbrc } else { Kind::Sbrs }, &[top, 7]);
+        let unsigned = std::mem::take(&mut self.comparison_chain.unsigned);
+        if let (RelationOp::Lt | RelationOp::Ge, WordOperand::Const(0), None, None) = (compare.rel, compare.b, next, self.comparison_chain.failure_target) {
+            let top = self.sign_byte_register(compare.a);
+            self.asm.op(if compare.rel == RelationOp::Ge { Kind::Sbrc } else { Kind::Sbrs }, &[top, 7]);
             self.asm.op(Kind::Clt, &[]);
             self.known.t = None;
             return;
@@ -53,82 +53,82 @@ impl Select<'_> {
             _ if unsigned => (Kind::Brcs, Kind::Brcc),
             signed => signed,
         };
-        let (label, before) = match self.row.fails {
+        let (label, before) = match self.comparison_chain.failure_target {
             Some(known) => known,
-            None => (self.asm.label(), self.known.a),
+            None => (self.asm.new_label(), self.known.a),
         };
         let known = self.known.a.filter(|_| self.known.a == before);
         if next.is_some() {
-            self.asm.jump(Jump::If(fails), label);
-            self.row.fails = Some((label, known));
+            self.asm.jump(AvrJump::If(fails), label);
+            self.comparison_chain.failure_target = Some((label, known));
         } else {
-            let over = self.asm.label();
-            self.asm.jump(Jump::If(holds), over);
-            self.asm.place(label);
+            let over = self.asm.new_label();
+            self.asm.jump(AvrJump::If(holds), over);
+            self.asm.place_label(label);
             self.asm.op(Kind::Clt, &[]);
-            self.asm.place(over);
-            self.row.fails = None;
+            self.asm.place_label(over);
+            self.comparison_chain.failure_target = None;
             self.known.a = known;
         }
         self.known.t = None;
     }
 
     /// Compares; returns the branches that are taken when the comparison holds and when it does not.
-    pub fn compare(&mut self, compare: &Compare) -> (Kind, Kind) {
-        let Compare { a, rel, b } = *compare;
+    pub fn compare(&mut self, compare: &WordComparison) -> (Kind, Kind) {
+        let WordComparison { a, rel, b } = *compare;
         match (rel, b) {
-            (Rel::Lt | Rel::Ge, Value::Const(0)) => {
+            (RelationOp::Lt | RelationOp::Ge, WordOperand::Const(0)) => {
                 // Only the sign counts.
-                let top = self.top(a);
+                let top = self.sign_byte_register(a);
                 self.asm.op(Kind::And, &[top, top]);
-                return if rel == Rel::Lt { (Kind::Brmi, Kind::Brpl) } else { (Kind::Brpl, Kind::Brmi) };
+                return if rel == RelationOp::Lt { (Kind::Brmi, Kind::Brpl) } else { (Kind::Brpl, Kind::Brmi) };
             }
-            (_, Value::Const(constant)) => self.with_constant(a, rel, constant),
-            (_, Value::Cell(word)) => {
+            (_, WordOperand::Const(constant)) => self.compare_constant(a, rel, constant),
+            (_, WordOperand::Cell(word)) => {
                 let width = self.bytes(a).max(self.bytes(word));
                 // What A holds stays there, the other operand comes to B.
                 let held = matches!(self.known.a, Some((held, to)) if held == word && to >= width);
-                let left = self.source(Value::Cell(a), width, if held { B } else { A });
-                let right = self.source(b, width, B);
-                self.chain(left, right, width);
+                let left = self.source_registers(WordOperand::Cell(a), width, if held { B } else { A });
+                let right = self.source_registers(b, width, B);
+                self.compare_bytes(left, right, width);
             }
         }
         match rel {
-            Rel::Eq => (Kind::Breq, Kind::Brne),
-            Rel::Ne => (Kind::Brne, Kind::Breq),
-            Rel::Lt => (Kind::Brlt, Kind::Brge),
-            Rel::Ge => (Kind::Brge, Kind::Brlt),
+            RelationOp::Eq => (Kind::Breq, Kind::Brne),
+            RelationOp::Ne => (Kind::Brne, Kind::Breq),
+            RelationOp::Lt => (Kind::Brlt, Kind::Brge),
+            RelationOp::Ge => (Kind::Brge, Kind::Brlt),
         }
     }
 
-    fn chain(&mut self, left: Quad, right: Quad, width: usize) {
+    fn compare_bytes(&mut self, left: RegisterQuad, right: RegisterQuad, width: usize) {
         for (n, (&left, &right)) in left.iter().zip(&right).enumerate().take(width) {
             self.asm.op(if n == 0 { Kind::Cp } else { Kind::Cpc }, &[left, right]);
         }
     }
 
     /// Compares with a constant. For less and not less, low bytes of the constant that are zero decide nothing.
-    fn with_constant(&mut self, a: Word, rel: Rel, constant: i32) {
+    fn compare_constant(&mut self, a: WordId, rel: RelationOp, constant: i32) {
         let width = self.bytes(a);
-        let ordered = matches!(rel, Rel::Lt | Rel::Ge);
-        let skipped = if ordered { (0..width - 1).take_while(|&n| byte(constant, n) == 0).count() } else { 0 };
+        let ordered = matches!(rel, RelationOp::Lt | RelationOp::Ge);
+        let skipped = if ordered { (0..width - 1).take_while(|&n| constant_byte(constant, n) == 0).count() } else { 0 };
         let held = matches!(self.known.a, Some((held, to)) if held == a && to >= width);
-        let first = byte(constant, skipped);
-        let regs = match (self.layout.word(a), self.home(a)) {
+        let first = constant_byte(constant, skipped);
+        let regs = match (self.layout.word(a), self.home_registers(a)) {
             // The lowest byte that counts is compared at once from r16 on, and with zero anywhere.
             (_, Some(home)) if home[0] >= 16 || first == 0 || (skipped + 1 == width && !held) => home,
-            (Home::Ram(addr), None) if skipped + 1 == width && !held => {
+            (AvrCellPlace::Ram(addr), None) if skipped + 1 == width && !held => {
                 self.layout.load(self.asm, BYTE, addr + skipped as u16);
                 [BYTE; 4]
             }
             _ => {
-                self.fill(Value::Cell(a), width, A);
+                self.load_value(WordOperand::Cell(a), width, A);
                 A
             }
         };
         for (n, &reg) in regs.iter().enumerate().take(width).skip(skipped) {
             let (plain, immediate) = if n == skipped { (Kind::Cp, true) } else { (Kind::Cpc, false) };
-            match byte(constant, n) {
+            match constant_byte(constant, n) {
                 0 => self.asm.op(plain, &[reg, ZERO]),
                 byte if immediate && reg >= 16 => self.asm.op(Kind::Cpi, &[reg, byte]),
                 byte => {
@@ -140,18 +140,18 @@ impl Select<'_> {
     }
 
     /// A register that holds the byte with the sign.
-    fn top(&mut self, word: Word) -> i32 {
+    fn sign_byte_register(&mut self, word: WordId) -> i32 {
         let last = self.bytes(word).saturating_sub(1);
-        if let Some(&reg) = self.home(word).as_ref().and_then(|home| home.get(last)) {
+        if let Some(&reg) = self.home_registers(word).as_ref().and_then(|home| home.get(last)) {
             return reg;
         }
         match (self.known.a, self.layout.word(word)) {
             (Some((held, to)), _) if held == word && to > last => A.get(last).copied().unwrap_or(BYTE),
-            (_, Home::Ram(addr)) => {
+            (_, AvrCellPlace::Ram(addr)) => {
                 self.layout.load(self.asm, BYTE, addr + last as u16);
                 BYTE
             }
-            (_, Home::Reg(reg)) => reg.into(),
+            (_, AvrCellPlace::Reg(reg)) => reg.into(),
         }
     }
 }

@@ -15,41 +15,41 @@
 
 use emu_avr::isa::Kind;
 
-use super::arch::Asm;
-use super::uses::Uses;
-use crate::ir::{Bit, BitRole, Word};
-use crate::pins::Pin;
-use crate::target::Job;
+use super::arch::AvrCodeWriter;
+use super::usage::AvrUsage;
+use crate::ir::{BitId, BitRole, WordId};
+use crate::pins::AssignedPin;
+use crate::target::CompileJob;
 
 /// Registers that any instruction on bits takes, but none with a constant.
-const LOW: std::ops::RangeInclusive<u8> = 2..=15;
+const BIT_REGISTERS: std::ops::RangeInclusive<u8> = 2..=15;
 
 /// Bytes kept free for the stack: one return address.
-const STACK: u32 = 2;
+const STACK_BYTES: u32 = 2;
 
 /// Where a byte of bits, or the low byte of an integer, is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Home {
+pub enum AvrCellPlace {
     /// In a register, which is also the data address of that number.
     Reg(u8),
     /// In RAM, at a data address.
     Ram(u16),
 }
 
-impl Home {
+impl AvrCellPlace {
     /// Data address.
     #[must_use]
     pub fn addr(self) -> u16 {
         match self {
-            Home::Reg(reg) => reg.into(),
-            Home::Ram(addr) => addr,
+            AvrCellPlace::Reg(reg) => reg.into(),
+            AvrCellPlace::Ram(addr) => addr,
         }
     }
 }
 
 /// A port of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Port {
+pub struct AvrPortUse {
     /// Its letter.
     pub letter: char,
     /// Register that holds the latched inputs, where there are inputs.
@@ -68,17 +68,17 @@ pub struct Port {
 
 /// Places of all cells.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Layout {
+pub struct AvrLayout {
     /// Ports in use, by letter.
-    pub ports: Vec<Port>,
+    pub ports: Vec<AvrPortUse>,
     /// Home and bit number, by [`Bit`].
-    pub bits: Vec<(Home, u8)>,
+    pub bits: Vec<(AvrCellPlace, u8)>,
     /// Homes by [`Word`].
-    pub words: Vec<Home>,
+    pub words: Vec<AvrCellPlace>,
     /// Widths in bytes, by [`Word`].
     pub sizes: Vec<u8>,
     /// Where the timer's fraction begins.
-    pub fraction: Home,
+    pub fraction: AvrCellPlace,
     /// Registers that hold bits, integers, or the images of ports.
     pub registers: Vec<u8>,
     /// First data address of RAM.
@@ -87,27 +87,27 @@ pub struct Layout {
     pub ram_bytes: u16,
 }
 
-impl Layout {
+impl AvrLayout {
     /// Home of a bit.
     #[must_use]
-    pub fn bit(&self, bit: Bit) -> (Home, u8) {
-        self.bits.get(bit.0 as usize).copied().unwrap_or((Home::Reg(*LOW.end()), 0))
+    pub fn bit(&self, bit: BitId) -> (AvrCellPlace, u8) {
+        self.bits.get(bit.0 as usize).copied().unwrap_or((AvrCellPlace::Reg(*BIT_REGISTERS.end()), 0))
     }
 
     /// Home of a word.
     #[must_use]
-    pub fn word(&self, word: Word) -> Home {
-        self.words.get(word.0 as usize).copied().unwrap_or(Home::Ram(self.ram_start))
+    pub fn word(&self, word: WordId) -> AvrCellPlace {
+        self.words.get(word.0 as usize).copied().unwrap_or(AvrCellPlace::Ram(self.ram_start))
     }
 
     /// Width of a word in bytes.
     #[must_use]
-    pub fn bytes(&self, word: Word) -> u8 {
+    pub fn bytes(&self, word: WordId) -> u8 {
         self.sizes.get(word.0 as usize).copied().unwrap_or(2)
     }
 
     /// `reg` := the byte of RAM at a data address.
-    pub fn load(&self, asm: &mut Asm, reg: i32, addr: u16) {
+    pub fn load(&self, asm: &mut AvrCodeWriter, reg: i32, addr: u16) {
         match addr.wrapping_sub(self.ram_start) {
             near @ 0..64 => asm.op(Kind::LddY, &[reg, near.into()]),
             _ => asm.op(Kind::Lds, &[reg, addr.into()]),
@@ -115,7 +115,7 @@ impl Layout {
     }
 
     /// The byte of RAM at a data address := `reg`.
-    pub fn store(&self, asm: &mut Asm, addr: u16, reg: i32) {
+    pub fn store(&self, asm: &mut AvrCodeWriter, addr: u16, reg: i32) {
         match addr.wrapping_sub(self.ram_start) {
             near @ 0..64 => asm.op(Kind::StdY, &[near.into(), reg]),
             _ => asm.op(Kind::Sts, &[reg, addr.into()]),
@@ -127,18 +127,18 @@ impl Layout {
 ///
 /// # Errors
 /// The bytes of RAM needed, stack included, when the chip has fewer.
-pub fn layout(job: &Job<'_>, uses: &Uses, fraction: u16) -> Result<Layout, u64> {
+pub fn layout(job: &CompileJob<'_>, uses: &AvrUsage, fraction: u16) -> Result<AvrLayout, u64> {
     // Y is free where nothing is left for RAM, which only a try can tell.
-    match place(job, uses, fraction, true) {
+    match try_layout(job, uses, fraction, true) {
         Ok(layout) if layout.ram_bytes == 0 => Ok(layout),
-        _ => place(job, uses, fraction, false),
+        _ => try_layout(job, uses, fraction, false),
     }
 }
 
 /// The registers that are free.
-struct Free([bool; 32]);
+struct FreeRegisters([bool; 32]);
 
-impl Free {
+impl FreeRegisters {
     fn take(&mut self, from: impl IntoIterator<Item = u8>, size: u8) -> Option<u8> {
         let all = |at: u8| (at..at + size).all(|reg| self.0.get(usize::from(reg)).copied().unwrap_or(false));
         let found = from.into_iter().find(|&at| all(at))?;
@@ -148,8 +148,8 @@ impl Free {
     }
 }
 
-fn place(job: &Job<'_>, uses: &Uses, fraction: u16, use_y: bool) -> Result<Layout, u64> {
-    let Job { ir, pins, target, .. } = *job;
+fn try_layout(job: &CompileJob<'_>, uses: &AvrUsage, fraction: u16, use_y: bool) -> Result<AvrLayout, u64> {
+    let CompileJob { ir, pins, target, .. } = *job;
     let chip = target.chip;
     // Pairs that take constants, the ones that count by one instruction first.
     let upper = [
@@ -161,30 +161,30 @@ fn place(job: &Job<'_>, uses: &Uses, fraction: u16, use_y: bool) -> Result<Layou
         (20, !uses.wide && !uses.divides && fraction <= 2),
     ];
     let upper: Vec<u8> = upper.into_iter().filter(|&(_, free)| free).map(|(pair, _)| pair).collect();
-    let mut free = Free([false; 32]);
-    for reg in LOW.chain(upper.iter().flat_map(|&pair| [pair, pair + 1])) {
+    let mut free = FreeRegisters([false; 32]);
+    for reg in BIT_REGISTERS.chain(upper.iter().flat_map(|&pair| [pair, pair + 1])) {
         free.0.get_mut(usize::from(reg)).into_iter().for_each(|it| *it = true);
     }
     let before = free.0;
 
     let receive = target.uart.filter(|_| ir.uart.receive).map(|(_, receive)| receive);
-    let mut ports = ports(pins, receive, target.pwm.filter(|_| ir.pwm_hz.is_some()));
+    let mut ports = port_uses(pins, receive, target.pwm.filter(|_| ir.pwm_hz.is_some()));
     for port in &mut ports {
-        port.input = if port.inputs != 0 { free.take(LOW, 1) } else { None };
-        port.output = if port.outputs != 0 { free.take(LOW, 1) } else { None };
+        port.input = if port.inputs != 0 { free.take(BIT_REGISTERS, 1) } else { None };
+        port.output = if port.outputs != 0 { free.take(BIT_REGISTERS, 1) } else { None };
     }
 
     let mut ram = u64::from(chip.ram_start);
     let mut in_ram = |bytes: u64| {
         ram += bytes;
-        Home::Ram((ram - bytes) as u16)
+        AvrCellPlace::Ram((ram - bytes) as u16)
     };
-    let mut bits = vec![(Home::Ram(chip.ram_start), 0); ir.bits.len()];
+    let mut bits = vec![(AvrCellPlace::Ram(chip.ram_start), 0); ir.bits.len()];
     let mut loose = Vec::new();
     for (n, cell) in ir.bits.iter().enumerate() {
         let image = pins.iter().filter(|pin| !pin.analog).find(|p| p.name == cell.name).and_then(|pin| {
-            let port = ports.iter().find(|p| p.letter == pin.port())?;
-            Some((Home::Reg(if pin.output { port.output? } else { port.input? }), pin.bit()))
+            let port = ports.iter().find(|p| p.letter == pin.port_letter())?;
+            Some((AvrCellPlace::Reg(if pin.output { port.output? } else { port.input? }), pin.bit_number()))
         });
         match (cell.role, image) {
             (BitRole::Input | BitRole::Output, Some(image)) => bits[n] = image,
@@ -194,24 +194,24 @@ fn place(job: &Job<'_>, uses: &Uses, fraction: u16, use_y: bool) -> Result<Layou
     loose.sort_by_key(|&n| std::cmp::Reverse(uses.bits.get(n).copied()));
     let mut bytes_of_bits = Vec::new();
     for group in loose.chunks(8) {
-        match free.take(LOW, 1) {
-            Some(reg) => group.iter().zip(0..).for_each(|(&n, bit)| bits[n] = (Home::Reg(reg), bit)),
+        match free.take(BIT_REGISTERS, 1) {
+            Some(reg) => group.iter().zip(0..).for_each(|(&n, bit)| bits[n] = (AvrCellPlace::Reg(reg), bit)),
             None => bytes_of_bits.push(group),
         }
     }
 
     let mut order: Vec<usize> = (0..ir.words.len()).collect();
     order.sort_by_key(|&n| std::cmp::Reverse(uses.words.get(n).copied()));
-    let mut words = vec![Home::Ram(chip.ram_start); ir.words.len()];
+    let mut words = vec![AvrCellPlace::Ram(chip.ram_start); ir.words.len()];
     for n in order {
         let bytes = ir.words.get(n).map_or(2, |word| word.bytes);
-        let singles = || LOW.chain(upper.iter().rev().flat_map(|&pair| [pair, pair + 1]));
+        let singles = || BIT_REGISTERS.chain(upper.iter().rev().flat_map(|&pair| [pair, pair + 1]));
         let reg = match bytes {
             1 => free.take(singles(), 1),
-            2 => free.take(upper.iter().copied().chain(LOW.rev().filter(|reg| reg % 2 == 0)), 2),
+            2 => free.take(upper.iter().copied().chain(BIT_REGISTERS.rev().filter(|reg| reg % 2 == 0)), 2),
             _ => None,
         };
-        words[n] = reg.map_or_else(|| in_ram(bytes.into()), Home::Reg);
+        words[n] = reg.map_or_else(|| in_ram(bytes.into()), AvrCellPlace::Reg);
     }
     for group in bytes_of_bits {
         let home = in_ram(1);
@@ -224,16 +224,16 @@ fn place(job: &Job<'_>, uses: &Uses, fraction: u16, use_y: bool) -> Result<Layou
         2 => free.take(high(), 2),
         _ => None,
     };
-    let fraction = reg.map_or_else(|| in_ram(fraction.into()), Home::Reg);
+    let fraction = reg.map_or_else(|| in_ram(fraction.into()), AvrCellPlace::Reg);
     let needed = ram - u64::from(chip.ram_start);
-    if needed + u64::from(STACK) > u64::from(chip.ram_len) {
-        return Err(needed + u64::from(STACK));
+    if needed + u64::from(STACK_BYTES) > u64::from(chip.ram_len) {
+        return Err(needed + u64::from(STACK_BYTES));
     }
     let registers = (0..32u8).filter(|&reg| {
         let at = |of: &[bool; 32]| of.get(usize::from(reg)).copied().unwrap_or(false);
         at(&before) && !at(&free.0)
     });
-    Ok(Layout {
+    Ok(AvrLayout {
         registers: registers.collect(),
         ports,
         bits,
@@ -246,13 +246,13 @@ fn place(job: &Job<'_>, uses: &Uses, fraction: u16, use_y: bool) -> Result<Layou
 }
 
 /// The ports of these pins, by letter, without registers; `receive` and `pwm` are pins that the program uses so.
-fn ports(pins: &[Pin], receive: Option<&str>, pwm: Option<&str>) -> Vec<Port> {
-    let mut ports: Vec<Port> = Vec::new();
+fn port_uses(pins: &[AssignedPin], receive: Option<&str>, pwm: Option<&str>) -> Vec<AvrPortUse> {
+    let mut ports: Vec<AvrPortUse> = Vec::new();
     let mut add = |letter, inputs, outputs, pull_ups, driven| {
-        let port = match ports.iter_mut().find(|port: &&mut Port| port.letter == letter) {
+        let port = match ports.iter_mut().find(|port: &&mut AvrPortUse| port.letter == letter) {
             Some(port) => port,
             None => {
-                ports.push(Port { letter, input: None, output: None, inputs: 0, outputs: 0, pull_ups: 0, driven: 0 });
+                ports.push(AvrPortUse { letter, input: None, output: None, inputs: 0, outputs: 0, pull_ups: 0, driven: 0 });
                 let Some(port) = ports.last_mut() else { return };
                 port
             }
@@ -263,11 +263,11 @@ fn ports(pins: &[Pin], receive: Option<&str>, pwm: Option<&str>) -> Vec<Port> {
         port.driven |= outputs | driven;
     };
     for pin in pins.iter().filter(|pin| !pin.analog) {
-        let bit = 1 << pin.bit();
-        if pin.output { add(pin.port(), 0, bit, 0, 0) } else { add(pin.port(), bit, 0, 0, 0) }
+        let bit = 1 << pin.bit_number();
+        if pin.output { add(pin.port_letter(), 0, bit, 0, 0) } else { add(pin.port_letter(), bit, 0, 0, 0) }
     }
     for (pin, pull_up) in receive.map(|pin| (pin, true)).into_iter().chain(pwm.map(|pin| (pin, false))) {
-        let (letter, bit) = site(pin);
+        let (letter, bit) = port_and_mask(pin);
         if pull_up { add(letter, 0, 0, bit, 0) } else { add(letter, 0, 0, 0, bit) }
     }
     ports.sort_by_key(|port| port.letter);
@@ -276,7 +276,7 @@ fn ports(pins: &[Pin], receive: Option<&str>, pwm: Option<&str>) -> Vec<Port> {
 
 /// Letter of the port and mask of a pin such as `PB3`.
 #[must_use]
-pub fn site(pin: &str) -> (char, u8) {
+pub fn port_and_mask(pin: &str) -> (char, u8) {
     let mut chars = pin.chars().skip(1);
     let letter = chars.next().unwrap_or('?');
     (letter, 1 << chars.next().and_then(|c| c.to_digit(8)).unwrap_or(0))

@@ -1,15 +1,15 @@
 //! The PWM output: timer 2 counts all of its 256 values, up or up and down, and drives its pin by OCR2.
 
 use emu_avr::isa::Kind;
-use emu_avr::periph::timers::Tap;
+use emu_avr::periph::timers::ClockTap;
 
-use super::arch::{Asm, Jump};
-use super::regs::{self, A, LOW_ZERO, Regs, SCRATCH, ZERO};
-use crate::target::{Job, Refusal};
+use super::arch::{AvrCodeWriter, AvrJump};
+use super::registers::{self, A, LOW_ZERO, AvrRegisters, SCRATCH, ZERO};
+use crate::target::{CompileJob, BuildRefusal};
 
 /// How timer 2 is set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Pwm {
+pub struct AvrPwmSetup {
     /// Clock select bits.
     select: u8,
     /// Clocks per tick.
@@ -19,14 +19,14 @@ pub struct Pwm {
 }
 
 /// Ticks of a period of fast and of phase correct PWM.
-const FAST: u64 = 256;
-const PHASE: u64 = 510;
+const FAST_PERIOD_TICKS: u64 = 256;
+const PHASE_CORRECT_PERIOD_TICKS: u64 = 510;
 
-impl Pwm {
+impl AvrPwmSetup {
     /// Clocks of a period.
     #[must_use]
     pub fn period(&self) -> u64 {
-        u64::from(self.prescale) * if self.phase { PHASE } else { FAST }
+        u64::from(self.prescale) * if self.phase { PHASE_CORRECT_PERIOD_TICKS } else { FAST_PERIOD_TICKS }
     }
 
     /// Steps of the duty.
@@ -54,20 +54,20 @@ impl Pwm {
 ///
 /// # Errors
 /// More than 5 % off.
-pub fn plan(job: &Job<'_>, taps: &[Tap]) -> Result<Option<Pwm>, Refusal> {
+pub fn plan_pwm(job: &CompileJob<'_>, taps: &[ClockTap]) -> Result<Option<AvrPwmSetup>, BuildRefusal> {
     let Some(hertz) = job.ir.pwm_hz.map(u64::from) else { return Ok(None) };
     let clock = job.clock_hz;
     let settings = taps.iter().zip(0..).filter_map(|(tap, select)| match tap {
-        Tap::Div(prescale) => Some((*prescale, select)),
+        ClockTap::Div(prescale) => Some((*prescale, select)),
         _ => None,
     });
-    let settings = settings.flat_map(|(prescale, select)| [false, true].map(|phase| Pwm { select, prescale, phase }));
+    let settings = settings.flat_map(|(prescale, select)| [false, true].map(|phase| AvrPwmSetup { select, prescale, phase }));
     // |clock / period - hertz|, by a denominator that is a multiple of all periods.
-    let off = |pwm: &Pwm| u128::from(clock.abs_diff(hertz.saturating_mul(pwm.period())));
+    let off = |pwm: &AvrPwmSetup| u128::from(clock.abs_diff(hertz.saturating_mul(pwm.period())));
     let best = settings.min_by_key(|pwm| off(pwm) * (1 << 40) / u128::from(pwm.period()));
-    let Some(best) = best else { return Err(Refusal::Pwm { nearest: 0 }) };
+    let Some(best) = best else { return Err(BuildRefusal::PwmOutOfRange { nearest: 0 }) };
     if off(&best) * 20 > u128::from(hertz) * u128::from(best.period()) {
-        return Err(Refusal::Pwm { nearest: (2 * clock / best.period()).div_ceil(2) });
+        return Err(BuildRefusal::PwmOutOfRange { nearest: (2 * clock / best.period()).div_ceil(2) });
     }
     Ok(Some(best))
 }
@@ -76,11 +76,11 @@ pub fn plan(job: &Job<'_>, taps: &[Tap]) -> Result<Option<Pwm>, Refusal> {
 const MODE: &[&str] = &["TCCR2A", "TCCR2"];
 const COMPARE: &[&str] = &["OCR2A", "OCR2"];
 /// Holds MODE while the duty is reckoned.
-const MODE_REG: i32 = regs::BYTE;
+const MODE_WORK_REGISTER: i32 = registers::BYTE;
 
-impl Pwm {
+impl AvrPwmSetup {
     /// MODE with the pin driven by the timer, or left to its port.
-    fn mode(&self, regs: &Regs, driven: bool) -> i32 {
+    fn mode(&self, regs: &AvrRegisters, driven: bool) -> i32 {
         let mut bits: Vec<&[&str]> = vec![&["WGM20"]];
         if !self.phase {
             bits.push(&["WGM21"]);
@@ -93,41 +93,41 @@ impl Pwm {
     }
 
     /// Starts the timer with the pin low.
-    pub fn start(&self, asm: &mut Asm, regs: &Regs) {
-        regs::set(asm, regs.addr(MODE), self.mode(regs, false), 24);
+    pub fn start(&self, asm: &mut AvrCodeWriter, regs: &AvrRegisters) {
+        registers::write_constant(asm, regs.addr(MODE), self.mode(regs, false), 24);
         if regs.has("TCCR2B") {
-            regs::set(asm, regs.addr(&["TCCR2B"]), self.select.into(), 24);
+            registers::write_constant(asm, regs.addr(&["TCCR2B"]), self.select.into(), 24);
         }
     }
 
     /// The duty := a constant.
-    pub fn constant(&self, asm: &mut Asm, regs: &Regs, duty: i32) {
+    pub fn set_constant_duty(&self, asm: &mut AvrCodeWriter, regs: &AvrRegisters, duty: i32) {
         let compare = self.compare(duty.clamp(0, 100));
         if let Some(compare) = compare {
-            regs::set(asm, regs.addr(COMPARE), compare, SCRATCH);
+            registers::write_constant(asm, regs.addr(COMPARE), compare, SCRATCH);
         }
-        regs::set(asm, regs.addr(MODE), self.mode(regs, compare.is_some()), SCRATCH);
+        registers::write_constant(asm, regs.addr(MODE), self.mode(regs, compare.is_some()), SCRATCH);
     }
 
     /// The duty := the lowest `bytes` bytes of A, which are lost.
-    pub fn variable(&self, asm: &mut Asm, regs: &Regs, bytes: usize) {
-        let in_range = asm.label();
+    pub fn set_variable_duty(&self, asm: &mut AvrCodeWriter, regs: &AvrRegisters, bytes: usize) {
+        let in_range = asm.new_label();
         let low = A[0];
         let high = A.into_iter().take(bytes).next_back().unwrap_or(low);
         asm.op(Kind::Cpi, &[low, 101]);
         A.into_iter().take(bytes).skip(1).for_each(|reg| asm.op(Kind::Cpc, &[reg, ZERO]));
-        asm.jump(Jump::If(Kind::Brlt), in_range);
+        asm.jump(AvrJump::If(Kind::Brlt), in_range);
         asm.op(Kind::Ldi, &[low, 100]);
-        asm.place(in_range);
+        asm.place_label(in_range);
         asm.op(Kind::Sbrc, &[high, 7]);
         asm.op(Kind::Ldi, &[low, 0]);
         if !self.phase {
-            let driven = asm.label();
-            asm.op(Kind::Ldi, &[MODE_REG, self.mode(regs, true)]);
+            let driven = asm.new_label();
+            asm.op(Kind::Ldi, &[MODE_WORK_REGISTER, self.mode(regs, true)]);
             asm.op(Kind::And, &[low, low]);
-            asm.jump(Jump::If(Kind::Brne), driven);
-            asm.op(Kind::Ldi, &[MODE_REG, self.mode(regs, false)]);
-            asm.place(driven);
+            asm.jump(AvrJump::If(Kind::Brne), driven);
+            asm.op(Kind::Ldi, &[MODE_WORK_REGISTER, self.mode(regs, false)]);
+            asm.place_label(driven);
         }
         // The factor is 512 and some more.
         asm.op(Kind::Ldi, &[SCRATCH, self.factor() - 512]);
@@ -139,11 +139,11 @@ impl Pwm {
         }
         asm.op(Kind::Eor, &[ZERO, ZERO]);
         asm.op(Kind::Eor, &[LOW_ZERO, LOW_ZERO]);
-        regs::write(asm, regs.addr(COMPARE), low);
+        registers::write(asm, regs.addr(COMPARE), low);
         if self.phase {
-            regs::set(asm, regs.addr(MODE), self.mode(regs, true), SCRATCH);
+            registers::write_constant(asm, regs.addr(MODE), self.mode(regs, true), SCRATCH);
         } else {
-            regs::write(asm, regs.addr(MODE), MODE_REG);
+            registers::write(asm, regs.addr(MODE), MODE_WORK_REGISTER);
         }
     }
 }

@@ -2,27 +2,27 @@
 
 use emu_avr::isa::Kind;
 
-use super::arch::{Asm, Jump};
-use super::devices::Devices;
-use super::layout::{Home, Layout};
-use super::regs::{self, LOW_ZERO, Regs, ZERO};
+use super::arch::{AvrCodeWriter, AvrJump};
+use super::peripheral_ops::AvrPeripherals;
+use super::layout::{AvrCellPlace, AvrLayout};
+use super::registers::{self, LOW_ZERO, AvrRegisters, ZERO};
 use super::runtime::{wait_clear, wait_clocks};
-use crate::target::Job;
+use crate::target::CompileJob;
 
 /// Up to so many words of instructions RAM, and the registers, are cleared one by one; above them by a loop of that size.
-const LOOP: usize = 5;
+const MAX_UNROLLED_WORDS: usize = 5;
 
 /// Clocks of the converter that a conversion takes, and those in which it waits for its clock.
-const CONVERSION: u32 = 14;
+const CONVERSION_CLOCKS: u32 = 14;
 /// The same for the first conversion.
-const FIRST_CONVERSION: u32 = 26;
+const FIRST_CONVERSION_CLOCKS: u32 = 26;
 /// Instructions around a conversion, in clocks, which its wait covers too.
-const AROUND: u32 = 8;
+const CONVERSION_OVERHEAD_CLOCKS: u32 = 8;
 /// The fastest clock of the converter at which it has its full resolution, in Hz.
-const CONVERTER_HZ: u64 = 200_000;
+const MAX_CONVERTER_HZ: u64 = 200_000;
 
 /// Pins of the debugging interface, which the program takes from it.
-const JTAG: &[(&str, &[&str])] = &[
+const JTAG_PINS: &[(&str, &[&str])] = &[
     ("atmega16", &["PC2", "PC3", "PC4", "PC5"]),
     ("atmega32", &["PC2", "PC3", "PC4", "PC5"]),
     ("atmega64", &["PF4", "PF5", "PF6", "PF7"]),
@@ -31,17 +31,17 @@ const JTAG: &[(&str, &[&str])] = &[
 ];
 
 /// Memory and registers; `calls`: the program has subroutines.
-pub fn memory(asm: &mut Asm, regs: &Regs, layout: &Layout, job: &Job<'_>, calls: bool) {
+pub fn clear_memory(asm: &mut AvrCodeWriter, regs: &AvrRegisters, layout: &AvrLayout, job: &CompileJob<'_>, calls: bool) {
     let chip = job.target.chip;
     asm.op(Kind::Eor, &[ZERO, ZERO]);
-    let at_end = emu_avr::chips::part(chip.name).is_some_and(|part| part.stack_at_end);
+    let at_end = emu_avr::chips::part(chip.name).is_some_and(|part| part.stack_starts_at_ram_end);
     if calls && !at_end {
         let [low, high] = (chip.ram_start + (chip.ram_len - 1)).to_le_bytes();
-        regs::set(asm, regs.addr(&["SPH"]), high.into(), 24);
-        regs::set(asm, regs.addr(&["SPL"]), low.into(), 24);
+        registers::write_constant(asm, regs.addr(&["SPH"]), high.into(), 24);
+        registers::write_constant(asm, regs.addr(&["SPL"]), low.into(), 24);
     }
     let bytes = usize::from(layout.ram_bytes);
-    if bytes > LOOP {
+    if bytes > MAX_UNROLLED_WORDS {
         clear_ram(asm, layout);
     }
     clear_registers(asm, &layout.registers);
@@ -50,18 +50,18 @@ pub fn memory(asm: &mut Asm, regs: &Regs, layout: &Layout, job: &Job<'_>, calls:
         asm.op(Kind::Ldi, &[28, low.into()]);
         asm.op(Kind::Ldi, &[29, high.into()]);
     }
-    if bytes <= LOOP {
+    if bytes <= MAX_UNROLLED_WORDS {
         (0..layout.ram_bytes).for_each(|n| layout.store(asm, layout.ram_start + n, ZERO));
     }
     for (cell, home) in job.ir.words.iter().zip(&layout.words) {
         for (byte, n) in cell.initial.to_le_bytes().into_iter().zip(0..cell.bytes).filter(|&(byte, _)| byte != 0) {
             match *home {
-                Home::Reg(reg) if reg >= 16 => asm.op(Kind::Ldi, &[(reg + n).into(), byte.into()]),
-                Home::Reg(reg) => {
+                AvrCellPlace::Reg(reg) if reg >= 16 => asm.op(Kind::Ldi, &[(reg + n).into(), byte.into()]),
+                AvrCellPlace::Reg(reg) => {
                     asm.op(Kind::Ldi, &[24, byte.into()]);
                     asm.op(Kind::Mov, &[(reg + n).into(), 24]);
                 }
-                Home::Ram(addr) => {
+                AvrCellPlace::Ram(addr) => {
                     asm.op(Kind::Ldi, &[24, byte.into()]);
                     layout.store(asm, addr + u16::from(n), 24);
                 }
@@ -70,7 +70,7 @@ pub fn memory(asm: &mut Asm, regs: &Regs, layout: &Layout, job: &Job<'_>, calls:
     }
 }
 
-fn clear_ram(asm: &mut Asm, layout: &Layout) {
+fn clear_ram(asm: &mut AvrCodeWriter, layout: &AvrLayout) {
     let [low, high] = layout.ram_start.to_le_bytes();
     let [end_low, end_high] = (layout.ram_start + layout.ram_bytes).to_le_bytes();
     asm.op(Kind::Ldi, &[30, low.into()]);
@@ -79,24 +79,24 @@ fn clear_ram(asm: &mut Asm, layout: &Layout) {
     if many {
         asm.op(Kind::Ldi, &[24, end_high.into()]);
     }
-    let again = asm.label();
-    asm.place(again);
+    let again = asm.new_label();
+    asm.place_label(again);
     asm.op(Kind::StZi, &[ZERO]);
     asm.op(Kind::Cpi, &[30, end_low.into()]);
     if many {
         asm.op(Kind::Cpc, &[31, 24]);
     }
-    asm.repeat(Jump::If(Kind::Brne), again, layout.ram_bytes.into());
+    asm.jump_back(AvrJump::If(Kind::Brne), again, layout.ram_bytes.into());
 }
 
-fn clear_registers(asm: &mut Asm, used: &[u8]) {
+fn clear_registers(asm: &mut AvrCodeWriter, used: &[u8]) {
     let mut words = Vec::new();
     let mut rest = used.iter().copied().peekable();
     while let Some(reg) = rest.next() {
         let pair = reg % 2 == 0 && rest.next_if_eq(&(reg + 1)).is_some();
         words.push((reg, pair));
     }
-    if words.len() < LOOP {
+    if words.len() < MAX_UNROLLED_WORDS {
         asm.op(Kind::Eor, &[LOW_ZERO, LOW_ZERO]);
         for (reg, pair) in words {
             asm.op(if pair { Kind::Movw } else { Kind::Mov }, &[reg.into(), if pair { LOW_ZERO } else { ZERO }]);
@@ -106,67 +106,67 @@ fn clear_registers(asm: &mut Asm, used: &[u8]) {
     // Registers are data memory from address 0: Z runs down from its own place, and is zero at the end.
     asm.op(Kind::Ldi, &[30, 30]);
     asm.op(Kind::Ldi, &[31, 0]);
-    let again = asm.label();
-    asm.place(again);
+    let again = asm.new_label();
+    asm.place_label(again);
     asm.op(Kind::StZd, &[ZERO]);
     asm.op(Kind::And, &[30, 30]);
-    asm.repeat(Jump::If(Kind::Brne), again, 30);
+    asm.jump_back(AvrJump::If(Kind::Brne), again, 30);
 }
 
 /// Ports: pull-ups before directions, so that no output glitches. They are as reset leaves them: inputs without pull-up.
-pub fn ports(asm: &mut Asm, regs: &Regs, layout: &Layout, job: &Job<'_>) {
-    let jtag = JTAG.iter().find(|(chip, _)| *chip == job.target.chip.name).map_or(&[][..], |&(_, pins)| pins);
+pub fn set_up_ports(asm: &mut AvrCodeWriter, regs: &AvrRegisters, layout: &AvrLayout, job: &CompileJob<'_>) {
+    let jtag = JTAG_PINS.iter().find(|(chip, _)| *chip == job.target.chip.name).map_or(&[][..], |&(_, pins)| pins);
     if job.pins.iter().any(|pin| jtag.contains(&pin.pin)) {
         // The bit counts when it is written twice within four clocks.
         let control = regs.addr(&["MCUCSR"]);
-        regs::read(asm, 24, control);
+        registers::read(asm, 24, control);
         asm.op(Kind::Ori, &[24, regs.mask(&[&["JTD"]])]);
-        regs::write(asm, control, 24);
-        regs::write(asm, control, 24);
+        registers::write(asm, control, 24);
+        registers::write(asm, control, 24);
     }
     for port in &layout.ports {
         if port.pull_ups != 0 {
             asm.op(Kind::Ldi, &[24, port.pull_ups.into()]);
-            regs::write(asm, regs.port("PORT", port.letter), 24);
+            registers::write(asm, regs.port("PORT", port.letter), 24);
             if let Some(image) = port.output {
                 asm.op(Kind::Mov, &[image.into(), 24]);
             }
         }
         if port.driven != 0 {
-            regs::set(asm, regs.port("DDR", port.letter), port.driven.into(), 24);
+            registers::write_constant(asm, regs.port("DDR", port.letter), port.driven.into(), 24);
         }
     }
 }
 
 /// Peripherals in use.
-pub fn devices(asm: &mut Asm, regs: &Regs, devices: &Devices, job: &Job<'_>) {
+pub fn set_up_peripherals(asm: &mut AvrCodeWriter, regs: &AvrRegisters, devices: &AvrPeripherals, job: &CompileJob<'_>) {
     if let Some(serial) = devices.serial {
         serial.start(asm, regs, job);
     }
     if let Some(pwm) = devices.pwm {
         pwm.start(asm, regs);
     }
-    if let Some(&input) = devices.inputs.first() {
+    if let Some(&input) = devices.adc_selects.first() {
         // The first conversion takes longer than others, so it is done with here.
         let (control, start) = (regs.addr(&["ADCSRA"]), regs.bit(&["ADSC"]));
-        regs::set(asm, regs.addr(&["ADMUX"]), input.into(), 24);
+        registers::write_constant(asm, regs.addr(&["ADMUX"]), input.into(), 24);
         let bits = regs.mask(&[&["ADEN"], &["ADSC"]]) | i32::from(converter_clock(job.clock_hz));
-        regs::set(asm, control, bits, 24);
-        wait_clear(asm, control, start, turns(control, FIRST_CONVERSION, job.clock_hz));
+        registers::write_constant(asm, control, bits, 24);
+        wait_clear(asm, control, start, wait_iterations(control, FIRST_CONVERSION_CLOCKS, job.clock_hz));
     }
-    if job.ir.eeprom > 0 {
+    if job.ir.eeprom_bytes > 0 {
         // A write that reset has interrupted goes on.
         let control = regs.addr(&["EECR"]);
         wait_clear(asm, control, regs.bit(&["EEPE", "EEWE"]), u32::from(u16::MAX));
         if regs.has("EEARH") {
-            regs::write(asm, regs.addr(&["EEARH"]), ZERO);
+            registers::write(asm, regs.addr(&["EEARH"]), ZERO);
         }
     }
 }
 
 /// The analog inputs of a program: ADMUX of each, and the turns of the loop that waits for a conversion.
 #[must_use]
-pub fn converter(regs: &Regs, job: &Job<'_>) -> Option<(Vec<u8>, u32)> {
+pub fn plan_converter(regs: &AvrRegisters, job: &CompileJob<'_>) -> Option<(Vec<u8>, u32)> {
     let channel = |name: &String| {
         let pin = job.pins.iter().find(|pin| pin.analog && pin.name == *name)?;
         let (_, channel) = job.target.adc.iter().find(|(known, _)| *known == pin.pin)?;
@@ -174,14 +174,14 @@ pub fn converter(regs: &Regs, job: &Job<'_>) -> Option<(Vec<u8>, u32)> {
         Some(channel | regs.mask(&[&["REFS0"]]) as u8)
     };
     let inputs = job.ir.adcs.iter().map(channel).collect::<Option<Vec<u8>>>()?;
-    Some((inputs, turns(regs.addr(&["ADCSRA"]), CONVERSION, job.clock_hz)))
+    Some((inputs, wait_iterations(regs.addr(&["ADCSRA"]), CONVERSION_CLOCKS, job.clock_hz)))
 }
 
 /// ADPS: the clock is divided by two to this power.
 fn converter_clock(clock_hz: u64) -> u8 {
-    (1..7).find(|power| clock_hz >> power <= CONVERTER_HZ).unwrap_or(7)
+    (1..7).find(|power| clock_hz >> power <= MAX_CONVERTER_HZ).unwrap_or(7)
 }
 
-fn turns(control: i32, conversion: u32, clock_hz: u64) -> u32 {
-    ((conversion << converter_clock(clock_hz)) + AROUND).div_ceil(wait_clocks(control))
+fn wait_iterations(control: i32, conversion: u32, clock_hz: u64) -> u32 {
+    ((conversion << converter_clock(clock_hz)) + CONVERSION_OVERHEAD_CLOCKS).div_ceil(wait_clocks(control))
 }

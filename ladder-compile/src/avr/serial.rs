@@ -1,13 +1,13 @@
 //! The serial line: its speed, and its start.
 
-use super::arch::Asm;
-use super::regs::{self, Regs};
+use super::arch::AvrCodeWriter;
+use super::registers::{self, AvrRegisters};
 use crate::map::Ratio;
-use crate::target::{Job, Refusal};
+use crate::target::{CompileJob, BuildRefusal};
 
 /// How the serial line is set: eight bits, no parity, one stop bit, as reset leaves it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Serial {
+pub struct AvrUartSetup {
     /// UBRR.
     pub rate: u16,
     /// U2X: eight clocks a step instead of sixteen.
@@ -17,13 +17,13 @@ pub struct Serial {
 }
 
 /// Error of the speed that is refused, in parts of a hundred.
-const WORST_ERROR: u64 = 2;
+const MAX_BAUD_ERROR_PERCENT: u64 = 2;
 
 /// The setting nearest to the speed asked for; sixteen samples a bit where both are as near.
 ///
 /// # Errors
 /// More than 2 % off.
-pub fn plan(job: &Job<'_>) -> Result<Option<Serial>, Refusal> {
+pub fn plan_uart(job: &CompileJob<'_>) -> Result<Option<AvrUartSetup>, BuildRefusal> {
     if !job.ir.uart.send && !job.ir.uart.receive {
         return Ok(None);
     }
@@ -31,15 +31,15 @@ pub fn plan(job: &Job<'_>) -> Result<Option<Serial>, Refusal> {
     let settings = [false, true].map(|double| {
         let step = if double { 8 } else { 16 };
         let steps = ((2 * clock / (step * baud)).div_ceil(2)).clamp(1, 4096);
-        Serial { rate: (steps - 1) as u16, double, bit: step * steps }
+        AvrUartSetup { rate: (steps - 1) as u16, double, bit: step * steps }
     });
     // |clock / bit - baud|, by the common denominator.
-    let off = |serial: &Serial| clock.abs_diff(baud.saturating_mul(serial.bit));
-    let near = |serial: &Serial| u128::from(off(serial)) * 1_000_000_000 / u128::from(serial.bit);
+    let off = |serial: &AvrUartSetup| clock.abs_diff(baud.saturating_mul(serial.bit));
+    let near = |serial: &AvrUartSetup| u128::from(off(serial)) * 1_000_000_000 / u128::from(serial.bit);
     let [slow, fast] = settings;
     let best = if near(&fast) < near(&slow) { fast } else { slow };
-    if u128::from(off(&best)) * 100 > u128::from(WORST_ERROR) * u128::from(baud) * u128::from(best.bit) {
-        return Err(Refusal::Baud { nearest: (2 * clock / best.bit).div_ceil(2) });
+    if u128::from(off(&best)) * 100 > u128::from(MAX_BAUD_ERROR_PERCENT) * u128::from(baud) * u128::from(best.bit) {
+        return Err(BuildRefusal::BaudOutOfRange { nearest: (2 * clock / best.bit).div_ceil(2) });
     }
     Ok(Some(best))
 }
@@ -57,20 +57,20 @@ const TRANSMIT: &[&str] = &["TXEN1", "TXEN0", "TXEN"];
 const RECEIVE: &[&str] = &["RXEN1", "RXEN0", "RXEN"];
 const DOUBLE: &[&str] = &["U2X1", "U2X0", "U2X"];
 
-impl Serial {
+impl AvrUartSetup {
     /// Starts the line; its registers are as reset leaves them.
-    pub fn start(&self, asm: &mut Asm, regs: &Regs, job: &Job<'_>) {
+    pub fn start(&self, asm: &mut AvrCodeWriter, regs: &AvrRegisters, job: &CompileJob<'_>) {
         let [low, high] = self.rate.to_le_bytes();
         if high != 0 {
-            regs::set(asm, regs.addr(RATE_HIGH), high.into(), 24);
+            registers::write_constant(asm, regs.addr(RATE_HIGH), high.into(), 24);
         }
-        regs::set(asm, regs.addr(RATE_LOW), low.into(), 24);
+        registers::write_constant(asm, regs.addr(RATE_LOW), low.into(), 24);
         if self.double {
-            regs::set(asm, regs.addr(STATUS), regs.mask(&[DOUBLE]), 24);
+            registers::write_constant(asm, regs.addr(STATUS), regs.mask(&[DOUBLE]), 24);
         }
         let parts = [(job.ir.uart.send, TRANSMIT), (job.ir.uart.receive, RECEIVE)];
         let parts: Vec<&[&str]> = parts.into_iter().filter(|part| part.0).map(|part| part.1).collect();
-        regs::set(asm, regs.addr(CONTROL), regs.mask(&parts), 24);
+        registers::write_constant(asm, regs.addr(CONTROL), regs.mask(&parts), 24);
     }
 
     /// Clocks of a bit as a fraction.

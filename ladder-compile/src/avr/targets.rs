@@ -1,29 +1,29 @@
 //! The chips: their pins in the order in which they are given out, and what an image needs of their fuses.
 
-use emu_avr::chips::CHIPS;
+use emu_avr::chips::AVR_CHIPS;
 use emu_core::chip::Chip;
 
 use super::build;
-use crate::target::Target;
+use crate::target::CompileTarget;
 
 /// The chips of the family that there is a compiler for.
-pub const TARGETS: &[Target] = &[
-    x8("atmega328p"),
-    x8("atmega328"),
-    x8("atmega168"),
-    x8("atmega88"),
-    x8("atmega48"),
-    x8("atmega8"),
-    m16("atmega16"),
-    m16("atmega32"),
-    m128("atmega64"),
-    m128("atmega128"),
-    Target { pins: PINS_162, uart: Some(("PB3", "PB2")), pwm: Some("PB1"), adc: &[], ..x8("atmega162") },
+pub const TARGETS: &[CompileTarget] = &[
+    target_x8("atmega328p"),
+    target_x8("atmega328"),
+    target_x8("atmega168"),
+    target_x8("atmega88"),
+    target_x8("atmega48"),
+    target_x8("atmega8"),
+    target_mega16("atmega16"),
+    target_mega16("atmega32"),
+    target_mega128("atmega64"),
+    target_mega128("atmega128"),
+    CompileTarget { pins: PINS_162, uart: Some(("PB3", "PB2")), pwm: Some("PB1"), adc: &[], ..target_x8("atmega162") },
 ];
 
 /// PC6 is reset, PB6 and PB7 carry the crystal; PD0 and PD1 come last because boards put the serial line there.
-const fn x8(name: &str) -> Target {
-    Target {
+const fn target_x8(name: &str) -> CompileTarget {
+    CompileTarget {
         pins: &[
             "PD2", "PD3", "PD4", "PD5", "PD6", "PD7", "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PC0", "PC1", "PC2",
             "PC3", "PC4", "PC5", "PD0", "PD1",
@@ -32,14 +32,14 @@ const fn x8(name: &str) -> Target {
         pwm: Some("PB3"),
         adc: &[("PC0", 0), ("PC1", 1), ("PC2", 2), ("PC3", 3), ("PC4", 4), ("PC5", 5)],
         chip: chip(name),
-        eeprom: chip(name).eeprom,
+        eeprom: chip(name).eeprom_bytes,
         build,
     }
 }
 
 /// PC2 to PC5 are the debugging interface's.
-const fn m16(name: &str) -> Target {
-    Target {
+const fn target_mega16(name: &str) -> CompileTarget {
+    CompileTarget {
         pins: &[
             "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PB6", "PB7", "PD2", "PD3", "PD4", "PD5", "PD6", "PC0", "PC1",
             "PC6", "PC7", "PA0", "PA1", "PA2", "PA3", "PA4", "PA5", "PA6", "PA7", "PD7", "PC2", "PC3", "PC4", "PC5",
@@ -47,13 +47,13 @@ const fn m16(name: &str) -> Target {
         ],
         pwm: Some("PD7"),
         adc: &[("PA0", 0), ("PA1", 1), ("PA2", 2), ("PA3", 3), ("PA4", 4), ("PA5", 5), ("PA6", 6), ("PA7", 7)],
-        ..x8(name)
+        ..target_x8(name)
     }
 }
 
 /// PF4 to PF7 are the debugging interface's, PE0 and PE1 the programmer's.
-const fn m128(name: &str) -> Target {
-    Target {
+const fn target_mega128(name: &str) -> CompileTarget {
+    CompileTarget {
         pins: &[
             "PA0", "PA1", "PA2", "PA3", "PA4", "PA5", "PA6", "PA7", "PC0", "PC1", "PC2", "PC3", "PC4", "PC5", "PC6",
             "PC7", "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PB6", "PD0", "PD1", "PD4", "PD5", "PD6", "PD7", "PE2",
@@ -63,7 +63,7 @@ const fn m128(name: &str) -> Target {
         uart: Some(("PD3", "PD2")),
         pwm: Some("PB7"),
         adc: &[("PF0", 0), ("PF1", 1), ("PF2", 2), ("PF3", 3), ("PF4", 4), ("PF5", 5), ("PF6", 6), ("PF7", 7)],
-        ..x8(name)
+        ..target_x8(name)
     }
 }
 
@@ -77,16 +77,16 @@ const PINS_162: &[&str] = &[
 /// The chip of that name.
 const fn chip(name: &str) -> &'static Chip {
     let mut n = 0;
-    while n < CHIPS.len() {
-        if same(CHIPS[n].name.as_bytes(), name.as_bytes()) {
-            return CHIPS[n];
+    while n < AVR_CHIPS.len() {
+        if equal_bytes(AVR_CHIPS[n].name.as_bytes(), name.as_bytes()) {
+            return AVR_CHIPS[n];
         }
         n += 1;
     }
     panic!("no such chip")
 }
 
-const fn same(a: &[u8], b: &[u8]) -> bool {
+const fn equal_bytes(a: &[u8], b: &[u8]) -> bool {
     let mut n = 0;
     while n < a.len() && n < b.len() && a[n] == b[n] {
         n += 1;
@@ -96,7 +96,7 @@ const fn same(a: &[u8], b: &[u8]) -> bool {
 
 /// What an image needs of the fuses for a crystal of that clock ("Clock sources" and "Fuse bits" of the chip's data sheet).
 #[must_use]
-pub fn fuses(chip: &Chip, clock_hz: u64) -> Vec<String> {
+pub fn fuse_requirements(chip: &Chip, clock_hz: u64) -> Vec<String> {
     let has = |name: &str| (chip.constants)().iter().any(|(known, _)| *known == name);
     let select = match (has("FUSE_CKOPT"), clock_hz) {
         (true, 0..400_000) => "CKSEL = 1001, for a watch crystal; CKSEL = 0000 for a clock from outside",

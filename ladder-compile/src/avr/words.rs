@@ -5,70 +5,70 @@
 
 use emu_avr::isa::Kind;
 
-use super::layout::Home;
-use super::regs::{A, B, LOW_ZERO, SCRATCH, ZERO};
-use super::runtime::{Routine, negate};
-use super::select::Select;
-use crate::ir::{Math, Value, Word};
+use super::layout::AvrCellPlace;
+use super::registers::{A, B, LOW_ZERO, SCRATCH, ZERO};
+use super::runtime::{AvrRoutine, negate};
+use super::select::AvrSelector;
+use crate::ir::{ArithmeticOp, WordOperand, WordId};
 
 /// Registers of a value, least byte first.
-pub type Quad = [i32; 4];
+pub type RegisterQuad = [i32; 4];
 
 /// Registers from one on.
 #[must_use]
-pub fn from(reg: i32) -> Quad {
+pub fn consecutive_registers(reg: i32) -> RegisterQuad {
     [reg, reg + 1, reg + 2, reg + 3]
 }
 
 /// Byte `n` of a constant.
 #[must_use]
-pub fn byte(constant: i32, n: usize) -> i32 {
+pub fn constant_byte(constant: i32, n: usize) -> i32 {
     constant >> (8 * n.min(3)) & 0xFF
 }
 
 /// ADIW and SBIW take these pairs.
-fn counts(reg: i32) -> bool {
+fn is_word_add_pair(reg: i32) -> bool {
     matches!(reg, 24 | 26 | 28 | 30)
 }
 
-impl Select<'_> {
+impl AvrSelector<'_> {
     /// Registers where a word lives.
     #[must_use]
-    pub fn home(&self, word: Word) -> Option<Quad> {
+    pub fn home_registers(&self, word: WordId) -> Option<RegisterQuad> {
         match self.layout.word(word) {
-            Home::Reg(reg) => Some(from(reg.into())),
-            Home::Ram(_) => None,
+            AvrCellPlace::Reg(reg) => Some(consecutive_registers(reg.into())),
+            AvrCellPlace::Ram(_) => None,
         }
     }
 
     /// Width of a word in bytes.
     #[must_use]
-    pub fn bytes(&self, word: Word) -> usize {
+    pub fn bytes(&self, word: WordId) -> usize {
         self.layout.bytes(word).into()
     }
 
     /// A holds `value`, extended to `width` bytes at least.
-    fn cached(&self, value: Value, width: usize) -> bool {
-        matches!((value, self.known.a), (Value::Cell(word), Some((held, to))) if word == held && to >= width)
+    fn is_cached(&self, value: WordOperand, width: usize) -> bool {
+        matches!((value, self.known.a), (WordOperand::Cell(word), Some((held, to))) if word == held && to >= width)
     }
 
     /// Registers that hold `value`, to be read only: its home, A, or `to`, whichever costs least.
-    pub fn source(&mut self, value: Value, width: usize, to: Quad) -> Quad {
+    pub fn source_registers(&mut self, value: WordOperand, width: usize, to: RegisterQuad) -> RegisterQuad {
         match value {
-            Value::Cell(word) => {
-                if let Some(home) = self.home(word).filter(|_| self.bytes(word) >= width) {
+            WordOperand::Cell(word) => {
+                if let Some(home) = self.home_registers(word).filter(|_| self.bytes(word) >= width) {
                     return home;
                 }
-                if self.cached(value, width) {
+                if self.is_cached(value, width) {
                     return A;
                 }
-                self.fill(value, width, to);
+                self.load_value(value, width, to);
                 to
             }
-            Value::Const(constant) => {
+            WordOperand::Const(constant) => {
                 let mut regs = to;
                 for (n, reg) in regs.iter_mut().enumerate().take(width) {
-                    match byte(constant, n) {
+                    match constant_byte(constant, n) {
                         0 => *reg = ZERO,
                         byte => self.asm.op(Kind::Ldi, &[*reg, byte]),
                     }
@@ -82,43 +82,43 @@ impl Select<'_> {
     }
 
     /// `to` := `value`, extended with sign to `width` bytes. Constants need registers from r16 on.
-    pub fn fill(&mut self, value: Value, width: usize, to: Quad) {
-        if to == A && self.cached(value, width) {
+    pub fn load_value(&mut self, value: WordOperand, width: usize, to: RegisterQuad) {
+        if to == A && self.is_cached(value, width) {
             return;
         }
         match value {
-            Value::Const(constant) => {
+            WordOperand::Const(constant) => {
                 for (n, &reg) in to.iter().enumerate().take(width) {
-                    match byte(constant, n) {
+                    match constant_byte(constant, n) {
                         0 if reg < 16 => self.asm.op(Kind::Mov, &[reg, ZERO]),
                         byte => self.asm.op(Kind::Ldi, &[reg, byte]),
                     }
                 }
             }
-            Value::Cell(word) => {
+            WordOperand::Cell(word) => {
                 let there = self.bytes(word).min(width);
-                if let Some(home) = self.home(word) {
-                    self.copy(to, home, there);
-                } else if self.cached(value, there) {
-                    self.copy(to, A, there);
-                } else if let Home::Ram(addr) = self.layout.word(word) {
+                if let Some(home) = self.home_registers(word) {
+                    self.copy_registers(to, home, there);
+                } else if self.is_cached(value, there) {
+                    self.copy_registers(to, A, there);
+                } else if let AvrCellPlace::Ram(addr) = self.layout.word(word) {
                     for (&reg, n) in to.iter().take(there).zip(0..) {
                         self.layout.load(self.asm, reg, addr + n);
                     }
                 }
-                self.extend(to, there, width);
+                self.sign_extend(to, there, width);
             }
         }
         if to == A {
             self.known.a = match value {
-                Value::Cell(word) => Some((word, width)),
-                Value::Const(_) => None,
+                WordOperand::Cell(word) => Some((word, width)),
+                WordOperand::Const(_) => None,
             };
         }
     }
 
     /// Fills the bytes from `have` to `width` with the sign.
-    pub fn extend(&mut self, regs: Quad, have: usize, width: usize) {
+    pub fn sign_extend(&mut self, regs: RegisterQuad, have: usize, width: usize) {
         let (Some(&top), Some(&next)) = (regs.get(have.wrapping_sub(1)), regs.get(have)) else { return };
         if have >= width {
             return;
@@ -130,7 +130,7 @@ impl Select<'_> {
     }
 
     /// Copies registers, pairs at once where they are pairs.
-    pub fn copy(&mut self, to: Quad, from: Quad, width: usize) {
+    pub fn copy_registers(&mut self, to: RegisterQuad, from: RegisterQuad, width: usize) {
         let mut n = 0;
         while n < width.min(4) {
             let (t, f) = (to[n], from[n]);
@@ -143,11 +143,11 @@ impl Select<'_> {
     }
 
     /// `dst` := registers.
-    pub fn save(&mut self, dst: Word, regs: Quad) {
+    pub fn store_registers(&mut self, dst: WordId, regs: RegisterQuad) {
         let width = self.bytes(dst);
         match self.layout.word(dst) {
-            Home::Reg(reg) => self.copy(from(reg.into()), regs, width),
-            Home::Ram(addr) => {
+            AvrCellPlace::Reg(reg) => self.copy_registers(consecutive_registers(reg.into()), regs, width),
+            AvrCellPlace::Ram(addr) => {
                 for (&reg, n) in regs.iter().take(width).zip(0..) {
                     self.layout.store(self.asm, addr + n, reg);
                 }
@@ -156,178 +156,178 @@ impl Select<'_> {
         if regs == A {
             self.known.a = Some((dst, width));
         } else {
-            self.forget(dst);
+            self.invalidate_cached(dst);
         }
     }
 
     /// `dst` has changed otherwise than by way of A.
-    pub fn forget(&mut self, dst: Word) {
+    pub fn invalidate_cached(&mut self, dst: WordId) {
         self.known.a = self.known.a.filter(|(held, _)| *held != dst);
     }
 
     /// dst := src.
-    pub fn move_word(&mut self, dst: Word, src: Value) {
+    pub fn move_word(&mut self, dst: WordId, src: WordOperand) {
         let width = self.bytes(dst);
-        if src == Value::Cell(dst) {
+        if src == WordOperand::Cell(dst) {
             return;
         }
         match (src, self.layout.word(dst)) {
-            (Value::Const(0), Home::Reg(reg)) => {
+            (WordOperand::Const(0), AvrCellPlace::Reg(reg)) => {
                 let zero = [LOW_ZERO, ZERO, LOW_ZERO, ZERO];
                 let reg = i32::from(reg);
                 // A single register cannot be copied from the low one of the pair better than from the high one.
-                self.copy(from(reg), if width == 1 { [ZERO; 4] } else { zero }, width);
-                self.forget(dst);
+                self.copy_registers(consecutive_registers(reg), if width == 1 { [ZERO; 4] } else { zero }, width);
+                self.invalidate_cached(dst);
             }
-            (Value::Const(_), Home::Reg(reg)) if reg >= 16 => {
-                self.fill(src, width, from(reg.into()));
-                self.forget(dst);
+            (WordOperand::Const(_), AvrCellPlace::Reg(reg)) if reg >= 16 => {
+                self.load_value(src, width, consecutive_registers(reg.into()));
+                self.invalidate_cached(dst);
             }
-            (Value::Const(constant), Home::Ram(addr)) => {
+            (WordOperand::Const(constant), AvrCellPlace::Ram(addr)) => {
                 let mut held = None;
                 for n in 0..width {
-                    let byte = byte(constant, n);
+                    let byte = constant_byte(constant, n);
                     if byte != 0 && held != Some(byte) {
                         self.asm.op(Kind::Ldi, &[SCRATCH, byte]);
                         held = Some(byte);
                     }
                     self.layout.store(self.asm, addr + n as u16, if byte == 0 { ZERO } else { SCRATCH });
                 }
-                self.forget(dst);
+                self.invalidate_cached(dst);
             }
-            (Value::Const(constant), Home::Reg(reg)) if width == 1 => {
-                self.asm.op(Kind::Ldi, &[SCRATCH, byte(constant, 0)]);
+            (WordOperand::Const(constant), AvrCellPlace::Reg(reg)) if width == 1 => {
+                self.asm.op(Kind::Ldi, &[SCRATCH, constant_byte(constant, 0)]);
                 self.asm.op(Kind::Mov, &[reg.into(), SCRATCH]);
-                self.forget(dst);
+                self.invalidate_cached(dst);
             }
-            (Value::Cell(_), Home::Reg(reg)) => {
-                self.fill(src, width, from(reg.into()));
-                self.forget(dst);
+            (WordOperand::Cell(_), AvrCellPlace::Reg(reg)) => {
+                self.load_value(src, width, consecutive_registers(reg.into()));
+                self.invalidate_cached(dst);
             }
             _ => {
-                let regs = self.source(src, width, A);
-                self.save(dst, regs);
+                let regs = self.source_registers(src, width, A);
+                self.store_registers(dst, regs);
             }
         }
     }
 
     /// dst := a op b.
-    pub fn math(&mut self, op: Math, dst: Word, a: Value, b: Value) {
+    pub fn math(&mut self, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand) {
         let width = usize::from(self.ir.width(op, dst, a, b));
         match (op, a, b) {
-            (Math::Add, x, Value::Const(c)) | (Math::Add, Value::Const(c), x) => self.add(dst, x, c),
-            (Math::Sub, x, Value::Const(c)) => self.add(dst, x, c.wrapping_neg()),
-            (Math::Add, a, b) if b == Value::Cell(dst) => self.sum((Kind::Add, Kind::Adc), dst, b, a),
-            (Math::Add, a, b) => self.sum((Kind::Add, Kind::Adc), dst, a, b),
-            (Math::Sub, Value::Const(0), b) if usize::from(self.layout.bytes(dst)) <= 2 => self.minus(dst, b),
-            (Math::Sub, a, b) => self.sum((Kind::Sub, Kind::Sbc), dst, a, b),
-            (Math::Mul, a, b) => self.multiply(dst, a, b),
-            (Math::Div, a, b) => {
+            (ArithmeticOp::Add, x, WordOperand::Const(c)) | (ArithmeticOp::Add, WordOperand::Const(c), x) => self.add(dst, x, c),
+            (ArithmeticOp::Sub, x, WordOperand::Const(c)) => self.add(dst, x, c.wrapping_neg()),
+            (ArithmeticOp::Add, a, b) if b == WordOperand::Cell(dst) => self.add_or_subtract((Kind::Add, Kind::Adc), dst, b, a),
+            (ArithmeticOp::Add, a, b) => self.add_or_subtract((Kind::Add, Kind::Adc), dst, a, b),
+            (ArithmeticOp::Sub, WordOperand::Const(0), b) if usize::from(self.layout.bytes(dst)) <= 2 => self.negate_into(dst, b),
+            (ArithmeticOp::Sub, a, b) => self.add_or_subtract((Kind::Sub, Kind::Sbc), dst, a, b),
+            (ArithmeticOp::Mul, a, b) => self.multiply(dst, a, b),
+            (ArithmeticOp::Div, a, b) => {
                 self.operands(a, b, width);
-                self.routine(Routine::Divide(width as u8, self.signed_divisors));
-                self.save(dst, A);
+                self.routine(AvrRoutine::Divide(width as u8, self.signed_divisors));
+                self.store_registers(dst, A);
             }
         }
     }
 
     /// A := a, B := b.
-    fn operands(&mut self, a: Value, b: Value, width: usize) {
-        self.fill(b, width, B);
-        self.fill(a, width, A);
+    fn operands(&mut self, a: WordOperand, b: WordOperand, width: usize) {
+        self.load_value(b, width, B);
+        self.load_value(a, width, A);
     }
 
     /// dst := a + b or a - b.
-    fn sum(&mut self, (first, further): (Kind, Kind), dst: Word, a: Value, b: Value) {
+    fn add_or_subtract(&mut self, (first, further): (Kind, Kind), dst: WordId, a: WordOperand, b: WordOperand) {
         let width = self.bytes(dst);
-        let constant = matches!(a, Value::Const(_));
-        let home = self.home(dst).filter(|home| b != Value::Cell(dst) && !(constant && home[0] < 16));
+        let constant = matches!(a, WordOperand::Const(_));
+        let home = self.home_registers(dst).filter(|home| b != WordOperand::Cell(dst) && !(constant && home[0] < 16));
         let target = home.unwrap_or(A);
         // What A holds of b would be lost when a comes there.
-        let held = target == A && self.cached(b, width) && a != b && !self.lives_in(b, width);
+        let held = target == A && self.is_cached(b, width) && a != b && !self.has_home(b, width);
         let right = if held {
-            self.copy(B, A, width);
+            self.copy_registers(B, A, width);
             B
         } else if a == b && target == A && !constant {
             A
         } else {
-            self.source(b, width, B)
+            self.source_registers(b, width, B)
         };
-        self.fill(a, width, target);
+        self.load_value(a, width, target);
         for (n, (&left, &right)) in target.iter().zip(&right).enumerate().take(width) {
             self.asm.op(if n == 0 { first } else { further }, &[left, right]);
         }
         if home.is_some() {
-            self.forget(dst);
+            self.invalidate_cached(dst);
         } else {
-            self.save(dst, A);
+            self.store_registers(dst, A);
         }
     }
 
     /// dst := -b.
-    fn minus(&mut self, dst: Word, b: Value) {
+    fn negate_into(&mut self, dst: WordId, b: WordOperand) {
         let width = self.bytes(dst);
-        let home = self.home(dst).filter(|home| home[0] >= 16 || width == 1);
+        let home = self.home_registers(dst).filter(|home| home[0] >= 16 || width == 1);
         let target = home.unwrap_or(A);
-        self.fill(b, width, target);
+        self.load_value(b, width, target);
         negate(self.asm, target, width);
         if home.is_some() {
-            self.forget(dst);
+            self.invalidate_cached(dst);
         } else {
-            self.save(dst, A);
+            self.store_registers(dst, A);
         }
     }
 
     /// The value has a home in registers, as wide as that.
-    fn lives_in(&self, value: Value, width: usize) -> bool {
-        matches!(value, Value::Cell(word) if self.home(word).is_some() && self.bytes(word) >= width)
+    fn has_home(&self, value: WordOperand, width: usize) -> bool {
+        matches!(value, WordOperand::Cell(word) if self.home_registers(word).is_some() && self.bytes(word) >= width)
     }
 
     /// dst := x + constant.
-    fn add(&mut self, dst: Word, x: Value, constant: i32) {
+    fn add(&mut self, dst: WordId, x: WordOperand, constant: i32) {
         let width = self.bytes(dst);
-        if let Value::Const(x) = x {
-            return self.move_word(dst, Value::Const(x.wrapping_add(constant)));
+        if let WordOperand::Const(x) = x {
+            return self.move_word(dst, WordOperand::Const(x.wrapping_add(constant)));
         }
         // The sum modulo the width, with sign.
         let spare = 32 - 8 * width as u32;
         let constant = (constant << spare) >> spare;
-        let low_byte = width == 1 && matches!(constant, -1 | 1) && x == Value::Cell(dst);
-        let home = self.home(dst).filter(|home| home[0] >= 16 || low_byte);
+        let low_byte = width == 1 && matches!(constant, -1 | 1) && x == WordOperand::Cell(dst);
+        let home = self.home_registers(dst).filter(|home| home[0] >= 16 || low_byte);
         let target = home.unwrap_or(A);
-        self.fill(x, width, target);
+        self.load_value(x, width, target);
         match (width, constant) {
             (_, 0) => {}
             (1, 1) => self.asm.op(Kind::Inc, &[target[0]]),
             (1, -1) => self.asm.op(Kind::Dec, &[target[0]]),
-            (2, 1..=63) if counts(target[0]) => self.asm.op(Kind::Adiw, &[target[0], constant]),
-            (2, -63..=-1) if counts(target[0]) => self.asm.op(Kind::Sbiw, &[target[0], -constant]),
+            (2, 1..=63) if is_word_add_pair(target[0]) => self.asm.op(Kind::Adiw, &[target[0], constant]),
+            (2, -63..=-1) if is_word_add_pair(target[0]) => self.asm.op(Kind::Sbiw, &[target[0], -constant]),
             _ => {
                 let constant = constant.wrapping_neg();
                 for (n, &reg) in target.iter().enumerate().take(width) {
-                    self.asm.op(if n == 0 { Kind::Subi } else { Kind::Sbci }, &[reg, byte(constant, n)]);
+                    self.asm.op(if n == 0 { Kind::Subi } else { Kind::Sbci }, &[reg, constant_byte(constant, n)]);
                 }
             }
         }
         if home.is_some() {
-            self.forget(dst);
+            self.invalidate_cached(dst);
         } else {
-            self.save(dst, A);
+            self.store_registers(dst, A);
         }
     }
 
-    fn multiply(&mut self, dst: Word, a: Value, b: Value) {
+    fn multiply(&mut self, dst: WordId, a: WordOperand, b: WordOperand) {
         let width = self.bytes(dst);
         let (x, factor) = match (a, b) {
-            (Value::Const(c), x) | (x, Value::Const(c)) => (x, Some(c)),
+            (WordOperand::Const(c), x) | (x, WordOperand::Const(c)) => (x, Some(c)),
             _ => (a, None),
         };
         match factor.map(|factor| factor << (32 - 8 * width as u32) >> (32 - 8 * width as u32)) {
-            Some(0) => return self.move_word(dst, Value::Const(0)),
+            Some(0) => return self.move_word(dst, WordOperand::Const(0)),
             Some(1) => return self.move_word(dst, x),
             // Twice, three times, four times, five times: by additions.
-            Some(factor @ 2..=5) if width <= 2 && !matches!(x, Value::Const(_)) => {
-                self.fill(x, width, A);
-                let once = if factor % 2 == 1 { self.another(x, width) } else { A };
+            Some(factor @ 2..=5) if width <= 2 && !matches!(x, WordOperand::Const(_)) => {
+                self.load_value(x, width, A);
+                let once = if factor % 2 == 1 { self.other_registers(x, width) } else { A };
                 let double = |this: &mut Self| {
                     for (n, &reg) in A.iter().enumerate().take(width) {
                         this.asm.op(if n == 0 { Kind::Add } else { Kind::Adc }, &[reg, reg]);
@@ -345,20 +345,20 @@ impl Select<'_> {
             }
             _ => {
                 self.operands(a, b, width);
-                self.routine(Routine::Multiply(width as u8));
+                self.routine(AvrRoutine::Multiply(width as u8));
             }
         }
-        self.save(dst, A);
+        self.store_registers(dst, A);
     }
 
     /// Registers other than A that hold what A holds: the home of `x`, or B.
-    fn another(&mut self, x: Value, width: usize) -> Quad {
-        if let Value::Cell(word) = x
-            && let Some(home) = self.home(word).filter(|_| self.bytes(word) >= width)
+    fn other_registers(&mut self, x: WordOperand, width: usize) -> RegisterQuad {
+        if let WordOperand::Cell(word) = x
+            && let Some(home) = self.home_registers(word).filter(|_| self.bytes(word) >= width)
         {
             return home;
         }
-        self.copy(B, A, width);
+        self.copy_registers(B, A, width);
         B
     }
 }

@@ -7,19 +7,19 @@ use std::fmt::Write;
 use diag::{Diagnostic, Pos, Severity};
 use emu_avr::chips::{ATMEGA328, ATMEGA328P};
 use emu_core::chip::Chip;
-use ladder::{Program, SymbolKind};
+use ladder::{LadderProgram, SymbolKind};
 
-use super::body::{Body, Spelling, literal};
-use super::names::{Names, comment};
-use super::{Plan, Source, helpers, lowered, tables};
+use super::body::{StatementWriter, CellSpelling, literal};
+use super::names::{IdentifierPool, comment_text};
+use super::{EmitContext, EmittedSource, helpers, lower_and_optimise, tables};
 use crate::codes;
 use crate::ir::{BitRole, Ir, WordRole};
-use crate::pins::{self, Pin};
-use crate::target::{Job, Refusal, Target};
+use crate::pins::{self, AssignedPin};
+use crate::target::{CompileJob, BuildRefusal, CompileTarget};
 
 /// The board: an ATmega328P with its pins in the order of their numbers, those of the serial line last. Timer 0 is the core's
 /// clock, so PWM comes from timer 1, which reaches any frequency.
-pub const BOARD: Target = Target {
+pub const ARDUINO_BOARD: CompileTarget = CompileTarget {
     chip: &ATMEGA328P,
     pins: &[
         "PD2", "PD3", "PD4", "PD5", "PD6", "PD7", "PB0", "PB1", "PB2", "PB3", "PB4", "PB5", "PC0", "PC1", "PC2", "PC3",
@@ -29,22 +29,22 @@ pub const BOARD: Target = Target {
     pwm: Some("PB1"),
     adc: &[("PC0", 0), ("PC1", 1), ("PC2", 2), ("PC3", 3), ("PC4", 4), ("PC5", 5)],
     eeprom: 1024,
-    build: no_image,
+    build: refuse_image,
 };
 
-fn no_image(_: &Job<'_>) -> Result<crate::target::Built, Refusal> {
-    Err(Refusal::Internal("a sketch is no image".to_owned()))
+fn refuse_image(_: &CompileJob<'_>) -> Result<crate::target::BuiltImage, BuildRefusal> {
+    Err(BuildRefusal::Internal("a sketch is no image".to_owned()))
 }
 
 /// The board, where something wants it for as long as the program runs.
-static THE_BOARD: Target = BOARD;
+static BOARD_TARGET: CompileTarget = ARDUINO_BOARD;
 
 /// Clock of the boards in Hz.
 const CLOCK_HZ: u64 = 16_000_000;
 
 /// How a sketch is made.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Options {
+pub struct SketchOptions {
     /// Pins by symbol, such as (`Xstart`, `PD2`); they go before those of `IO LIST`.
     pub pins: Vec<(String, String)>,
     /// For how long an input must be steady before it counts, in milliseconds, rounded up to scans; 0: it counts at once.
@@ -53,11 +53,11 @@ pub struct Options {
 
 /// A sketch, and where its pins are.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Sketch {
+pub struct ArduinoSketch {
     /// The text and its cells.
-    pub source: Source,
+    pub source: EmittedSource,
     /// Inputs, outputs and analog inputs at the pins of the chip.
-    pub pins: Vec<Pin>,
+    pub pins: Vec<AssignedPin>,
     /// Notes: the pins that were given out in order.
     pub notes: Vec<Diagnostic>,
 }
@@ -66,10 +66,10 @@ pub struct Sketch {
 ///
 /// # Errors
 /// As [`lowered`]; pins that the board does not have or that are given twice; a PWM frequency that it cannot make.
-pub fn emit(program: &Program, options: &Options) -> Result<Sketch, Vec<Diagnostic>> {
-    let ir = lowered(program)?;
+pub fn emit(program: &LadderProgram, options: &SketchOptions) -> Result<ArduinoSketch, Vec<Diagnostic>> {
+    let ir = lower_and_optimise(program)?;
     let mut notes = Vec::new();
-    let pins = pins::assign(program, &options.pins, &THE_BOARD, &mut notes);
+    let pins = pins::assign_pins(program, &options.pins, &BOARD_TARGET, &mut notes);
     if let Some(hz) = ir.pwm_hz.filter(|hz| u64::from(*hz) * 20 > CLOCK_HZ) {
         let cause = format!("SET_PWM asks for {hz} Hz, a board of 16 MHz makes at most {} Hz", CLOCK_HZ / 20);
         let at = Pos::default();
@@ -79,7 +79,7 @@ pub fn emit(program: &Program, options: &Options) -> Result<Sketch, Vec<Diagnost
         notes.retain(Diagnostic::is_error);
         return Err(notes);
     }
-    Ok(Sketch { source: from_ir(program, &ir, &pins, options.debounce_ms), pins, notes })
+    Ok(ArduinoSketch { source: emit_ir(program, &ir, &pins, options.debounce_ms), pins, notes })
 }
 
 /// Why there is no sketch for `chip`, where it is none that the boards have: the ATmega328P, or the 328, which differs from it in
@@ -97,7 +97,7 @@ pub fn refuse_chip(file: &str, chip: &Chip) -> Option<Diagnostic> {
 
 /// The number of a pin on the board.
 #[must_use]
-pub fn number(pin: &str) -> Option<u8> {
+pub fn board_pin_number(pin: &str) -> Option<u8> {
     let bit = pin.get(2..)?.parse::<u8>().ok().filter(|bit| *bit < 8)?;
     match pin.get(..2)? {
         "PD" => Some(bit),
@@ -109,24 +109,24 @@ pub fn number(pin: &str) -> Option<u8> {
 
 /// The same of intermediate code that was made of `program`, with a pin for each input, output and analog input.
 #[must_use]
-pub fn from_ir(program: &Program, ir: &Ir, pins: &[Pin], debounce_ms: u32) -> Source {
-    let plan = Plan { program, ir };
-    let objects = objects(ir);
+pub fn emit_ir(program: &LadderProgram, ir: &Ir, pins: &[AssignedPin], debounce_ms: u32) -> EmittedSource {
+    let plan = EmitContext { program, ir };
+    let objects = object_spelling(ir);
     let member = |names: &[String], member: &str| names.iter().map(|name| format!("{name}.{member}")).collect();
-    let names = Spelling {
+    let names = CellSpelling {
         bits: member(&objects.bits, "on"),
         words: member(&objects.words, "value"),
         tables: objects.tables.clone(),
     };
-    let scan = Body::new(ir, &names).scan(&plan.texts()).whole();
+    let scan = StatementWriter::new(ir, &names).scan(&plan.texts()).concatenated();
     let each = |role, call: &str| -> String {
         let of = plan.bits(role).filter_map(|(bit, _)| objects.bits.get(bit.0 as usize));
         of.map(|name| format!("    {name}.{call}();\n")).collect()
     };
     let cycle_us = program.settings.cycle_us;
     let scans = (u64::from(debounce_ms) * 1000).div_ceil(cycle_us.max(1));
-    let mut text = format!("/* {}, as a sketch for boards with an ATmega328P. */\n\n", comment(&program.file));
-    if ir.eeprom > 0 {
+    let mut text = format!("/* {}, as a sketch for boards with an ATmega328P. */\n\n", comment_text(&program.file));
+    if ir.eeprom_bytes > 0 {
         text += "#include <avr/eeprom.h>\n";
     }
     text += helpers::TYPES;
@@ -137,10 +137,10 @@ pub fn from_ir(program: &Program, ir: &Ir, pins: &[Pin], debounce_ms: u32) -> So
          const unsigned long DEBOUNCE_SCANS = {scans}UL;\n"
     );
     text += CLASSES;
-    text += &parts(&plan, pins);
-    text += &tables::tables(ir, &names, &scan);
-    text += &helpers::helpers(&scan);
-    text += &declared(&plan, pins, &objects);
+    text += &peripheral_functions(&plan, pins);
+    text += &tables::table_definitions(ir, &names, &scan);
+    text += &helpers::called_helpers(&scan);
+    text += &object_declarations(&plan, pins, &objects);
     text += "\n/* When the next scan begins. */\nunsigned long due;\n\nvoid setup()\n{\n";
     text += &each(BitRole::Input, "setup");
     text += &each(BitRole::Output, "setup");
@@ -168,15 +168,15 @@ pub fn from_ir(program: &Program, ir: &Ir, pins: &[Pin], debounce_ms: u32) -> So
 const RESERVED: &[&str] = &["Client", "Counter", "CYCLE_US", "Timer", "Tone", "X", "Y", "R", "T", "C"];
 
 /// The objects' names: a symbol's own name where nothing else can have it, else with an underscore behind it.
-fn objects(ir: &Ir) -> Spelling {
-    let mut names = Names::new(RESERVED);
+fn object_spelling(ir: &Ir) -> CellSpelling {
+    let mut names = IdentifierPool::new(RESERVED);
     let mut give = |name: &str, kept: &[char]| {
         let own = name.chars().next().is_some_and(|c| kept.contains(&c))
             && name.chars().nth(1).is_some_and(|c| c.is_ascii_lowercase())
             && !RESERVED.contains(&name);
-        if own { names.give("", name) } else { names.give("", &format!("{name}_")) }
+        if own { names.unique_identifier("", name) } else { names.unique_identifier("", &format!("{name}_")) }
     };
-    Spelling {
+    CellSpelling {
         bits: ir.bits.iter().map(|cell| give(&cell.name, &['X', 'Y', 'R'])).collect(),
         words: ir.words.iter().map(|cell| give(&cell.name, &['T', 'C'])).collect(),
         tables: ir.tables.iter().map(|table| give(&table.name, &[])).collect(),
@@ -245,7 +245,7 @@ template <typename T> class Counter : public Number<T> {
 };
 ";
 
-const PWM: &str = "
+const PWM_FUNCTIONS: &str = "
 /* The PWM output is pin 9, driven by timer 1: it counts from 0 to TOP, and the pin is high for as many of its ticks as the duty
    is of all. */
 #if F_CPU / PWM_HZ <= 65536
@@ -283,19 +283,19 @@ static void PlcSetPwm(unsigned char percent)
 ";
 
 /// What the program uses of the chip.
-fn parts(plan: &Plan<'_>, pins: &[Pin]) -> String {
+fn peripheral_functions(plan: &EmitContext<'_>, pins: &[AssignedPin]) -> String {
     let ir = plan.ir;
     let mut text = String::new();
     if !ir.adcs.is_empty() {
         text += "\n/* Analog inputs, 0 to 1023. */\nstatic int PlcReadAdc(unsigned input)\n{\n    switch (input) {\n";
         for (name, n) in ir.adcs.iter().zip(0..) {
-            let pin = pins.iter().find(|pin| pin.name == *name).and_then(|pin| number(pin.pin)).unwrap_or(14);
-            let _ = writeln!(text, "    case {n}: return analogRead({pin}); /* {} */", comment(name));
+            let pin = pins.iter().find(|pin| pin.name == *name).and_then(|pin| board_pin_number(pin.pin)).unwrap_or(14);
+            let _ = writeln!(text, "    case {n}: return analogRead({pin}); /* {} */", comment_text(name));
         }
         text += "    default: return 0;\n    }\n}\n";
     }
     if let Some(hz) = ir.pwm_hz {
-        let _ = write!(text, "\n#define PWM_HZ {hz}UL{PWM}");
+        let _ = write!(text, "\n#define PWM_HZ {hz}UL{PWM_FUNCTIONS}");
     }
     if ir.uart.send {
         text += "\nstatic void PlcSendByte(unsigned char byte) { Serial.write(byte); }\n";
@@ -317,7 +317,7 @@ static int PlcReceiveByte()
 }
 ";
     }
-    if ir.eeprom > 0 {
+    if ir.eeprom_bytes > 0 {
         text += "
 static unsigned char PlcReadEeprom(unsigned cell) { return eeprom_read_byte((const uint8_t *)cell); }
 static void PlcWriteEeprom(unsigned cell, unsigned char byte) { eeprom_write_byte((uint8_t *)cell, byte); }
@@ -327,16 +327,16 @@ static void PlcWriteEeprom(unsigned cell, unsigned char byte) { eeprom_write_byt
 }
 
 /// The objects, by kind.
-fn declared(plan: &Plan<'_>, pins: &[Pin], objects: &Spelling) -> String {
+fn object_declarations(plan: &EmitContext<'_>, pins: &[AssignedPin], objects: &CellSpelling) -> String {
     let mut text = String::new();
-    let pin = |name: &str| pins.iter().find(|pin| pin.name == name).and_then(|pin| number(pin.pin)).unwrap_or(0);
+    let pin = |name: &str| pins.iter().find(|pin| pin.name == name).and_then(|pin| board_pin_number(pin.pin)).unwrap_or(0);
     let mut kind = |title: &str, lines: Vec<String>| {
         if !lines.is_empty() {
             let _ = write!(text, "\n/* {title} */\n{}", lines.concat());
         }
     };
     let bits = |role, of: fn(&str, u8) -> String| -> Vec<String> {
-        let of = |(bit, name): (crate::ir::Bit, &str)| Some(of(objects.bits.get(bit.0 as usize)?, pin(name)));
+        let of = |(bit, name): (crate::ir::BitId, &str)| Some(of(objects.bits.get(bit.0 as usize)?, pin(name)));
         plan.bits(role).filter_map(of).collect()
     };
     kind("Inputs", bits(BitRole::Input, |name, pin| format!("Input {name}({pin}, DEBOUNCE_SCANS);\n")));

@@ -2,27 +2,27 @@
 
 use ladder::ElementId;
 
-use super::names::comment;
-use super::tables::{Element, element};
-use crate::ir::{Bit, Compare, Cond, Ir, Logic, Math, Op, Rel, Value, Word, bytes_of};
+use super::names::comment_text;
+use super::tables::{TableElement, table_element};
+use crate::ir::{BitId, WordComparison, BranchCondition, Ir, LogicOp, ArithmeticOp, IrOp, RelationOp, WordOperand, WordId, min_bytes};
 
 /// How a source spells the cells: expressions that can be read and assigned.
-pub(super) struct Spelling {
+pub(super) struct CellSpelling {
     pub bits: Vec<String>,
     pub words: Vec<String>,
     pub tables: Vec<String>,
 }
 
 /// A scan as statements, one level deep, that read and write `rung`.
-pub(super) struct Scan {
+pub(super) struct ScanStatements {
     pub begin: String,
     pub rungs: Vec<String>,
     pub end: String,
 }
 
-impl Scan {
+impl ScanStatements {
     /// All of it in one piece.
-    pub(super) fn whole(&self) -> String {
+    pub(super) fn concatenated(&self) -> String {
         let mut text = self.begin.clone();
         for (number, rung) in (1..).zip(&self.rungs) {
             text += &format!("\n    /* Rung {number} */\n{rung}");
@@ -32,21 +32,21 @@ impl Scan {
 }
 
 /// Writes a scan.
-pub(super) struct Body<'a> {
+pub(super) struct StatementWriter<'a> {
     ir: &'a Ir,
-    names: &'a Spelling,
+    names: &'a CellSpelling,
     text: String,
     depth: usize,
 }
 
-impl<'a> Body<'a> {
-    pub(super) fn new(ir: &'a Ir, names: &'a Spelling) -> Self {
-        Body { ir, names, text: String::new(), depth: 1 }
+impl<'a> StatementWriter<'a> {
+    pub(super) fn new(ir: &'a Ir, names: &'a CellSpelling) -> Self {
+        StatementWriter { ir, names, text: String::new(), depth: 1 }
     }
 
     /// The whole scan between the latching of inputs and the writing of outputs, one level deep.
-    pub(super) fn scan(mut self, texts: &[(ElementId, String)]) -> Scan {
-        self.ops(&self.ir.begin);
+    pub(super) fn scan(mut self, texts: &[(ElementId, String)]) -> ScanStatements {
+        self.ops(&self.ir.prologue);
         let begin = std::mem::take(&mut self.text);
         let mut rungs = Vec::new();
         let mut texts = texts.iter().peekable();
@@ -54,16 +54,16 @@ impl<'a> Body<'a> {
             let mut steps = rung.steps.iter().peekable();
             // What stands before the first element, such as the rung's start, belongs to the first element.
             while let Some((id, text)) = texts.next_if(|(id, _)| id.rung == number) {
-                self.line(&format!("/* {}: {} */", id.index + 1, comment(text)));
-                while let Some(step) = steps.next_if(|step| step.at.index <= id.index) {
+                self.line(&format!("/* {}: {} */", id.index + 1, comment_text(text)));
+                while let Some(step) = steps.next_if(|step| step.element.index <= id.index) {
                     self.op(&step.op);
                 }
             }
             steps.for_each(|step| self.op(&step.op));
             rungs.push(std::mem::take(&mut self.text));
         }
-        self.ops(&self.ir.end);
-        Scan { begin, rungs, end: self.text }
+        self.ops(&self.ir.epilogue);
+        ScanStatements { begin, rungs, end: self.text }
     }
 
     fn line(&mut self, text: &str) {
@@ -74,81 +74,81 @@ impl<'a> Body<'a> {
         self.text.push('\n');
     }
 
-    fn ops(&mut self, ops: &[Op]) {
+    fn ops(&mut self, ops: &[IrOp]) {
         ops.iter().for_each(|op| self.op(op));
     }
 
-    fn block(&mut self, head: &str, ops: &[Op]) {
+    fn block(&mut self, head: &str, ops: &[IrOp]) {
         self.line(&format!("{head} {{"));
         self.depth += 1;
         self.ops(ops);
         self.depth -= 1;
     }
 
-    fn op(&mut self, op: &Op) {
+    fn op(&mut self, op: &IrOp) {
         match op {
-            Op::Acc(value) => self.line(&format!("rung = {};", u8::from(*value))),
-            Op::Load { bit, negated } => self.line(&format!("rung = {};", self.bit(*bit, *negated))),
-            Op::And { bit, negated } => self.line(&format!("rung = rung && {};", self.bit(*bit, *negated))),
-            Op::Or { bit, negated } => self.line(&format!("rung = rung || {};", self.bit(*bit, *negated))),
-            Op::Store { bit, negated } => {
+            IrOp::SetAccumulator(value) => self.line(&format!("rung = {};", u8::from(*value))),
+            IrOp::Load { bit, negated } => self.line(&format!("rung = {};", self.bit(*bit, *negated))),
+            IrOp::And { bit, negated } => self.line(&format!("rung = rung && {};", self.bit(*bit, *negated))),
+            IrOp::Or { bit, negated } => self.line(&format!("rung = rung || {};", self.bit(*bit, *negated))),
+            IrOp::Store { bit, negated } => {
                 let value = if *negated { "!rung" } else { "rung" };
                 self.line(&format!("{} = {value};", self.bit(*bit, false)));
             }
-            Op::Put { bit, value } => self.line(&format!("{} = {};", self.bit(*bit, false), u8::from(*value))),
-            Op::Rising(bit) => self.edge(*bit, "rung && !was"),
-            Op::Falling(bit) => self.edge(*bit, "!rung && was"),
-            Op::AndCompare(compare) => self.line(&format!("rung = rung && {};", self.compare(compare))),
-            Op::Move { dst, src } => {
+            IrOp::SetBit { bit, value } => self.line(&format!("{} = {};", self.bit(*bit, false), u8::from(*value))),
+            IrOp::Rising(bit) => self.edge(*bit, "rung && !was"),
+            IrOp::Falling(bit) => self.edge(*bit, "!rung && was"),
+            IrOp::AndCompare(compare) => self.line(&format!("rung = rung && {};", self.compare(compare))),
+            IrOp::Move { dst, src } => {
                 let value = self.narrowed(*dst, *src);
                 self.line(&format!("{} = {value};", self.word(*dst)));
             }
-            Op::Math { op, dst, a, b } => {
+            IrOp::Math { op, dst, a, b } => {
                 let value = self.math(*op, *dst, *a, *b);
                 self.line(&format!("{} = {value};", self.word(*dst)));
             }
-            Op::Logic { dst, is } => {
+            IrOp::Logic { dst, function: is } => {
                 let value = match is {
-                    Logic::Copy(a) => self.bit(*a, false),
-                    Logic::Not(a) => self.bit(*a, true),
-                    Logic::And(a, b) => format!("{} && {}", self.bit(*a, false), self.bit(*b, false)),
-                    Logic::Or(a, b) => format!("{} || {}", self.bit(*a, false), self.bit(*b, false)),
+                    LogicOp::Copy(a) => self.bit(*a, false),
+                    LogicOp::Not(a) => self.bit(*a, true),
+                    LogicOp::And(a, b) => format!("{} && {}", self.bit(*a, false), self.bit(*b, false)),
+                    LogicOp::Or(a, b) => format!("{} || {}", self.bit(*a, false), self.bit(*b, false)),
                 };
                 self.line(&format!("{} = {value};", self.bit(*dst, false)));
             }
-            Op::Lookup { dst, index, table } => {
+            IrOp::Lookup { dst, index, table } => {
                 let name = self.names.tables.get(*table as usize).map_or("", String::as_str);
-                let element = self.ir.tables.get(*table as usize).map_or(Element::Long, element);
+                let element = self.ir.tables.get(*table as usize).map_or(TableElement::Long, table_element);
                 let read = format!("{}({name}, {})", element.read(), self.word(*index));
-                let value = self.fit(*dst, &read, element.needs(), element.needs() <= 2);
+                let value = self.fitted_value(*dst, &read, element.signed_bytes(), element.signed_bytes() <= 2);
                 self.line(&format!("{} = {value};", self.word(*dst)));
             }
-            Op::ReadAdc { dst, input } => {
-                let value = self.fit(*dst, &format!("PlcReadAdc({input})"), 2, true);
+            IrOp::ReadAdc { dst, input } => {
+                let value = self.fitted_value(*dst, &format!("PlcReadAdc({input})"), 2, true);
                 self.line(&format!("{} = {value};", self.word(*dst)));
             }
-            Op::SetPwm { duty } => match duty {
-                Value::Const(duty) => self.line(&format!("PlcSetPwm({});", (*duty).clamp(0, 100))),
-                Value::Cell(word) => {
+            IrOp::SetPwm { duty } => match duty {
+                WordOperand::Const(duty) => self.line(&format!("PlcSetPwm({});", (*duty).clamp(0, 100))),
+                WordOperand::Cell(word) => {
                     let duty = self.word(*word);
                     self.line(&format!("PlcSetPwm((unsigned char)({duty} < 0 ? 0 : {duty} > 100 ? 100 : {duty}));"));
                 }
             },
-            Op::Send { value } => match value {
-                Value::Const(byte) => self.line(&format!("PlcSendByte({});", byte & 0xFF)),
-                Value::Cell(_) => self.line(&format!("PlcSendByte({});", self.byte(*value, 0))),
+            IrOp::Send { value } => match value {
+                WordOperand::Const(byte) => self.line(&format!("PlcSendByte({});", byte & 0xFF)),
+                WordOperand::Cell(_) => self.line(&format!("PlcSendByte({});", self.byte(*value, 0))),
             },
-            Op::Receive { dst } => {
+            IrOp::Receive { dst } => {
                 self.line("{");
                 self.depth += 1;
                 self.line("int byte = PlcReceiveByte();");
                 self.line("rung = byte >= 0;");
-                let value = self.fit(*dst, "byte", 2, true);
+                let value = self.fitted_value(*dst, "byte", 2, true);
                 self.line(&format!("if (rung) {} = {value};", self.word(*dst)));
                 self.depth -= 1;
                 self.line("}");
             }
-            Op::Recall { dst, addr } => {
+            IrOp::ReadEeprom { dst, addr } => {
                 let bytes = self.ir.bytes(*dst);
                 let kind = if bytes > 2 { "plcU32" } else { "unsigned" };
                 let cell = |n: u8| {
@@ -158,14 +158,14 @@ impl<'a> Body<'a> {
                 let cells: Vec<String> = (0..bytes).map(cell).collect();
                 self.line(&format!("{} = Plc{}({});", self.word(*dst), 8 * bytes, cells.join(" | ")));
             }
-            Op::Persist { src, addr, busy, scans } => self.persist(*src, *addr, *busy, *scans),
+            IrOp::WriteEeprom { src, addr, busy, scans } => self.persist(*src, *addr, *busy, *scans),
             // Timers and counters stay whole for chips that have them, never for a source.
-            Op::Module { .. } => self.line("#error \"a timer or counter was left whole\""),
-            Op::If { cond, then, otherwise } => {
+            IrOp::Module { .. } => self.line("#error \"a timer or counter was left whole\""),
+            IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 let holds = match cond {
-                    Cond::Acc => "rung".to_owned(),
-                    Cond::Bit(bit) => self.bit(*bit, false),
-                    Cond::Compare(compare) => self.compare(compare),
+                    BranchCondition::Acc => "rung".to_owned(),
+                    BranchCondition::Bit(bit) => self.bit(*bit, false),
+                    BranchCondition::Compare(compare) => self.compare(compare),
                 };
                 match (then.is_empty(), otherwise.is_empty()) {
                     (true, true) => {}
@@ -188,7 +188,7 @@ impl<'a> Body<'a> {
     }
 
     /// (rung, memory) := (..., rung).
-    fn edge(&mut self, memory: Bit, result: &str) {
+    fn edge(&mut self, memory: BitId, result: &str) {
         let memory = self.bit(memory, false);
         self.line("{");
         self.depth += 1;
@@ -199,10 +199,10 @@ impl<'a> Body<'a> {
         self.line("}");
     }
 
-    fn persist(&mut self, src: Word, addr: u16, busy: Word, scans: i32) {
+    fn persist(&mut self, src: WordId, addr: u16, busy: WordId, scans: i32) {
         for n in 0..self.ir.bytes(src) {
             let at = u32::from(addr) + u32::from(n);
-            let byte = self.byte(Value::Cell(src), n);
+            let byte = self.byte(WordOperand::Cell(src), n);
             let head = if n == 0 { "if" } else { "} else if" };
             self.line(&format!("{head} (PlcReadEeprom({at}) != {byte}) {{"));
             self.depth += 1;
@@ -213,25 +213,25 @@ impl<'a> Body<'a> {
         self.line("}");
     }
 
-    fn math(&self, op: Math, dst: Word, a: Value, b: Value) -> String {
+    fn math(&self, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand) -> String {
         let width = self.ir.bytes(dst);
         // Compilers warn of constants that wrap.
-        if let (Value::Const(a), Value::Const(b)) = (a, b) {
-            return literal(wrapped(folded(op, a, b), width));
+        if let (WordOperand::Const(a), WordOperand::Const(b)) = (a, b) {
+            return literal(wrap_constant(fold_constants(op, a, b), width));
         }
         // SDCC 4.2 makes an int of a long that it finds to be zero, and passes two of its four bytes.
-        let zero = Value::Const(0);
-        if (op == Math::Sub && a == b) || (op == Math::Mul && (a == zero || b == zero)) {
+        let zero = WordOperand::Const(0);
+        if (op == ArithmeticOp::Sub && a == b) || (op == ArithmeticOp::Mul && (a == zero || b == zero)) {
             return literal(0);
         }
         let sign = match op {
-            Math::Add => '+',
-            Math::Sub => '-',
-            Math::Mul => '*',
-            Math::Div => {
+            ArithmeticOp::Add => '+',
+            ArithmeticOp::Sub => '-',
+            ArithmeticOp::Mul => '*',
+            ArithmeticOp::Div => {
                 let wide = if self.ir.width(op, dst, a, b) > 2 { 4 } else { 2 };
                 let quotient = format!("PlcDiv{}({}, {})", 8 * wide, self.value(a), self.value(b));
-                return self.fit(dst, &quotient, wide, wide == 2);
+                return self.fitted_value(dst, &quotient, wide, wide == 2);
             }
         };
         // Without sign everything wraps; an int of 32 bits that a product of shorts would not fit in is never one.
@@ -240,7 +240,7 @@ impl<'a> Body<'a> {
     }
 
     /// A value of `bytes` bytes as the destination holds it. `short`: the expression is no wider than an int.
-    fn fit(&self, dst: Word, value: &str, bytes: u8, short: bool) -> String {
+    fn fitted_value(&self, dst: WordId, value: &str, bytes: u8, short: bool) -> String {
         let width = self.ir.bytes(dst);
         let cast = if width > 2 { "plcU32" } else { "unsigned" };
         match (width < bytes, short) {
@@ -250,63 +250,63 @@ impl<'a> Body<'a> {
     }
 
     /// `value` as the destination of a move holds it.
-    fn narrowed(&self, dst: Word, value: Value) -> String {
+    fn narrowed(&self, dst: WordId, value: WordOperand) -> String {
         let width = self.ir.bytes(dst);
         match value {
-            Value::Const(constant) => literal(wrapped(constant, width)),
-            Value::Cell(src) => self.fit(dst, &self.word(src), self.ir.bytes(src), self.ir.bytes(src) <= 2),
+            WordOperand::Const(constant) => literal(wrap_constant(constant, width)),
+            WordOperand::Cell(src) => self.fitted_value(dst, &self.word(src), self.ir.bytes(src), self.ir.bytes(src) <= 2),
         }
     }
 
     /// An operand of arithmetic that wraps.
-    fn unsigned(&self, value: Value, wide: bool) -> String {
+    fn unsigned(&self, value: WordOperand, wide: bool) -> String {
         let cast = if wide { "(plcU32)" } else { "(unsigned)" };
         match value {
-            Value::Cell(word) => format!("{cast}{}", self.word(word)),
-            Value::Const(constant @ 0..=0x7FFF) if !wide => format!("{constant}u"),
-            Value::Const(constant) if !wide => format!("{cast}{}", literal(wrapped(constant, 2))),
-            Value::Const(constant) => format!("{cast}{}", literal(constant)),
+            WordOperand::Cell(word) => format!("{cast}{}", self.word(word)),
+            WordOperand::Const(constant @ 0..=0x7FFF) if !wide => format!("{constant}u"),
+            WordOperand::Const(constant) if !wide => format!("{cast}{}", literal(wrap_constant(constant, 2))),
+            WordOperand::Const(constant) => format!("{cast}{}", literal(constant)),
         }
     }
 
     /// Byte `n` of a value, from the lowest.
-    fn byte(&self, value: Value, n: u8) -> String {
+    fn byte(&self, value: WordOperand, n: u8) -> String {
         match (n, value) {
             (0, value) => format!("(unsigned char){}", self.value(value)),
-            (_, Value::Cell(word)) if self.ir.bytes(word) > 2 => {
+            (_, WordOperand::Cell(word)) if self.ir.bytes(word) > 2 => {
                 format!("(unsigned char)((plcU32){} >> {})", self.word(word), 8 * n)
             }
             (_, value) => format!("(unsigned char)((unsigned){} >> {})", self.value(value), 8 * n),
         }
     }
 
-    fn bit(&self, bit: Bit, negated: bool) -> String {
+    fn bit(&self, bit: BitId, negated: bool) -> String {
         let name = self.names.bits.get(bit.0 as usize).map_or("", String::as_str);
         format!("{}{name}", if negated { "!" } else { "" })
     }
 
-    fn word(&self, word: Word) -> String {
+    fn word(&self, word: WordId) -> String {
         self.names.words.get(word.0 as usize).cloned().unwrap_or_default()
     }
 
-    fn value(&self, value: Value) -> String {
+    fn value(&self, value: WordOperand) -> String {
         match value {
-            Value::Cell(word) => self.word(word),
-            Value::Const(constant) => literal(constant),
+            WordOperand::Cell(word) => self.word(word),
+            WordOperand::Const(constant) => literal(constant),
         }
     }
 
-    fn compare(&self, compare: &Compare) -> String {
+    fn compare(&self, compare: &WordComparison) -> String {
         let rel = match compare.rel {
-            Rel::Eq => "==",
-            Rel::Ne => "!=",
-            Rel::Lt => "<",
-            Rel::Ge => ">=",
+            RelationOp::Eq => "==",
+            RelationOp::Ne => "!=",
+            RelationOp::Lt => "<",
+            RelationOp::Ge => ">=",
         };
         // Compilers warn of comparisons that are decided before they are made.
         let decided = match compare.b {
-            Value::Cell(b) => (b == compare.a).then_some(matches!(compare.rel, Rel::Eq | Rel::Ge)),
-            Value::Const(b) => decided(compare.rel, b, self.ir.bytes(compare.a)),
+            WordOperand::Cell(b) => (b == compare.a).then_some(matches!(compare.rel, RelationOp::Eq | RelationOp::Ge)),
+            WordOperand::Const(b) => constant_comparison(compare.rel, b, self.ir.bytes(compare.a)),
         };
         if let Some(value) = decided {
             return u8::from(value).to_string();
@@ -316,23 +316,23 @@ impl<'a> Body<'a> {
 }
 
 /// What a comparison of every number of `bytes` bytes with `b` gives, where that is the same for all.
-fn decided(rel: Rel, b: i32, bytes: u8) -> Option<bool> {
+fn constant_comparison(rel: RelationOp, b: i32, bytes: u8) -> Option<bool> {
     let least = i32::MIN >> (32 - 8 * u32::from(bytes.clamp(1, 4)));
     let (below, above) = (b < least, b > !least);
     match rel {
-        Rel::Lt if b == least => Some(false),
-        Rel::Ge if b == least => Some(true),
+        RelationOp::Lt if b == least => Some(false),
+        RelationOp::Ge if b == least => Some(true),
         _ if !below && !above => None,
-        Rel::Eq => Some(false),
-        Rel::Ne => Some(true),
-        Rel::Lt => Some(above),
-        Rel::Ge => Some(below),
+        RelationOp::Eq => Some(false),
+        RelationOp::Ne => Some(true),
+        RelationOp::Lt => Some(above),
+        RelationOp::Ge => Some(below),
     }
 }
 
 /// A constant with sign; the lowest ones have no spelling of their own in C.
 pub(super) fn literal(constant: i32) -> String {
-    match (constant, bytes_of(constant)) {
+    match (constant, min_bytes(constant)) {
         (i32::MIN, _) => "(-2147483647L - 1)".to_owned(),
         (-0x8000, _) => "(-32767 - 1)".to_owned(),
         (_, 1 | 2) => constant.to_string(),
@@ -341,24 +341,24 @@ pub(super) fn literal(constant: i32) -> String {
 }
 
 /// The low four bytes of what an operation on constants gives.
-fn folded(op: Math, a: i32, b: i32) -> i32 {
+fn fold_constants(op: ArithmeticOp, a: i32, b: i32) -> i32 {
     match (op, b) {
-        (Math::Add, b) => a.wrapping_add(b),
-        (Math::Sub, b) => a.wrapping_sub(b),
-        (Math::Mul, b) => a.wrapping_mul(b),
-        (Math::Div, 0) => {
+        (ArithmeticOp::Add, b) => a.wrapping_add(b),
+        (ArithmeticOp::Sub, b) => a.wrapping_sub(b),
+        (ArithmeticOp::Mul, b) => a.wrapping_mul(b),
+        (ArithmeticOp::Div, 0) => {
             if a < 0 {
                 1
             } else {
                 -1
             }
         }
-        (Math::Div, b) => a.wrapping_div(b),
+        (ArithmeticOp::Div, b) => a.wrapping_div(b),
     }
 }
 
 /// The low `bytes` bytes of a constant, with sign.
-fn wrapped(constant: i32, bytes: u8) -> i32 {
+fn wrap_constant(constant: i32, bytes: u8) -> i32 {
     let unused = 32 - 8 * u32::from(bytes.clamp(1, 4));
     constant.wrapping_shl(unused) >> unused
 }

@@ -3,11 +3,11 @@
 use std::fmt::Write;
 
 use diag::Diagnostic;
-use ladder::Program;
+use ladder::LadderProgram;
 
-use super::names::comment;
-use super::{Plan, Source, lowered};
-use crate::ir::{Bit, BitRole, Compare, Cond, Ir, Logic, Math, Op, Rel, Table, Value, Word};
+use super::names::comment_text;
+use super::{EmitContext, EmittedSource, lower_and_optimise};
+use crate::ir::{BitId, BitRole, WordComparison, BranchCondition, Ir, LogicOp, ArithmeticOp, IrOp, RelationOp, ConstantTable, WordOperand, WordId};
 
 /// The first bytes of an image: a mark, and the version of the format.
 pub const MAGIC: [u8; 4] = [b'E', b'L', b'B', 1];
@@ -51,17 +51,17 @@ mod code {
 ///
 /// # Errors
 /// As [`lowered`].
-pub fn emit(program: &Program) -> Result<Source, Vec<Diagnostic>> {
-    Ok(from_ir(program, &lowered(program)?))
+pub fn emit(program: &LadderProgram) -> Result<EmittedSource, Vec<Diagnostic>> {
+    Ok(emit_ir(program, &lower_and_optimise(program)?))
 }
 
 /// The same of intermediate code that was made of `program`.
 #[must_use]
-pub fn from_ir(program: &Program, ir: &Ir) -> Source {
-    let plan = Plan { program, ir };
-    let coder = Coder::new(ir);
+pub fn emit_ir(program: &LadderProgram, ir: &Ir) -> EmittedSource {
+    let plan = EmitContext { program, ir };
+    let coder = BytecodeWriter::new(ir);
     let mut image = Vec::new();
-    let mut text = format!("/* {}, as byte code. */\n", comment(&program.file));
+    let mut text = format!("/* {}, as byte code. */\n", comment_text(&program.file));
     let mut part = |title: &str, bytes: &[u8]| {
         image.extend_from_slice(bytes);
         let _ = write!(text, "/* {title} */");
@@ -70,14 +70,14 @@ pub fn from_ir(program: &Program, ir: &Ir) -> Source {
         }
         text.push('\n');
     };
-    part("Head", &head(&plan));
-    part("Widths of the integers", &widths(ir));
+    part("Head", &image_head(&plan));
+    part("Widths of the integers", &word_widths(ir));
     let mut tables = Vec::new();
-    number(&mut tables, coder.tables_len);
-    ir.tables.iter().for_each(|data| table(&mut tables, data));
+    push_number(&mut tables, coder.tables_len);
+    ir.tables.iter().for_each(|data| push_table(&mut tables, data));
     part("Tables", &tables);
-    if !ir.begin.is_empty() {
-        part("Begin", &coder.ops(&ir.begin));
+    if !ir.prologue.is_empty() {
+        part("Begin", &coder.ops(&ir.prologue));
     }
     let texts = plan.texts();
     let mut texts = texts.iter().peekable();
@@ -85,17 +85,17 @@ pub fn from_ir(program: &Program, ir: &Ir) -> Source {
         let mut steps = rung.steps.iter().peekable();
         while let Some((id, text)) = texts.next_if(|(id, _)| id.rung == n) {
             let mut bytes = Vec::new();
-            while let Some(step) = steps.next_if(|step| step.at.index <= id.index) {
+            while let Some(step) = steps.next_if(|step| step.element.index <= id.index) {
                 coder.op(&mut bytes, &step.op);
             }
-            part(&format!("{}.{}: {}", n + 1, id.index + 1, comment(text)), &bytes);
+            part(&format!("{}.{}: {}", n + 1, id.index + 1, comment_text(text)), &bytes);
         }
-        let rest: Vec<Op> = steps.map(|step| step.op.clone()).collect();
+        let rest: Vec<IrOp> = steps.map(|step| step.op.clone()).collect();
         if !rest.is_empty() {
             part(&format!("{}", n + 1), &coder.ops(&rest));
         }
     }
-    let mut end = coder.ops(&ir.end);
+    let mut end = coder.ops(&ir.epilogue);
     end.push(code::END);
     part("End", &end);
 
@@ -108,7 +108,7 @@ pub fn from_ir(program: &Program, ir: &Ir) -> Source {
     source
 }
 
-fn head(plan: &Plan<'_>) -> Vec<u8> {
+fn image_head(plan: &EmitContext<'_>) -> Vec<u8> {
     let (ir, settings) = (plan.ir, &plan.program.settings);
     let mut bytes = MAGIC.to_vec();
     let count = |role| plan.bits(role).count() as u64;
@@ -117,20 +117,20 @@ fn head(plan: &Plan<'_>) -> Vec<u8> {
         settings.cycle_us,
         baud,
         ir.pwm_hz.unwrap_or(0).into(),
-        ir.eeprom.into(),
+        ir.eeprom_bytes.into(),
         count(BitRole::Input),
         count(BitRole::Output),
         ir.adcs.len() as u64,
         ir.bits.len() as u64,
         ir.words.len() as u64,
     ] {
-        number(&mut bytes, value);
+        push_number(&mut bytes, value);
     }
     bytes
 }
 
 /// One byte each, and four more where the value after reset is not 0.
-fn widths(ir: &Ir) -> Vec<u8> {
+fn word_widths(ir: &Ir) -> Vec<u8> {
     let mut bytes = Vec::new();
     for cell in &ir.words {
         if cell.initial == 0 {
@@ -144,19 +144,19 @@ fn widths(ir: &Ir) -> Vec<u8> {
 }
 
 /// Bytes of one value, and whether they have a sign.
-fn shape(table: &Table) -> (usize, bool) {
+fn value_shape(table: &ConstantTable) -> (usize, bool) {
     let signed = table.bytes != 1 || table.values.iter().all(|&value| value <= 127);
     (usize::from(table.bytes.clamp(1, 4)), signed)
 }
 
-fn table(bytes: &mut Vec<u8>, table: &Table) {
-    let (width, signed) = shape(table);
+fn push_table(bytes: &mut Vec<u8>, table: &ConstantTable) {
+    let (width, signed) = value_shape(table);
     bytes.push(width as u8 | if signed { 0x80 } else { 0 });
     table.values.iter().for_each(|value| bytes.extend(&value.to_le_bytes()[..width]));
 }
 
 /// A number without sign: seven bits a byte, the lowest first, bit 7 set where more follow.
-fn number(bytes: &mut Vec<u8>, mut value: u64) {
+fn push_number(bytes: &mut Vec<u8>, mut value: u64) {
     while value > 0x7F {
         bytes.push(value as u8 | 0x80);
         value >>= 7;
@@ -164,7 +164,7 @@ fn number(bytes: &mut Vec<u8>, mut value: u64) {
     bytes.push(value as u8);
 }
 
-struct Coder {
+struct BytecodeWriter {
     /// Numbers of the bits: inputs, outputs, the rest.
     bits: Vec<u32>,
     /// Where each table begins, from the first one.
@@ -172,7 +172,7 @@ struct Coder {
     tables_len: u64,
 }
 
-impl Coder {
+impl BytecodeWriter {
     fn new(ir: &Ir) -> Self {
         let rank = |role| match role {
             BitRole::Input => 0,
@@ -189,163 +189,163 @@ impl Coder {
         let mut tables = Vec::new();
         for table in &ir.tables {
             tables.push(tables_len);
-            tables_len += 1 + (shape(table).0 * table.values.len()) as u64;
+            tables_len += 1 + (value_shape(table).0 * table.values.len()) as u64;
         }
-        Coder { bits, tables, tables_len }
+        BytecodeWriter { bits, tables, tables_len }
     }
 
-    fn bit(&self, bit: Bit) -> u32 {
+    fn bit(&self, bit: BitId) -> u32 {
         self.bits.get(bit.0 as usize).copied().unwrap_or(0)
     }
 
-    fn ops(&self, ops: &[Op]) -> Vec<u8> {
+    fn ops(&self, ops: &[IrOp]) -> Vec<u8> {
         let mut bytes = Vec::new();
         ops.iter().for_each(|op| self.op(&mut bytes, op));
         bytes
     }
 
-    fn with_bit(&self, out: &mut Vec<u8>, op: u8, short: Option<u8>, bit: Bit) {
+    fn with_bit(&self, out: &mut Vec<u8>, op: u8, short: Option<u8>, bit: BitId) {
         match (self.bit(bit), short) {
             (n @ 0..32, Some(short)) => out.push(short | n as u8),
             (n, _) => {
                 out.push(op);
-                number(out, n.into());
+                push_number(out, n.into());
             }
         }
     }
 
-    fn word(&self, out: &mut Vec<u8>, word: Word) {
-        number(out, word.0.into());
+    fn word(&self, out: &mut Vec<u8>, word: WordId) {
+        push_number(out, word.0.into());
     }
 
     /// A cell by its number; a constant as twice its value, or for a negative one twice its complement and one.
-    fn value(&self, out: &mut Vec<u8>, value: Value) {
+    fn value(&self, out: &mut Vec<u8>, value: WordOperand) {
         match value {
-            Value::Cell(word) => self.word(out, word),
-            Value::Const(constant) => number(out, u64::from(((constant << 1) ^ (constant >> 31)) as u32)),
+            WordOperand::Cell(word) => self.word(out, word),
+            WordOperand::Const(constant) => push_number(out, u64::from(((constant << 1) ^ (constant >> 31)) as u32)),
         }
     }
 
-    fn compare(&self, out: &mut Vec<u8>, op: u8, compare: &Compare) {
+    fn compare(&self, out: &mut Vec<u8>, op: u8, compare: &WordComparison) {
         let rel = match compare.rel {
-            Rel::Eq => 0,
-            Rel::Ne => 1,
-            Rel::Lt => 2,
-            Rel::Ge => 3,
+            RelationOp::Eq => 0,
+            RelationOp::Ne => 1,
+            RelationOp::Lt => 2,
+            RelationOp::Ge => 3,
         };
         out.push(op | rel << 1 | constant(compare.b));
         self.word(out, compare.a);
         self.value(out, compare.b);
     }
 
-    fn op(&self, out: &mut Vec<u8>, op: &Op) {
+    fn op(&self, out: &mut Vec<u8>, op: &IrOp) {
         match op {
-            Op::Acc(value) => out.push(if *value { code::TRUE } else { code::FALSE }),
-            Op::Load { bit, negated: false } => self.with_bit(out, code::LOAD, Some(code::SHORT_LOAD), *bit),
-            Op::Load { bit, negated: true } => self.with_bit(out, code::LOAD + 1, None, *bit),
-            Op::And { bit, negated: false } => self.with_bit(out, code::AND, Some(code::SHORT_AND), *bit),
-            Op::And { bit, negated: true } => self.with_bit(out, code::AND + 1, Some(code::SHORT_AND_NOT), *bit),
-            Op::Or { bit, negated } => self.with_bit(out, code::OR + u8::from(*negated), None, *bit),
-            Op::Store { bit, negated: false } => self.with_bit(out, code::STORE, Some(code::SHORT_STORE), *bit),
-            Op::Store { bit, negated: true } => self.with_bit(out, code::STORE + 1, None, *bit),
-            Op::Put { bit, value } => self.with_bit(out, code::CLEAR + u8::from(*value), None, *bit),
-            Op::Rising(bit) => self.with_bit(out, code::RISING, None, *bit),
-            Op::Falling(bit) => self.with_bit(out, code::FALLING, None, *bit),
-            Op::AndCompare(compare) => self.compare(out, code::AND_COMPARE, compare),
-            Op::Move { dst, src } => {
+            IrOp::SetAccumulator(value) => out.push(if *value { code::TRUE } else { code::FALSE }),
+            IrOp::Load { bit, negated: false } => self.with_bit(out, code::LOAD, Some(code::SHORT_LOAD), *bit),
+            IrOp::Load { bit, negated: true } => self.with_bit(out, code::LOAD + 1, None, *bit),
+            IrOp::And { bit, negated: false } => self.with_bit(out, code::AND, Some(code::SHORT_AND), *bit),
+            IrOp::And { bit, negated: true } => self.with_bit(out, code::AND + 1, Some(code::SHORT_AND_NOT), *bit),
+            IrOp::Or { bit, negated } => self.with_bit(out, code::OR + u8::from(*negated), None, *bit),
+            IrOp::Store { bit, negated: false } => self.with_bit(out, code::STORE, Some(code::SHORT_STORE), *bit),
+            IrOp::Store { bit, negated: true } => self.with_bit(out, code::STORE + 1, None, *bit),
+            IrOp::SetBit { bit, value } => self.with_bit(out, code::CLEAR + u8::from(*value), None, *bit),
+            IrOp::Rising(bit) => self.with_bit(out, code::RISING, None, *bit),
+            IrOp::Falling(bit) => self.with_bit(out, code::FALLING, None, *bit),
+            IrOp::AndCompare(compare) => self.compare(out, code::AND_COMPARE, compare),
+            IrOp::Move { dst, src } => {
                 out.push(code::MOVE | constant(*src));
                 self.word(out, *dst);
                 self.value(out, *src);
             }
-            Op::Math { op, dst, a, b } => self.math(out, *op, *dst, *a, *b),
-            Op::Logic { dst, is } => {
+            IrOp::Math { op, dst, a, b } => self.math(out, *op, *dst, *a, *b),
+            IrOp::Logic { dst, function: is } => {
                 let (first, second) = match *is {
-                    Logic::Copy(bit) => (Op::Load { bit, negated: false }, None),
-                    Logic::Not(bit) => (Op::Load { bit, negated: true }, None),
-                    Logic::And(a, bit) => (Op::Load { bit: a, negated: false }, Some(Op::And { bit, negated: false })),
-                    Logic::Or(a, bit) => (Op::Load { bit: a, negated: false }, Some(Op::Or { bit, negated: false })),
+                    LogicOp::Copy(bit) => (IrOp::Load { bit, negated: false }, None),
+                    LogicOp::Not(bit) => (IrOp::Load { bit, negated: true }, None),
+                    LogicOp::And(a, bit) => (IrOp::Load { bit: a, negated: false }, Some(IrOp::And { bit, negated: false })),
+                    LogicOp::Or(a, bit) => (IrOp::Load { bit: a, negated: false }, Some(IrOp::Or { bit, negated: false })),
                 };
                 self.op(out, &first);
                 second.iter().for_each(|op| self.op(out, op));
-                self.op(out, &Op::Store { bit: *dst, negated: false });
+                self.op(out, &IrOp::Store { bit: *dst, negated: false });
             }
-            Op::Lookup { dst, index, table } => {
+            IrOp::Lookup { dst, index, table } => {
                 out.push(code::LOOKUP);
                 self.word(out, *dst);
                 self.word(out, *index);
-                number(out, self.tables.get(*table as usize).copied().unwrap_or(0));
+                push_number(out, self.tables.get(*table as usize).copied().unwrap_or(0));
             }
-            Op::ReadAdc { dst, input } => {
+            IrOp::ReadAdc { dst, input } => {
                 out.push(code::ADC);
                 self.word(out, *dst);
-                number(out, (*input).into());
+                push_number(out, (*input).into());
             }
-            Op::SetPwm { duty } => {
+            IrOp::SetPwm { duty } => {
                 out.push(code::PWM + constant(*duty));
                 match *duty {
-                    Value::Const(percent) => number(out, percent.clamp(0, 100) as u64),
-                    Value::Cell(word) => self.word(out, word),
+                    WordOperand::Const(percent) => push_number(out, percent.clamp(0, 100) as u64),
+                    WordOperand::Cell(word) => self.word(out, word),
                 }
             }
-            Op::Send { value } => {
+            IrOp::Send { value } => {
                 out.push(code::SEND + constant(*value));
                 match *value {
-                    Value::Const(byte) => number(out, (byte & 0xFF) as u64),
-                    Value::Cell(word) => self.word(out, word),
+                    WordOperand::Const(byte) => push_number(out, (byte & 0xFF) as u64),
+                    WordOperand::Cell(word) => self.word(out, word),
                 }
             }
-            Op::Receive { dst } => {
+            IrOp::Receive { dst } => {
                 out.push(code::RECEIVE);
                 self.word(out, *dst);
             }
-            Op::Recall { dst, addr } => {
+            IrOp::ReadEeprom { dst, addr } => {
                 out.push(code::RECALL);
                 self.word(out, *dst);
-                number(out, (*addr).into());
+                push_number(out, (*addr).into());
             }
-            Op::Persist { src, addr, busy, scans } => {
+            IrOp::WriteEeprom { src, addr, busy, scans } => {
                 out.push(code::PERSIST);
                 self.word(out, *src);
-                number(out, (*addr).into());
+                push_number(out, (*addr).into());
                 self.word(out, *busy);
-                number(out, (*scans).max(0) as u64);
+                push_number(out, (*scans).max(0) as u64);
             }
             // Timers and counters stay whole for chips that have them, never for a source; this code is none.
-            Op::Module { .. } => out.push(code::NONE),
-            Op::If { cond, then, otherwise } => {
+            IrOp::Module { .. } => out.push(code::NONE),
+            IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 let (mut then, otherwise) = (self.ops(then), self.ops(otherwise));
                 if !otherwise.is_empty() {
                     then.push(code::SKIP);
-                    number(&mut then, otherwise.len() as u64);
+                    push_number(&mut then, otherwise.len() as u64);
                 }
                 match cond {
-                    Cond::Acc => out.push(code::UNLESS),
-                    Cond::Bit(bit) => self.with_bit(out, code::UNLESS_BIT, None, *bit),
-                    Cond::Compare(compare) => self.compare(out, code::UNLESS_COMPARE, compare),
+                    BranchCondition::Acc => out.push(code::UNLESS),
+                    BranchCondition::Bit(bit) => self.with_bit(out, code::UNLESS_BIT, None, *bit),
+                    BranchCondition::Compare(compare) => self.compare(out, code::UNLESS_COMPARE, compare),
                 }
-                number(out, then.len() as u64);
+                push_number(out, then.len() as u64);
                 out.extend(then);
                 out.extend(otherwise);
             }
         }
     }
 
-    fn math(&self, out: &mut Vec<u8>, op: Math, dst: Word, a: Value, b: Value) {
-        match (op, a == Value::Cell(dst), b) {
-            (Math::Add, true, Value::Const(1)) => {
+    fn math(&self, out: &mut Vec<u8>, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand) {
+        match (op, a == WordOperand::Cell(dst), b) {
+            (ArithmeticOp::Add, true, WordOperand::Const(1)) => {
                 out.push(code::MORE);
                 self.word(out, dst);
             }
-            (Math::Sub, true, Value::Const(1)) => {
+            (ArithmeticOp::Sub, true, WordOperand::Const(1)) => {
                 out.push(code::LESS);
                 self.word(out, dst);
             }
             _ => {
                 let number = match op {
-                    Math::Add => 0,
-                    Math::Sub => 1,
-                    Math::Mul => 2,
-                    Math::Div => 3,
+                    ArithmeticOp::Add => 0,
+                    ArithmeticOp::Sub => 1,
+                    ArithmeticOp::Mul => 2,
+                    ArithmeticOp::Div => 3,
                 };
                 out.push(code::MATH | number << 2 | constant(a) << 1 | constant(b));
                 self.word(out, dst);
@@ -357,6 +357,6 @@ impl Coder {
 }
 
 /// 1 for a constant.
-fn constant(value: Value) -> u8 {
-    u8::from(matches!(value, Value::Const(_)))
+fn constant(value: WordOperand) -> u8 {
+    u8::from(matches!(value, WordOperand::Const(_)))
 }

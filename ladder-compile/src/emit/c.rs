@@ -3,31 +3,31 @@
 use std::fmt::Write;
 
 use diag::Diagnostic;
-use ladder::Program;
+use ladder::LadderProgram;
 
-use super::body::{Body, Spelling, literal};
-use super::names::{Names, comment};
-use super::{Plan, Source, helpers, lowered, tables};
+use super::body::{StatementWriter, CellSpelling, literal};
+use super::names::{IdentifierPool, comment_text};
+use super::{EmitContext, EmittedSource, helpers, lower_and_optimise, tables};
 use crate::ir::{BitRole, Ir};
 
 /// `program` as one C file that needs no other.
 ///
 /// # Errors
 /// As [`lowered`].
-pub fn emit(program: &Program) -> Result<Source, Vec<Diagnostic>> {
-    Ok(from_ir(program, &lowered(program)?))
+pub fn emit(program: &LadderProgram) -> Result<EmittedSource, Vec<Diagnostic>> {
+    Ok(emit_ir(program, &lower_and_optimise(program)?))
 }
 
 /// The same of intermediate code that was made of `program`.
 #[must_use]
-pub fn from_ir(program: &Program, ir: &Ir) -> Source {
-    let plan = Plan { program, ir };
-    let names = spelling(ir);
+pub fn emit_ir(program: &LadderProgram, ir: &Ir) -> EmittedSource {
+    let plan = EmitContext { program, ir };
+    let names = c_spelling(ir);
     let mut scan = String::new();
     for ((bit, name), n) in plan.bits(BitRole::Input).zip(0..) {
-        let _ = writeln!(scan, "    {} = PlcReadInput({n}); /* {} */", names.bits[bit.0 as usize], comment(name));
+        let _ = writeln!(scan, "    {} = PlcReadInput({n}); /* {} */", names.bits[bit.0 as usize], comment_text(name));
     }
-    let parts = Body::new(ir, &names).scan(&plan.texts());
+    let parts = StatementWriter::new(ir, &names).scan(&plan.texts());
     scan += &parts.begin;
     let mut rungs = String::new();
     // A function for each rung: some compilers take very long for one that holds them all.
@@ -39,15 +39,15 @@ pub fn from_ir(program: &Program, ir: &Ir) -> Source {
         let _ = writeln!(scan, "    rung = PlcRung{number}(rung);");
     }
     scan += &parts.end;
-    scan += &outputs(&plan, &names);
+    scan += &output_statements(&plan, &names);
     let body = format!("{}{}{}", parts.begin, parts.rungs.concat(), parts.end);
 
-    let mut text = head(&plan);
+    let mut text = file_head(&plan);
     text += helpers::TYPES;
-    text += &hooks(&plan);
-    text += &tables::tables(ir, &names, &body);
-    text += &helpers::helpers(&body);
-    text += &cells(ir, &names);
+    text += &hook_declarations(&plan);
+    text += &tables::table_definitions(ir, &names, &body);
+    text += &helpers::called_helpers(&body);
+    text += &cell_definitions(ir, &names);
     text += &rungs;
     let _ =
         write!(text, "\n/* Once, before the first scan: everything is as after power-up. */\nvoid PlcInit(void)\n{{\n");
@@ -55,7 +55,7 @@ pub fn from_ir(program: &Program, ir: &Ir) -> Source {
     for (cell, name) in ir.words.iter().zip(&names.words) {
         let _ = writeln!(text, "    {name} = {};", literal(cell.initial));
     }
-    text += &outputs(&plan, &names);
+    text += &output_statements(&plan, &names);
     text += "}\n\n/* One scan. */\nvoid PlcCycle(void)\n{\n    unsigned char rung = 1;\n    (void)rung;\n";
     text += &scan;
     text += "}\n";
@@ -66,18 +66,18 @@ pub fn from_ir(program: &Program, ir: &Ir) -> Source {
     )
 }
 
-fn spelling(ir: &Ir) -> Spelling {
-    let mut names = Names::new(&[]);
-    Spelling {
-        bits: ir.bits.iter().map(|cell| names.give("b_", &cell.name)).collect(),
-        words: ir.words.iter().map(|cell| names.give("i_", &cell.name)).collect(),
-        tables: ir.tables.iter().map(|table| names.give("t_", &table.name)).collect(),
+fn c_spelling(ir: &Ir) -> CellSpelling {
+    let mut names = IdentifierPool::new(&[]);
+    CellSpelling {
+        bits: ir.bits.iter().map(|cell| names.unique_identifier("b_", &cell.name)).collect(),
+        words: ir.words.iter().map(|cell| names.unique_identifier("i_", &cell.name)).collect(),
+        tables: ir.tables.iter().map(|table| names.unique_identifier("t_", &table.name)).collect(),
     }
 }
 
-fn head(plan: &Plan<'_>) -> String {
+fn file_head(plan: &EmitContext<'_>) -> String {
     let settings = &plan.program.settings;
-    let mut text = format!("/* {}, as a C program. */\n\n", comment(&plan.program.file));
+    let mut text = format!("/* {}, as a C program. */\n\n", comment_text(&plan.program.file));
     let _ = writeln!(
         text,
         "/* Call PlcCycle every so many microseconds. */\n#define PLC_CYCLE_US {}UL\n",
@@ -87,7 +87,7 @@ fn head(plan: &Plan<'_>) -> String {
 }
 
 /// What the user writes, as far as the program needs it.
-fn hooks(plan: &Plan<'_>) -> String {
+fn hook_declarations(plan: &EmitContext<'_>) -> String {
     let ir = plan.ir;
     let mut text = String::new();
     let mut group = |what: &str, hook: &str, prefix: &str, members: Vec<&str>| {
@@ -95,9 +95,9 @@ fn hooks(plan: &Plan<'_>) -> String {
             return;
         }
         let _ = write!(text, "\n/* {what} */\n{hook}\n");
-        let mut names = Names::new(&[]);
+        let mut names = IdentifierPool::new(&[]);
         for (name, n) in members.into_iter().zip(0..) {
-            let _ = writeln!(text, "#define {} {n}", names.give(prefix, name));
+            let _ = writeln!(text, "#define {} {n}", names.unique_identifier(prefix, name));
         }
     };
     let of = |role| plan.bits(role).map(|(_, name)| name).collect::<Vec<_>>();
@@ -139,19 +139,19 @@ fn hooks(plan: &Plan<'_>) -> String {
         text += "/* You write this: takes the byte that has been received, 0 to 255; -1 when there is none. */\n";
         text += "int PlcReceiveByte(void);\n";
     }
-    if ir.eeprom > 0 {
+    if ir.eeprom_bytes > 0 {
         let _ = write!(
             text,
             "\n/* You write these: a cell of EEPROM, from 0; a write begins and has some ms to end before the next. */\n\
              unsigned char PlcReadEeprom(unsigned cell);\nvoid PlcWriteEeprom(unsigned cell, unsigned char byte);\n\
              #define PLC_EEPROM_CELLS {}\n",
-            ir.eeprom
+            ir.eeprom_bytes
         );
     }
     text
 }
 
-fn cells(ir: &Ir, names: &Spelling) -> String {
+fn cell_definitions(ir: &Ir, names: &CellSpelling) -> String {
     let mut text = "\
 \n#ifndef PLC_BIT
 #if defined(__SDCC_mcs51)
@@ -176,10 +176,10 @@ fn cells(ir: &Ir, names: &Spelling) -> String {
     text
 }
 
-fn outputs(plan: &Plan<'_>, names: &Spelling) -> String {
-    let write = |((bit, name), n): ((crate::ir::Bit, &str), u32)| {
+fn output_statements(plan: &EmitContext<'_>, names: &CellSpelling) -> String {
+    let write = |((bit, name), n): ((crate::ir::BitId, &str), u32)| {
         let cell = names.bits.get(bit.0 as usize).map_or("", String::as_str);
-        format!("    PlcWriteOutput({n}, {cell}); /* {} */\n", comment(name))
+        format!("    PlcWriteOutput({n}, {cell}); /* {} */\n", comment_text(name))
     };
     plan.bits(BitRole::Output).zip(0..).map(write).collect()
 }

@@ -17,11 +17,11 @@ typedef unsigned long plcU32;
 ";
 
 /// A helper: its name, and its text.
-type Helper = (&'static str, &'static str);
+type CHelper = (&'static str, &'static str);
 
 /// The low bits as a number with sign. Where the compiler's own conversion is known to keep them it is used; the other
 /// way holds with any compiler.
-const WRAPS: [Helper; 4] = [
+const WRAP_HELPERS: [CHelper; 4] = [
     (
         "Plc8",
         "\
@@ -75,7 +75,7 @@ static plc32 Plc32(plcU32 v)
     ),
 ];
 
-const DIVIDES: [Helper; 2] = [
+const DIVIDE_HELPERS: [CHelper; 2] = [
     (
         "PlcDiv16",
         "\
@@ -107,10 +107,10 @@ static plc32 PlcDiv32(plc32 a, plc32 b)
 ];
 
 /// The helpers that `body` calls, directly or through one another.
-pub(super) fn helpers(body: &str) -> String {
-    let divides: Vec<&Helper> = DIVIDES.iter().filter(|(name, _)| calls(body, name)).collect();
+pub(super) fn called_helpers(body: &str) -> String {
+    let divides: Vec<&CHelper> = DIVIDE_HELPERS.iter().filter(|(name, _)| calls(body, name)).collect();
     let needed = |name: &str| calls(body, name) || divides.iter().any(|(_, text)| calls(text, name));
-    let wraps: Vec<&Helper> = WRAPS.iter().filter(|(name, _)| needed(name)).collect();
+    let wraps: Vec<&CHelper> = WRAP_HELPERS.iter().filter(|(name, _)| needed(name)).collect();
     let mut text = String::new();
     if !wraps.is_empty() {
         text += "\

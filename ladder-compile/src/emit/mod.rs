@@ -12,10 +12,10 @@ mod names;
 mod tables;
 
 use diag::Diagnostic;
-use ladder::{ElementId, Program};
+use ladder::{ElementId, LadderProgram};
 
-use crate::ir::{Bit, BitRole, Ir, Word, WordRole};
-use crate::{lower, optimise, refuse};
+use crate::ir::{BitId, BitRole, Ir, WordId, WordRole};
+use crate::{lower, optimise, element_checks};
 
 /// A cell of the scan's state as a source names it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -29,12 +29,12 @@ pub struct SourceCell {
     /// Width in bytes of an integer, `None` for a bit.
     pub bytes: Option<u8>,
     /// It is a symbol of the program, not something remembered besides.
-    pub symbol: bool,
+    pub is_symbol: bool,
 }
 
 /// An emitted source.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Source {
+pub struct EmittedSource {
     /// The text of the file.
     pub text: String,
     /// Byte code as bytes; empty in the other languages.
@@ -59,28 +59,28 @@ pub struct Source {
 ///
 /// # Errors
 /// All errors of `ladder::check`, and every element that has no code, by place.
-pub fn lowered(program: &Program) -> Result<Ir, Vec<Diagnostic>> {
-    let mut told: Vec<Diagnostic> = ladder::check(program).into_iter().filter(Diagnostic::is_error).collect();
-    for refusal in refuse::refuse(program, None) {
-        if !told.iter().any(|known| known.pos.line == refusal.pos.line) {
-            told.push(refusal);
+pub fn lower_and_optimise(program: &LadderProgram) -> Result<Ir, Vec<Diagnostic>> {
+    let mut diagnostics: Vec<Diagnostic> = ladder::check(program).into_iter().filter(Diagnostic::is_error).collect();
+    for refusal in element_checks::unsupported_elements(program, None) {
+        if !diagnostics.iter().any(|known| known.pos.line == refusal.pos.line) {
+            diagnostics.push(refusal);
         }
     }
-    told.sort_by_key(|diagnostic| diagnostic.pos);
-    if told.is_empty() { Ok(optimise::optimise(lower::lower(program))) } else { Err(told) }
+    diagnostics.sort_by_key(|diagnostic| diagnostic.pos);
+    if diagnostics.is_empty() { Ok(optimise::optimise(lower::lower(program))) } else { Err(diagnostics) }
 }
 
 /// What the emitters ask of a scan besides its operations.
-pub(crate) struct Plan<'a> {
-    pub program: &'a Program,
+pub(crate) struct EmitContext<'a> {
+    pub program: &'a LadderProgram,
     pub ir: &'a Ir,
 }
 
-impl Plan<'_> {
+impl EmitContext<'_> {
     /// Bits of a role with their names, in the order of the intermediate code.
-    pub(crate) fn bits(&self, role: BitRole) -> impl Iterator<Item = (Bit, &str)> {
+    pub(crate) fn bits(&self, role: BitRole) -> impl Iterator<Item = (BitId, &str)> {
         let cells = self.ir.bits.iter().zip(0..);
-        cells.filter(move |(cell, _)| cell.role == role).map(|(cell, n)| (Bit(n), cell.name.as_str()))
+        cells.filter(move |(cell, _)| cell.role == role).map(|(cell, n)| (BitId(n), cell.name.as_str()))
     }
 
     /// The elements with their text, in order.
@@ -92,29 +92,29 @@ impl Plan<'_> {
     pub(crate) fn source(
         &self,
         text: String,
-        bit: impl Fn(Bit) -> (u32, String),
-        word: impl Fn(Word) -> (u32, String),
-    ) -> Source {
+        bit: impl Fn(BitId) -> (u32, String),
+        word: impl Fn(WordId) -> (u32, String),
+    ) -> EmittedSource {
         let bits = self.ir.bits.iter().zip(0..).filter(|(cell, _)| cell.role != BitRole::Temporary).map(|(cell, n)| {
-            let (index, text) = bit(Bit(n));
+            let (index, text) = bit(BitId(n));
             let symbol = cell.role != BitRole::Memory;
-            SourceCell { name: cell.name.clone(), text, index, bytes: None, symbol }
+            SourceCell { name: cell.name.clone(), text, index, bytes: None, is_symbol: symbol }
         });
         let words = self.ir.words.iter().zip(0..).filter(|(cell, _)| cell.role != WordRole::Temporary);
         let words = words.map(|(cell, n)| {
-            let (index, text) = word(Word(n));
+            let (index, text) = word(WordId(n));
             let symbol = matches!(cell.role, WordRole::Symbol(_));
-            SourceCell { name: cell.name.clone(), text, index, bytes: Some(cell.bytes), symbol }
+            SourceCell { name: cell.name.clone(), text, index, bytes: Some(cell.bytes), is_symbol: symbol }
         });
         let named = |role| self.bits(role).map(|(_, name)| name.to_owned()).collect();
-        Source {
+        EmittedSource {
             text,
             image: Vec::new(),
             cells: bits.chain(words).collect(),
             inputs: named(BitRole::Input),
             outputs: named(BitRole::Output),
             analog: self.ir.adcs.clone(),
-            eeprom: self.ir.eeprom,
+            eeprom: self.ir.eeprom_bytes,
             bits: self.ir.bits.len() as u32,
             words: self.ir.words.len() as u32,
         }

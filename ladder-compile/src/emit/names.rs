@@ -3,18 +3,18 @@
 use std::collections::HashSet;
 
 /// Gives every name an identifier of its own.
-pub(super) struct Names {
+pub(super) struct IdentifierPool {
     taken: HashSet<String>,
 }
 
-impl Names {
+impl IdentifierPool {
     /// None of `reserved` is given out.
-    pub(super) fn new(reserved: &[&str]) -> Names {
-        Names { taken: reserved.iter().map(|name| (*name).to_owned()).collect() }
+    pub(super) fn new(reserved: &[&str]) -> IdentifierPool {
+        IdentifierPool { taken: reserved.iter().map(|name| (*name).to_owned()).collect() }
     }
 
     /// `prefix`, then `name` with everything that no identifier may hold as `_`, then a number where that is taken.
-    pub(super) fn give(&mut self, prefix: &str, name: &str) -> String {
+    pub(super) fn unique_identifier(&mut self, prefix: &str, name: &str) -> String {
         let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
         let first = format!("{prefix}{plain}");
         let mut given = first.clone();
@@ -28,7 +28,7 @@ impl Names {
 }
 
 /// Text for the inside of a comment: nothing that ends it, opens another, or is a trigraph; one line of plain ASCII.
-pub(super) fn comment(text: &str) -> String {
+pub(super) fn comment_text(text: &str) -> String {
     let plain = text.chars().map(|c| if c.is_ascii_graphic() || c == ' ' { c } else { '.' });
     let mut safe = String::new();
     for c in plain {

@@ -2,55 +2,55 @@
 
 use std::fmt::Write;
 
-use super::body::{Spelling, literal};
-use crate::ir::{Ir, Table};
+use super::body::{CellSpelling, literal};
+use crate::ir::{Ir, ConstantTable};
 
 /// What an element of a table is kept as.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Element {
+pub(super) enum TableElement {
     Byte,
     Signed,
     Short,
     Long,
 }
 
-impl Element {
+impl TableElement {
     /// The macro that reads one.
     pub(super) fn read(self) -> &'static str {
         match self {
-            Element::Byte => "PLC_BYTE",
-            Element::Signed => "PLC_SIGNED",
-            Element::Short => "PLC_SHORT",
-            Element::Long => "PLC_LONG",
+            TableElement::Byte => "PLC_BYTE",
+            TableElement::Signed => "PLC_SIGNED",
+            TableElement::Short => "PLC_SHORT",
+            TableElement::Long => "PLC_LONG",
         }
     }
 
     fn kind(self) -> &'static str {
         match self {
-            Element::Byte => "unsigned char",
-            Element::Signed => "plc8",
-            Element::Short => "plc16",
-            Element::Long => "plc32",
+            TableElement::Byte => "unsigned char",
+            TableElement::Signed => "plc8",
+            TableElement::Short => "plc16",
+            TableElement::Long => "plc32",
         }
     }
 
     /// Bytes with sign that hold what is read.
-    pub(super) fn needs(self) -> u8 {
+    pub(super) fn signed_bytes(self) -> u8 {
         match self {
-            Element::Signed => 1,
-            Element::Byte | Element::Short => 2,
-            Element::Long => 4,
+            TableElement::Signed => 1,
+            TableElement::Byte | TableElement::Short => 2,
+            TableElement::Long => 4,
         }
     }
 }
 
 /// One byte is without sign where a value asks for it.
-pub(super) fn element(table: &Table) -> Element {
+pub(super) fn table_element(table: &ConstantTable) -> TableElement {
     match table.bytes {
-        1 if table.values.iter().any(|&value| value > 127) => Element::Byte,
-        1 => Element::Signed,
-        2 => Element::Short,
-        _ => Element::Long,
+        1 if table.values.iter().any(|&value| value > 127) => TableElement::Byte,
+        1 => TableElement::Signed,
+        2 => TableElement::Short,
+        _ => TableElement::Long,
     }
 }
 
@@ -77,7 +77,7 @@ const MACROS: &str = "
 ";
 
 /// The tables that `scan` reads, twelve values a line; nothing where there are none.
-pub(super) fn tables(ir: &Ir, names: &Spelling, scan: &str) -> String {
+pub(super) fn table_definitions(ir: &Ir, names: &CellSpelling, scan: &str) -> String {
     let mut text = String::new();
     for (table, name) in ir.tables.iter().zip(&names.tables) {
         if !scan.contains(&format!("({name}, ")) {
@@ -86,7 +86,7 @@ pub(super) fn tables(ir: &Ir, names: &Spelling, scan: &str) -> String {
         if text.is_empty() {
             text += MACROS;
         }
-        let _ = write!(text, "static PLC_TABLE {} {name}[{}] = {{", element(table).kind(), table.values.len());
+        let _ = write!(text, "static PLC_TABLE {} {name}[{}] = {{", table_element(table).kind(), table.values.len());
         for (n, value) in table.values.iter().enumerate() {
             let comma = if n == 0 { "" } else { "," };
             let space = if n % 12 == 0 { "\n    " } else { " " };

@@ -2,21 +2,21 @@
 
 use std::collections::HashMap;
 
-use ladder::symbols::uses;
-use ladder::{CompareOp, CounterKind, Dialect, Element, ElementId, Format, Operand, Program, TimerKind};
+use ladder::symbols::for_each_symbol_use;
+use ladder::{CompareOp, CounterKind, LadderDialect, Element, ElementId, LdFormat, LadderOperand, LadderProgram, TimerKind};
 
-use super::{Lower, add, when};
-use crate::ir::{BitRole, Compare, Cond, Math, Module, Op, Rel, Value};
+use super::{Lowering, step_word, if_accumulator};
+use crate::ir::{BitRole, WordComparison, BranchCondition, ArithmeticOp, TimedModule, IrOp, RelationOp, WordOperand};
 
 /// The number of scans that a timer counts: delay / cycle, truncated, plus its adjust; `None` below 1, beyond 32 bits, or
 /// where delay or adjust are no constants. Without an adjust it is -1, as in release 2.3, but 0 in LDmicro 5's own files.
 #[must_use]
-pub fn scans(program: &Program, delay: &Operand, adjust: Option<&Operand>) -> Option<i32> {
-    let Operand::Const { value: delay, .. } = delay else { return None };
+pub fn timer_scans(program: &LadderProgram, delay: &LadderOperand, adjust: Option<&LadderOperand>) -> Option<i32> {
+    let LadderOperand::Const { value: delay, .. } = delay else { return None };
     let adjust = match adjust {
-        Some(Operand::Const { value, .. }) => *value,
-        Some(Operand::Var(_)) => return None,
-        None if program.dialect == Dialect::Ldmicro5 && program.format == Format::V02 => 0,
+        Some(LadderOperand::Const { value, .. }) => *value,
+        Some(LadderOperand::Var(_)) => return None,
+        None if program.dialect == LadderDialect::Ldmicro5 && program.format == LdFormat::V02 => 0,
         None => -1,
     };
     let whole = u64::try_from(*delay).ok()?.checked_div(program.settings.cycle_us)?;
@@ -25,44 +25,44 @@ pub fn scans(program: &Program, delay: &Operand, adjust: Option<&Operand>) -> Op
 }
 
 /// The start values of the counters: the first of a name decides.
-pub(super) fn starts(program: &Program) -> HashMap<&str, i32> {
+pub(super) fn counter_starts(program: &LadderProgram) -> HashMap<&str, i32> {
     let mut starts = HashMap::new();
     for (_, element, _) in program.elements() {
         if let Element::Counter { name, init, .. } = element {
-            starts.entry(name.as_str()).or_insert(start(init.as_ref()));
+            starts.entry(name.as_str()).or_insert(start_value(init.as_ref()));
         }
     }
     starts
 }
 
 /// A counter's start value.
-fn start(init: Option<&Operand>) -> i32 {
-    if let Some(Operand::Const { value, .. }) = init { *value as i32 } else { 0 }
+fn start_value(init: Option<&LadderOperand>) -> i32 {
+    if let Some(LadderOperand::Const { value, .. }) = init { *value as i32 } else { 0 }
 }
 
 /// The element of each integer that uses it first in a scan.
-fn first_uses(program: &Program) -> HashMap<String, ElementId> {
+fn first_uses(program: &LadderProgram) -> HashMap<String, ElementId> {
     let mut first = HashMap::new();
     for (id, element, _) in program.elements() {
-        uses(element, &mut |name, _| _ = first.entry(name.to_owned()).or_insert(id));
+        for_each_symbol_use(element, &mut |name, _| _ = first.entry(name.to_owned()).or_insert(id));
     }
     first
 }
 
-impl Lower<'_> {
+impl Lowering<'_> {
     /// A TOF presets its accumulator when it is executed for the first time. Every element is executed in every scan, so that
     /// is in the first scan; and before all rungs where nothing else uses the accumulator earlier.
-    pub(super) fn presets(&mut self) {
-        if self.modules {
+    pub(super) fn preset_off_delays(&mut self) {
+        if self.keep_modules {
             return;
         }
         let first = first_uses(self.program);
         let (mut early, mut late) = (Vec::new(), false);
         for (id, element, _) in self.program.elements() {
             let Element::Timer { kind: TimerKind::Tof, name, delay, adjust } = element else { continue };
-            let Some(limit) = scans(self.program, delay, adjust.as_ref()) else { continue };
+            let Some(limit) = timer_scans(self.program, delay, adjust.as_ref()) else { continue };
             if first.get(name) == Some(&id) {
-                early.push(Op::Move { dst: self.word(name), src: Value::Const(limit) });
+                early.push(IrOp::Move { dst: self.word(name), src: WordOperand::Const(limit) });
                 self.preset.push(id);
             } else {
                 late = true;
@@ -72,49 +72,49 @@ impl Lower<'_> {
             return;
         }
         let bit = self.new_bit("scanned".to_owned(), BitRole::Memory);
-        let done = Op::Put { bit, value: true };
+        let done = IrOp::SetBit { bit, value: true };
         if late {
-            self.scanned = Some(bit);
-            self.ir.end.push(done);
+            self.after_first_scan = Some(bit);
+            self.ir.epilogue.push(done);
         } else {
             early.push(done);
         }
         if !early.is_empty() {
-            self.ir.begin.push(Op::If { cond: Cond::Bit(bit), then: Vec::new(), otherwise: early });
+            self.ir.prologue.push(IrOp::If { cond: BranchCondition::Bit(bit), if_true: Vec::new(), if_false: early });
         }
     }
 
-    pub(super) fn timer(&mut self, kind: TimerKind, name: &str, delay: &Operand, adjust: Option<&Operand>) {
+    pub(super) fn timer(&mut self, kind: TimerKind, name: &str, delay: &LadderOperand, adjust: Option<&LadderOperand>) {
         let word = self.word(name);
         // A timer that cannot be counted was refused before.
-        let Some(limit) = scans(self.program, delay, adjust) else { return };
-        if self.modules {
-            return self.push(Op::Module { is: Module::Timer(kind), word, limit: Value::Const(limit) });
+        let Some(limit) = timer_scans(self.program, delay, adjust) else { return };
+        if self.keep_modules {
+            return self.push(IrOp::Module { module: TimedModule::Timer(kind), word, limit: WordOperand::Const(limit) });
         }
-        let running = Cond::Compare(Compare { a: word, rel: Rel::Lt, b: Value::Const(limit) });
-        let count = add(word, Math::Add);
-        let clear = Op::Move { dst: word, src: Value::Const(0) };
+        let running = BranchCondition::Compare(WordComparison { a: word, rel: RelationOp::Lt, b: WordOperand::Const(limit) });
+        let count = step_word(word, ArithmeticOp::Add);
+        let clear = IrOp::Move { dst: word, src: WordOperand::Const(0) };
         match kind {
-            TimerKind::Ton => self.push(Op::If {
-                cond: Cond::Acc,
-                then: vec![Op::If { cond: running, then: vec![count, Op::Acc(false)], otherwise: vec![] }],
-                otherwise: vec![clear],
+            TimerKind::Ton => self.push(IrOp::If {
+                cond: BranchCondition::Acc,
+                if_true: vec![IrOp::If { cond: running, if_true: vec![count, IrOp::SetAccumulator(false)], if_false: vec![] }],
+                if_false: vec![clear],
             }),
             TimerKind::Tof => {
-                if let Some(scanned) = self.scanned.filter(|_| !self.preset.contains(&self.at)) {
-                    let preset = Op::Move { dst: word, src: Value::Const(limit) };
-                    self.push(Op::If { cond: Cond::Bit(scanned), then: vec![], otherwise: vec![preset] });
+                if let Some(scanned) = self.after_first_scan.filter(|_| !self.preset.contains(&self.element)) {
+                    let preset = IrOp::Move { dst: word, src: WordOperand::Const(limit) };
+                    self.push(IrOp::If { cond: BranchCondition::Bit(scanned), if_true: vec![], if_false: vec![preset] });
                 }
-                self.push(Op::If {
-                    cond: Cond::Acc,
-                    then: vec![clear],
-                    otherwise: vec![Op::If { cond: running, then: vec![count, Op::Acc(true)], otherwise: vec![] }],
+                self.push(IrOp::If {
+                    cond: BranchCondition::Acc,
+                    if_true: vec![clear],
+                    if_false: vec![IrOp::If { cond: running, if_true: vec![count, IrOp::SetAccumulator(true)], if_false: vec![] }],
                 });
             }
-            TimerKind::Rto => self.push(Op::If {
+            TimerKind::Rto => self.push(IrOp::If {
                 cond: running,
-                then: vec![when(vec![count]), Op::Acc(false)],
-                otherwise: vec![Op::Acc(true)],
+                if_true: vec![if_accumulator(vec![count]), IrOp::SetAccumulator(false)],
+                if_false: vec![IrOp::SetAccumulator(true)],
             }),
         }
     }
@@ -123,53 +123,53 @@ impl Lower<'_> {
         &mut self,
         kind: CounterKind,
         name: &str,
-        max: &Operand,
-        (init, input): (Option<&Operand>, Option<char>),
+        max: &LadderOperand,
+        (init, input): (Option<&LadderOperand>, Option<char>),
     ) {
         let word = self.word(name);
-        let (n, max) = (Value::Cell(word), self.value(max));
+        let (n, max) = (WordOperand::Cell(word), self.value(max));
         let input = input.unwrap_or('/');
-        if self.modules {
-            let is = Module::Counter { kind, input, bounded: self.bounded };
-            return self.push(Op::Module { is, word, limit: max });
+        if self.keep_modules {
+            let is = TimedModule::Counter { kind, input, bounded: self.bounded_counters };
+            return self.push(IrOp::Module { module: is, word, limit: max });
         }
-        let turn = match kind {
-            CounterKind::Ctu if self.bounded => {
-                self.where_(CompareOp::Les, n, max, vec![add(word, Math::Add)], Vec::new())
+        let count_ops = match kind {
+            CounterKind::Ctu if self.bounded_counters => {
+                self.if_comparison(CompareOp::Les, n, max, vec![step_word(word, ArithmeticOp::Add)], Vec::new())
             }
-            CounterKind::Ctu => vec![add(word, Math::Add)],
-            CounterKind::Ctd if self.bounded => {
-                self.where_(CompareOp::Grt, n, max, vec![add(word, Math::Sub)], Vec::new())
+            CounterKind::Ctu => vec![step_word(word, ArithmeticOp::Add)],
+            CounterKind::Ctd if self.bounded_counters => {
+                self.if_comparison(CompareOp::Grt, n, max, vec![step_word(word, ArithmeticOp::Sub)], Vec::new())
             }
-            CounterKind::Ctd => vec![add(word, Math::Sub)],
+            CounterKind::Ctd => vec![step_word(word, ArithmeticOp::Sub)],
             CounterKind::Ctc => {
                 // It goes back to its own start value, whatever another counter of the name has.
-                let back = Op::Move { dst: word, src: Value::Const(start(init)) };
-                self.where_(CompareOp::Geq, n, max, vec![back], vec![add(word, Math::Add)])
+                let back = IrOp::Move { dst: word, src: WordOperand::Const(start_value(init)) };
+                self.if_comparison(CompareOp::Geq, n, max, vec![back], vec![step_word(word, ArithmeticOp::Add)])
             }
         };
-        self.count(input, turn, kind == CounterKind::Ctc);
+        self.count(input, count_ops, kind == CounterKind::Ctc);
         let out = match kind {
             CounterKind::Ctc => return,
-            CounterKind::Ctd if self.bounded => self.narrow(CompareOp::Grt, n, max),
-            CounterKind::Ctu | CounterKind::Ctd => self.narrow(CompareOp::Geq, n, max),
+            CounterKind::Ctd if self.bounded_counters => self.and_comparison(CompareOp::Grt, n, max),
+            CounterKind::Ctu | CounterKind::Ctd => self.and_comparison(CompareOp::Geq, n, max),
         };
-        self.push(Op::Acc(true));
+        self.push(IrOp::SetAccumulator(true));
         out.into_iter().for_each(|op| self.push(op));
     }
 
     /// `turn` when the rung state counts; afterwards it is what it was if `keep`, else anything.
-    fn count(&mut self, input: char, turn: Vec<Op>, keep: bool) {
+    fn count(&mut self, input: char, count_ops: Vec<IrOp>, keep: bool) {
         match input {
-            '-' => self.push(when(turn)),
-            'o' => self.push(Op::If { cond: Cond::Acc, then: Vec::new(), otherwise: turn }),
+            '-' => self.push(if_accumulator(count_ops)),
+            'o' => self.push(IrOp::If { cond: BranchCondition::Acc, if_true: Vec::new(), if_false: count_ops }),
             edge => {
-                let memory = self.memory();
-                self.push(if edge == '\\' { Op::Falling(memory) } else { Op::Rising(memory) });
-                self.push(when(turn));
+                let memory = self.new_memory();
+                self.push(if edge == '\\' { IrOp::Falling(memory) } else { IrOp::Rising(memory) });
+                self.push(if_accumulator(count_ops));
                 if keep {
                     // The memory is the rung state of this scan.
-                    self.push(Op::Load { bit: memory, negated: false });
+                    self.push(IrOp::Load { bit: memory, negated: false });
                 }
             }
         }

@@ -2,31 +2,31 @@
 
 use emu_8051::isa::{self, Kind, ROWS};
 
-use crate::code::{Arch, Cycles, Flow, Step};
+use crate::code::{TargetArch, CycleCounts, ControlFlow, FormInstruction};
 
 /// The family for [`crate::code::Asm`]. Program words are bytes.
 #[derive(Debug, Clone, Copy)]
-pub struct Mcs51;
+pub struct Mcs51Arch;
 
 /// What refers to a label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Jump {
+pub enum Mcs51Jump {
     /// A jump: SJMP, AJMP or LJMP.
-    Go,
+    Unconditional,
     /// A call: ACALL or LCALL.
     Call,
     /// A conditional jump, with as many operands in front of its target.
-    When(Kind, [i32; 2], usize),
+    Conditional(Kind, [i32; 2], usize),
     /// No jump: DPTR := the label's address.
-    Point,
+    LoadAddress,
 }
 
-impl Jump {
+impl Mcs51Jump {
     /// A conditional jump with at most two operands in front of its target.
     #[must_use]
-    pub fn when(kind: Kind, operands: &[i32]) -> Jump {
+    pub fn conditional(kind: Kind, operands: &[i32]) -> Mcs51Jump {
         let at = |n: usize| operands.get(n).copied().unwrap_or(0);
-        Jump::When(kind, [at(0), at(1)], operands.len().min(2))
+        Mcs51Jump::Conditional(kind, [at(0), at(1)], operands.len().min(2))
     }
 }
 
@@ -37,30 +37,30 @@ fn opposite(kind: Kind) -> Option<Kind> {
 }
 
 /// An instruction with a target. Programs beyond 64 KB are refused when they are finished, so until then addresses wrap.
-fn to(kind: Kind, operands: &[i32], target: u32) -> Step<Kind> {
+fn jump_instruction(kind: Kind, operands: &[i32], target: u32) -> FormInstruction<Kind> {
     let operands = operands.iter().copied().chain([(target & 0xFFFF) as i32]).collect();
-    Step { kind, operands, target: Some(target) }
+    FormInstruction { kind, operands, target: Some(target) }
 }
 
 /// The jump at `at`, relative, in the page, or anywhere; nothing where it does not reach.
-fn go(level: u8, at: u32, target: u32) -> Option<Step<Kind>> {
+fn shortest_jump(level: u8, at: u32, target: u32) -> Option<FormInstruction<Kind>> {
     let next = at + 2;
     match level {
-        0 => near(next, target).then(|| to(Kind::Sjmp, &[], target)),
-        1 => (next >> 11 == target >> 11).then(|| to(Kind::Ajmp, &[], target)),
-        _ => Some(to(Kind::Ljmp, &[], target)),
+        0 => is_short_reachable(next, target).then(|| jump_instruction(Kind::Sjmp, &[], target)),
+        1 => (next >> 11 == target >> 11).then(|| jump_instruction(Kind::Ajmp, &[], target)),
+        _ => Some(jump_instruction(Kind::Ljmp, &[], target)),
     }
 }
 
-fn near(next: u32, target: u32) -> bool {
+fn is_short_reachable(next: u32, target: u32) -> bool {
     (-128..128).contains(&(i64::from(target) - i64::from(next)))
 }
 
-impl Arch for Mcs51 {
-    type Kind = Kind;
-    type Jump = Jump;
+impl TargetArch for Mcs51Arch {
+    type Opcode = Kind;
+    type JumpForm = Mcs51Jump;
 
-    fn len(&self, kind: Kind) -> u32 {
+    fn instruction_words(&self, kind: Kind) -> u32 {
         ROWS.get(kind as usize).map_or(1, |row| row.len())
     }
 
@@ -69,53 +69,53 @@ impl Arch for Mcs51 {
         Ok(bytes.into_iter().map(u16::from).collect())
     }
 
-    fn form(&self, jump: Jump, level: u8, at: u32, target: u32) -> Option<Vec<Step<Kind>>> {
+    fn jump_form(&self, jump: Mcs51Jump, level: u8, at: u32, target: u32) -> Option<Vec<FormInstruction<Kind>>> {
         match (jump, level) {
-            (Jump::Go, level) => go(level, at, target).map(|step| vec![step]),
-            (Jump::Call, 0) => ((at + 2) >> 11 == target >> 11).then(|| vec![to(Kind::Acall, &[], target)]),
-            (Jump::Call, _) => Some(vec![to(Kind::Lcall, &[], target)]),
-            (Jump::Point, _) => {
-                Some(vec![Step { kind: Kind::MovDptr, operands: vec![(target & 0xFFFF) as i32], target: None }])
+            (Mcs51Jump::Unconditional, level) => shortest_jump(level, at, target).map(|step| vec![step]),
+            (Mcs51Jump::Call, 0) => ((at + 2) >> 11 == target >> 11).then(|| vec![jump_instruction(Kind::Acall, &[], target)]),
+            (Mcs51Jump::Call, _) => Some(vec![jump_instruction(Kind::Lcall, &[], target)]),
+            (Mcs51Jump::LoadAddress, _) => {
+                Some(vec![FormInstruction { kind: Kind::MovDptr, operands: vec![(target & 0xFFFF) as i32], target: None }])
             }
-            (Jump::When(kind, operands, count), level) => {
+            (Mcs51Jump::Conditional(kind, operands, count), level) => {
                 let operands = operands.get(..count).unwrap_or(&operands);
-                let len = self.len(kind);
+                let len = self.instruction_words(kind);
                 if level == 0 {
-                    return near(at + len, target).then(|| vec![to(kind, operands, target)]);
+                    return is_short_reachable(at + len, target).then(|| vec![jump_instruction(kind, operands, target)]);
                 }
                 if let Some(opposite) = opposite(kind) {
-                    let far = go(level, at + len, target)?;
-                    let over = at + len + self.len(far.kind);
-                    return Some(vec![to(opposite, operands, over), far]);
+                    let far = shortest_jump(level, at + len, target)?;
+                    let over = at + len + self.instruction_words(far.kind);
+                    return Some(vec![jump_instruction(opposite, operands, over), far]);
                 }
                 // No opposite: the jump goes to a jump, and what follows it jumps over that.
-                let far = go(level, at + len + 2, target)?;
-                let over = at + len + 2 + self.len(far.kind);
-                Some(vec![to(kind, operands, at + len + 2), to(Kind::Sjmp, &[], over), far])
+                let far = shortest_jump(level, at + len + 2, target)?;
+                let over = at + len + 2 + self.instruction_words(far.kind);
+                Some(vec![jump_instruction(kind, operands, at + len + 2), jump_instruction(Kind::Sjmp, &[], over), far])
             }
         }
     }
 
-    fn flow(&self, kind: Kind) -> (Flow, Cycles) {
+    fn flow_and_cycles(&self, kind: Kind) -> (ControlFlow, CycleCounts) {
         use Kind::{
             Acall, Ajmp, CjneDir, CjneImm, CjneInd, CjneReg, DjnzDir, DjnzReg, Jb, Jbc, Jc, Jnb, Jnc, Jnz, Jz, Lcall,
             Ljmp, Ret, Sjmp,
         };
         let flow = match kind {
-            Sjmp | Ajmp | Ljmp => Flow::Jump,
-            Acall | Lcall => Flow::Call,
-            Ret => Flow::Return,
+            Sjmp | Ajmp | Ljmp => ControlFlow::Jump,
+            Acall | Lcall => ControlFlow::Call,
+            Ret => ControlFlow::Return,
             Jc | Jnc | Jb | Jnb | Jbc | Jz | Jnz | CjneDir | CjneImm | CjneReg | CjneInd | DjnzReg | DjnzDir => {
-                Flow::Branch
+                ControlFlow::Branch
             }
-            _ => Flow::Next,
+            _ => ControlFlow::Sequential,
         };
-        let outcomes = ROWS.get(kind as usize).map_or(&[][..], |row| row.cycles.outcomes());
+        let outcomes = ROWS.get(kind as usize).map_or(&[][..], |row| row.cycles.possible_counts());
         let cycles = outcomes.first().map_or(1, |&n| n.into());
         (flow, [cycles; 3])
     }
 
-    fn text(&self, words: &[u16], at: u32) -> String {
+    fn disassemble(&self, words: &[u16], at: u32) -> String {
         isa::disassemble(words, at & 0xFFFF).text
     }
 }

@@ -10,22 +10,22 @@
 //! 80h .. FFh   words, on chips that have it, reached through R0
 //! ```
 
-use crate::ir::{Bit, BitRole, Cond, Ir, Math, Op, Value, Word};
-use crate::map::Place;
-use crate::pins::Pin;
-use crate::target::Refusal;
+use crate::ir::{BitId, BitRole, BranchCondition, Ir, ArithmeticOp, IrOp, WordOperand, WordId};
+use crate::map::CellLocation;
+use crate::pins::AssignedPin;
+use crate::target::BuildRefusal;
 
-use super::regs::Regs;
+use super::registers::Mcs51Registers;
 
 /// Bytes that have bit addresses.
-const BITS: std::ops::Range<usize> = 0x20..0x30;
+const BIT_ADDRESSABLE: std::ops::Range<usize> = 0x20..0x30;
 
 /// What the stack takes: one return address, at the place where SP is after reset.
-const STACK: std::ops::Range<usize> = 0x08..0x0A;
+const STACK_RANGE: std::ops::Range<usize> = 0x08..0x0A;
 
 /// A port of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Port {
+pub struct Mcs51PortUse {
     /// Address of its register.
     pub sfr: u8,
     /// Byte that holds the latched inputs, where there are inputs.
@@ -38,7 +38,7 @@ pub struct Port {
 
 /// What the code around the rungs needs of RAM.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Needs {
+pub struct Mcs51RamNeeds {
     /// Widest multiplication and division by subroutine, in bytes; 0 where there is none.
     pub multiply: u8,
     /// See `multiply`.
@@ -49,9 +49,9 @@ pub struct Needs {
 
 /// Places of all cells.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Layout {
+pub struct Mcs51Layout {
     /// Ports in use, by address.
-    pub ports: Vec<Port>,
+    pub ports: Vec<Mcs51PortUse>,
     /// Byte and bit number, by [`Bit`].
     bits: Vec<(u8, u8)>,
     /// Address of the low byte and width, by [`Word`].
@@ -59,49 +59,49 @@ pub struct Layout {
     /// Bytes that the arithmetic subroutines work on.
     pub scratch: Vec<u8>,
     /// Bytes of the pacing timer.
-    pub pace: Vec<u8>,
+    pub pacing_ram: Vec<u8>,
     /// Bit address of "a byte has arrived", where the program receives.
-    pub arrived: Option<u8>,
+    pub byte_received_flag: Option<u8>,
     /// The highest address in use.
-    pub top: u8,
+    pub highest_address: u8,
     /// Bytes of RAM in use, the stack not counted.
     pub ram_bytes: u32,
 }
 
-impl Layout {
+impl Mcs51Layout {
     /// Byte address and number of a bit.
     #[must_use]
-    pub fn bit(&self, bit: Bit) -> (u8, u8) {
+    pub fn bit(&self, bit: BitId) -> (u8, u8) {
         self.bits.get(bit.0 as usize).copied().unwrap_or((0x20, 0))
     }
 
     /// Address of the low byte of a word.
     #[must_use]
-    pub fn word(&self, word: Word) -> u8 {
+    pub fn word(&self, word: WordId) -> u8 {
         self.words.get(word.0 as usize).map_or(0, |&(at, _)| at)
     }
 
     /// The places for the map.
     #[must_use]
-    pub fn places(&self) -> (Vec<Place>, Vec<Place>) {
+    pub fn places(&self) -> (Vec<CellLocation>, Vec<CellLocation>) {
         let space = || "idata".to_owned();
-        let bits = self.bits.iter().map(|&(at, bit)| Place::Bit { space: space(), addr: at.into(), bit });
-        let words = self.words.iter().map(|&(at, bytes)| Place::Word { space: space(), addr: at.into(), bytes });
+        let bits = self.bits.iter().map(|&(at, bit)| CellLocation::Bit { space: space(), addr: at.into(), bit });
+        let words = self.words.iter().map(|&(at, bytes)| CellLocation::Word { space: space(), addr: at.into(), bytes });
         (bits.collect(), words.collect())
     }
 }
 
 /// Free bytes of RAM.
-struct Free {
+struct Mcs51FreeRam {
     taken: Vec<bool>,
     /// Bytes asked for, whether they were there or not.
-    asked: usize,
+    requested_bytes: usize,
 }
 
-impl Free {
+impl Mcs51FreeRam {
     /// Some bytes in a row, the lowest that are free; address 0 where there are none, which [`layout`] notices.
     fn take(&mut self, bytes: usize) -> u8 {
-        self.asked += bytes;
+        self.requested_bytes += bytes;
         let fits = |at: &usize| self.taken.get(*at..at + bytes).is_some_and(|run| !run.contains(&true));
         let Some(at) = (0..self.taken.len()).find(fits) else { return 0 };
         self.taken.iter_mut().skip(at).take(bytes).for_each(|taken| *taken = true);
@@ -110,57 +110,57 @@ impl Free {
 }
 
 /// How often each cell is used.
-struct Uses {
+struct Mcs51Usage {
     bits: Vec<u32>,
     words: Vec<u32>,
 }
 
-impl Uses {
-    fn bit(&mut self, bit: Bit) {
+impl Mcs51Usage {
+    fn bit(&mut self, bit: BitId) {
         self.bits.get_mut(bit.0 as usize).into_iter().for_each(|n| *n += 1);
     }
 
-    fn word(&mut self, word: Word) {
+    fn word(&mut self, word: WordId) {
         self.words.get_mut(word.0 as usize).into_iter().for_each(|n| *n += 1);
     }
 
-    fn value(&mut self, value: Value) {
-        if let Value::Cell(word) = value {
+    fn value(&mut self, value: WordOperand) {
+        if let WordOperand::Cell(word) = value {
             self.word(word);
         }
     }
 
-    fn ops(&mut self, ops: &[Op]) {
+    fn ops(&mut self, ops: &[IrOp]) {
         ops.iter().for_each(|op| self.op(op));
     }
 
-    fn op(&mut self, op: &Op) {
+    fn op(&mut self, op: &IrOp) {
         match op {
-            Op::Load { bit, .. } | Op::And { bit, .. } | Op::Or { bit, .. } | Op::Store { bit, .. } => self.bit(*bit),
-            Op::Put { bit, .. } | Op::Rising(bit) | Op::Falling(bit) => self.bit(*bit),
-            Op::AndCompare(c) | Op::If { cond: Cond::Compare(c), .. } => {
+            IrOp::Load { bit, .. } | IrOp::And { bit, .. } | IrOp::Or { bit, .. } | IrOp::Store { bit, .. } => self.bit(*bit),
+            IrOp::SetBit { bit, .. } | IrOp::Rising(bit) | IrOp::Falling(bit) => self.bit(*bit),
+            IrOp::AndCompare(c) | IrOp::If { cond: BranchCondition::Compare(c), .. } => {
                 self.word(c.a);
                 self.value(c.b);
             }
-            Op::If { cond: Cond::Bit(bit), .. } => self.bit(*bit),
-            Op::Move { dst, src } => {
+            IrOp::If { cond: BranchCondition::Bit(bit), .. } => self.bit(*bit),
+            IrOp::Move { dst, src } => {
                 self.word(*dst);
                 self.value(*src);
             }
-            Op::Math { dst, a, b, .. } => {
+            IrOp::Math { dst, a, b, .. } => {
                 self.word(*dst);
                 self.value(*a);
                 self.value(*b);
             }
-            Op::Lookup { dst, index, .. } => {
+            IrOp::Lookup { dst, index, .. } => {
                 self.word(*dst);
                 self.word(*index);
             }
-            Op::Send { value } => self.value(*value),
-            Op::Receive { dst } => self.word(*dst),
+            IrOp::Send { value } => self.value(*value),
+            IrOp::Receive { dst } => self.word(*dst),
             _ => {}
         }
-        if let Op::If { then, otherwise, .. } = op {
+        if let IrOp::If { if_true: then, if_false: otherwise, .. } = op {
             self.ops(then);
             self.ops(otherwise);
         }
@@ -171,24 +171,24 @@ impl Uses {
 ///
 /// # Errors
 /// RAM is too small: bytes needed and bytes there.
-pub fn layout(ir: &Ir, pins: &[Pin], regs: Regs, ram: u16, needs: Needs) -> Result<Layout, Refusal> {
-    let stack = if needs.multiply.max(needs.divide) > 0 { STACK.len() } else { 0 };
+pub fn layout(ir: &Ir, pins: &[AssignedPin], regs: Mcs51Registers, ram: u16, needs: Mcs51RamNeeds) -> Result<Mcs51Layout, BuildRefusal> {
+    let stack = if needs.multiply.max(needs.divide) > 0 { STACK_RANGE.len() } else { 0 };
     // R0 points above 7Fh; whether it has to is known once everything is placed below.
-    let low = attempt(ir, pins, regs, usize::from(ram).min(0x80), needs, false);
+    let low = try_layout(ir, pins, regs, usize::from(ram).min(0x80), needs, false);
     let placed = match low {
-        Err(_) if ram > 0x80 => attempt(ir, pins, regs, ram.into(), needs, true),
+        Err(_) if ram > 0x80 => try_layout(ir, pins, regs, ram.into(), needs, true),
         low => low,
     };
-    placed.map_err(|bytes| Refusal::Ram { needed: (bytes + stack) as u64, available: ram.into() })
+    placed.map_err(|bytes| BuildRefusal::RamTooSmall { needed: (bytes + stack) as u64, available: ram.into() })
 }
 
-fn attempt(ir: &Ir, pins: &[Pin], regs: Regs, ram: usize, needs: Needs, points: bool) -> Result<Layout, usize> {
+fn try_layout(ir: &Ir, pins: &[AssignedPin], regs: Mcs51Registers, ram: usize, needs: Mcs51RamNeeds, points: bool) -> Result<Mcs51Layout, usize> {
     let calls = needs.multiply.max(needs.divide) > 0;
-    let mut free = Free { taken: vec![false; ram], asked: 0 };
+    let mut free = Mcs51FreeRam { taken: vec![false; ram], requested_bytes: 0 };
     free.taken.iter_mut().take(usize::from(points)).for_each(|taken| *taken = true);
-    free.asked += usize::from(points);
+    free.requested_bytes += usize::from(points);
     if calls {
-        free.taken.iter_mut().skip(STACK.start).take(STACK.len()).for_each(|taken| *taken = true);
+        free.taken.iter_mut().skip(STACK_RANGE.start).take(STACK_RANGE.len()).for_each(|taken| *taken = true);
     }
     // Two operands; the remainder and a count, or the rest of a wide product.
     let wide = |n: u8| usize::from(n);
@@ -196,16 +196,16 @@ fn attempt(ir: &Ir, pins: &[Pin], regs: Regs, ram: usize, needs: Needs, points: 
     let quotient = if needs.divide > 0 { 3 * wide(needs.divide) + 1 } else { 0 };
     let scratch = (0..product.max(quotient)).map(|_| free.take(1)).collect();
 
-    let mut uses = Uses { bits: vec![0; ir.bits.len()], words: vec![0; ir.words.len()] };
-    uses.ops(&ir.begin);
+    let mut uses = Mcs51Usage { bits: vec![0; ir.bits.len()], words: vec![0; ir.words.len()] };
+    uses.ops(&ir.prologue);
     ir.rungs.iter().flat_map(|rung| &rung.steps).for_each(|step| uses.op(&step.op));
-    uses.ops(&ir.end);
+    uses.ops(&ir.epilogue);
 
-    let mut ports: Vec<Port> = Vec::new();
-    let mut next = BITS.start;
-    let mut image = |free: &mut Free| {
+    let mut ports: Vec<Mcs51PortUse> = Vec::new();
+    let mut next = BIT_ADDRESSABLE.start;
+    let mut image = |free: &mut Mcs51FreeRam| {
         free.taken.iter_mut().skip(next).take(1).for_each(|taken| *taken = true);
-        free.asked += 1;
+        free.requested_bytes += 1;
         next += 1;
         Some(next as u8 - 1)
     };
@@ -215,7 +215,7 @@ fn attempt(ir: &Ir, pins: &[Pin], regs: Regs, ram: usize, needs: Needs, points: 
     sfrs.dedup();
     for sfr in sfrs {
         let on = |output| digital().filter(move |pin| pin.output == output && regs.pin(pin.pin).0 == sfr);
-        ports.push(Port {
+        ports.push(Mcs51PortUse {
             sfr,
             input: if on(false).next().is_some() { image(&mut free) } else { None },
             output: if on(true).next().is_some() { image(&mut free) } else { None },
@@ -241,14 +241,14 @@ fn attempt(ir: &Ir, pins: &[Pin], regs: Regs, ram: usize, needs: Needs, points: 
     }
     others.sort_by_key(|&n| std::cmp::Reverse(uses.bits.get(n).copied().unwrap_or(0)));
     let (mut byte, mut used) = (0, 8);
-    let mut one = |free: &mut Free| {
+    let mut one = |free: &mut Mcs51FreeRam| {
         if used == 8 {
             used = 0;
-            byte = match free.taken.get(BITS).and_then(|bytes| bytes.iter().position(|taken| !taken)) {
+            byte = match free.taken.get(BIT_ADDRESSABLE).and_then(|bytes| bytes.iter().position(|taken| !taken)) {
                 Some(n) => {
-                    free.taken.iter_mut().skip(BITS.start + n).take(1).for_each(|taken| *taken = true);
-                    free.asked += 1;
-                    (BITS.start + n) as u8
+                    free.taken.iter_mut().skip(BIT_ADDRESSABLE.start + n).take(1).for_each(|taken| *taken = true);
+                    free.requested_bytes += 1;
+                    (BIT_ADDRESSABLE.start + n) as u8
                 }
                 None => free.take(1),
             };
@@ -256,7 +256,7 @@ fn attempt(ir: &Ir, pins: &[Pin], regs: Regs, ram: usize, needs: Needs, points: 
         used += 1;
         (byte, used - 1)
     };
-    let arrived = ir.uart.receive.then(|| one(&mut free)).map(|(byte, bit)| (byte - BITS.start as u8) * 8 + bit);
+    let arrived = ir.uart.receive.then(|| one(&mut free)).map(|(byte, bit)| (byte - BIT_ADDRESSABLE.start as u8) * 8 + bit);
     for n in others {
         let place = one(&mut free);
         bits.get_mut(n).into_iter().for_each(|at| *at = place);
@@ -272,29 +272,29 @@ fn attempt(ir: &Ir, pins: &[Pin], regs: Regs, ram: usize, needs: Needs, points: 
         }
     }
     // Bytes in a row that are not there, or more than the chip has.
-    let placed = free.taken.iter().filter(|taken| **taken).count() - if calls { STACK.len() } else { 0 };
-    if placed < free.asked {
-        return Err(free.asked);
+    let placed = free.taken.iter().filter(|taken| **taken).count() - if calls { STACK_RANGE.len() } else { 0 };
+    if placed < free.requested_bytes {
+        return Err(free.requested_bytes);
     }
     let top = free.taken.iter().rposition(|taken| *taken).unwrap_or(0) as u8;
-    Ok(Layout { ports, bits, words, scratch, pace, arrived, top, ram_bytes: placed as u32 })
+    Ok(Mcs51Layout { ports, bits, words, scratch, pacing_ram: pace, byte_received_flag: arrived, highest_address: top, ram_bytes: placed as u32 })
 }
 
 /// The widest multiplication and division that need a subroutine, in bytes.
 #[must_use]
-pub fn needs(ir: &Ir) -> Needs {
-    fn look(ir: &Ir, ops: &[Op], needs: &mut Needs) {
+pub fn ram_needs(ir: &Ir) -> Mcs51RamNeeds {
+    fn look(ir: &Ir, ops: &[IrOp], needs: &mut Mcs51RamNeeds) {
         for op in ops {
             match op {
-                Op::Math { op: math @ (Math::Mul | Math::Div), dst, a, b } => {
+                IrOp::Math { op: math @ (ArithmeticOp::Mul | ArithmeticOp::Div), dst, a, b } => {
                     let width = ir.width(*math, *dst, *a, *b);
                     match math {
-                        Math::Mul if width > 1 => needs.multiply = needs.multiply.max(width),
-                        Math::Div => needs.divide = needs.divide.max(width),
+                        ArithmeticOp::Mul if width > 1 => needs.multiply = needs.multiply.max(width),
+                        ArithmeticOp::Div => needs.divide = needs.divide.max(width),
                         _ => {}
                     }
                 }
-                Op::If { then, otherwise, .. } => {
+                IrOp::If { if_true: then, if_false: otherwise, .. } => {
                     look(ir, then, needs);
                     look(ir, otherwise, needs);
                 }
@@ -302,9 +302,9 @@ pub fn needs(ir: &Ir) -> Needs {
             }
         }
     }
-    let mut needs = Needs::default();
-    look(ir, &ir.begin, &mut needs);
+    let mut needs = Mcs51RamNeeds::default();
+    look(ir, &ir.prologue, &mut needs);
     ir.rungs.iter().for_each(|rung| rung.steps.iter().for_each(|s| look(ir, std::slice::from_ref(&s.op), &mut needs)));
-    look(ir, &ir.end, &mut needs);
+    look(ir, &ir.epilogue, &mut needs);
     needs
 }

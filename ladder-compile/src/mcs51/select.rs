@@ -5,137 +5,137 @@
 
 use emu_8051::isa::Kind;
 
-use super::arch::{Jump, Mcs51};
-use super::layout::Layout;
-use super::regs::Regs;
-use super::state::{Acc, Flag, State, live};
-use crate::code::{Asm, Label};
-use crate::ir::{Ir, Op};
-use crate::target::Mark;
+use super::arch::{Mcs51Jump, Mcs51Arch};
+use super::layout::Mcs51Layout;
+use super::registers::Mcs51Registers;
+use super::known_state::{AccumulatorState, BitSource, SelectorState, acc_live_after};
+use crate::code::{CodeWriter, CodeLabel};
+use crate::ir::{Ir, IrOp};
+use crate::target::CodeMark;
 
 /// A line of code that is not yet in the assembler.
 #[derive(Debug, Clone)]
-pub enum Line {
+pub enum PendingCode {
     /// An instruction.
     Op(Kind, Vec<i32>),
     /// What refers to a label.
-    Jump(Jump, Label),
+    Jump(Mcs51Jump, CodeLabel),
     /// A label.
-    Place(Label),
+    Place(CodeLabel),
     /// A jump back, taken at most so many times in a row.
-    Repeat(Jump, Label, u32),
+    Repeat(Mcs51Jump, CodeLabel, u32),
 }
 
 /// Code of operations.
 #[derive(Debug)]
-pub struct Select<'a> {
+pub struct Mcs51Selector<'a> {
     /// What becomes of it.
-    pub asm: &'a mut Asm<Mcs51>,
+    pub asm: &'a mut CodeWriter<Mcs51Arch>,
     pub(super) ir: &'a Ir,
-    pub(super) layout: &'a Layout,
-    pub(super) regs: Regs,
-    pub(super) now: State,
-    pub(super) out: Vec<Line>,
+    pub(super) layout: &'a Mcs51Layout,
+    pub(super) regs: Mcs51Registers,
+    pub(super) state: SelectorState,
+    pub(super) pending: Vec<PendingCode>,
     /// The multiplications in use, by width in bytes.
-    pub multiply: [Option<Label>; 5],
+    pub multiply: [Option<CodeLabel>; 5],
     /// The divisions in use, by width in bytes.
-    pub divide: [Option<Label>; 5],
+    pub divide: [Option<CodeLabel>; 5],
     /// The tables in use, a byte of each value.
-    pub tables: Vec<(Label, Vec<u8>)>,
+    pub tables: Vec<(CodeLabel, Vec<u8>)>,
     /// Places where a byte is sent.
-    pub sends: Vec<Label>,
+    pub send_labels: Vec<CodeLabel>,
     /// The byte before may still be on its way when a byte is sent.
-    pub waits: bool,
+    pub must_wait_for_transmitter: bool,
 }
 
-impl<'a> Select<'a> {
+impl<'a> Mcs51Selector<'a> {
     /// Nothing is known at first.
-    pub fn new(asm: &'a mut Asm<Mcs51>, ir: &'a Ir, layout: &'a Layout, regs: Regs) -> Self {
-        Select {
+    pub fn new(asm: &'a mut CodeWriter<Mcs51Arch>, ir: &'a Ir, layout: &'a Mcs51Layout, regs: Mcs51Registers) -> Self {
+        Mcs51Selector {
             asm,
             ir,
             layout,
             regs,
-            now: State::default(),
-            out: Vec::new(),
+            state: SelectorState::default(),
+            pending: Vec::new(),
             multiply: [None; 5],
             divide: [None; 5],
             tables: Vec::new(),
-            sends: Vec::new(),
-            waits: false,
+            send_labels: Vec::new(),
+            must_wait_for_transmitter: false,
         }
     }
 
     /// Appends the code of one operation; `live` says that the accumulator is read after it.
-    pub fn one(&mut self, op: &Op, live: bool) {
+    pub fn select_op(&mut self, op: &IrOp, live: bool) {
         self.op(op, live);
         self.flush();
     }
 
     /// Hands what is collected to the assembler.
     pub(super) fn flush(&mut self) {
-        for line in std::mem::take(&mut self.out) {
+        for line in std::mem::take(&mut self.pending) {
             match line {
-                Line::Op(kind, operands) => self.asm.op(kind, &operands),
-                Line::Jump(jump, to) => self.asm.jump(jump, to),
-                Line::Place(label) => self.asm.place(label),
-                Line::Repeat(jump, to, times) => self.asm.repeat(jump, to, times),
+                PendingCode::Op(kind, operands) => self.asm.op(kind, &operands),
+                PendingCode::Jump(jump, to) => self.asm.jump(jump, to),
+                PendingCode::Place(label) => self.asm.place_label(label),
+                PendingCode::Repeat(jump, to, times) => self.asm.jump_back(jump, to, times),
             }
         }
     }
 
     /// A mark stands here.
-    pub fn mark(&mut self, mark: Mark) {
+    pub fn mark(&mut self, mark: CodeMark) {
         self.asm.mark(mark);
     }
 
     pub(super) fn emit(&mut self, kind: Kind, operands: &[i32]) {
-        self.out.push(Line::Op(kind, operands.to_vec()));
+        self.pending.push(PendingCode::Op(kind, operands.to_vec()));
     }
 
-    pub(super) fn jump(&mut self, kind: Kind, operands: &[i32], to: Label) {
-        self.out.push(Line::Jump(Jump::when(kind, operands), to));
+    pub(super) fn jump(&mut self, kind: Kind, operands: &[i32], to: CodeLabel) {
+        self.pending.push(PendingCode::Jump(Mcs51Jump::conditional(kind, operands), to));
     }
 
-    pub(super) fn place(&mut self, label: Label) {
-        self.out.push(Line::Place(label));
+    pub(super) fn place(&mut self, label: CodeLabel) {
+        self.pending.push(PendingCode::Place(label));
     }
 
-    pub(super) fn list(&mut self, ops: &[Op], after: bool) {
-        let all: Vec<&Op> = ops.iter().collect();
-        for (op, live) in all.iter().zip(live(&all, after)) {
+    pub(super) fn select_ops(&mut self, ops: &[IrOp], after: bool) {
+        let all: Vec<&IrOp> = ops.iter().collect();
+        for (op, live) in all.iter().zip(acc_live_after(&all, after)) {
             self.op(op, live);
         }
     }
 
-    fn op(&mut self, op: &Op, live: bool) {
+    fn op(&mut self, op: &IrOp, live: bool) {
         match op {
-            Op::Acc(value) => self.now.acc = Acc { known: Some(*value), ..Acc::default() },
-            Op::Load { bit, negated } => {
-                self.now.acc = Acc { flag: Some((Flag::Cell(*bit), *negated)), ..Acc::default() };
+            IrOp::SetAccumulator(value) => self.state.acc = AccumulatorState { known: Some(*value), ..AccumulatorState::default() },
+            IrOp::Load { bit, negated } => {
+                self.state.acc = AccumulatorState { flag: Some((BitSource::Cell(*bit), *negated)), ..AccumulatorState::default() };
             }
-            Op::And { bit, negated } if live => self.combine(true, Flag::Cell(*bit), *negated),
-            Op::Or { bit, negated } if live => self.combine(false, Flag::Cell(*bit), *negated),
-            Op::And { .. } | Op::Or { .. } => {}
-            Op::Store { bit, negated } => self.store_acc(*bit, *negated),
-            Op::Put { bit, value } => self.put_bit(*bit, *value, live),
-            Op::Rising(bit) | Op::Falling(bit) if !live => self.store_acc(*bit, false),
-            Op::Rising(bit) => self.edge(*bit, true),
-            Op::Falling(bit) => self.edge(*bit, false),
-            Op::AndCompare(compare) if live => self.and_compare(compare),
-            Op::AndCompare(_) => {}
-            Op::Move { dst, src } => self.set(*dst, *src, live),
-            Op::Math { op, dst, a, b } => self.math(*op, *dst, *a, *b, live),
-            Op::Logic { dst, is } => self.logic(*dst, *is),
-            Op::Lookup { dst, index, table } => self.lookup(*dst, *index, *table, live),
-            Op::Send { value } => self.send(*value),
-            Op::Receive { dst } => self.receive(*dst),
-            Op::If { cond, then, otherwise } => self.branch(*cond, then, otherwise, live),
+            IrOp::And { bit, negated } if live => self.combine(true, BitSource::Cell(*bit), *negated),
+            IrOp::Or { bit, negated } if live => self.combine(false, BitSource::Cell(*bit), *negated),
+            IrOp::And { .. } | IrOp::Or { .. } => {}
+            IrOp::Store { bit, negated } => self.store_acc(*bit, *negated),
+            IrOp::SetBit { bit, value } => self.put_bit(*bit, *value, live),
+            IrOp::Rising(bit) | IrOp::Falling(bit) if !live => self.store_acc(*bit, false),
+            IrOp::Rising(bit) => self.edge(*bit, true),
+            IrOp::Falling(bit) => self.edge(*bit, false),
+            IrOp::AndCompare(compare) if live => self.and_compare(compare),
+            IrOp::AndCompare(_) => {}
+            IrOp::Move { dst, src } => self.move_word(*dst, *src, live),
+            IrOp::Math { op, dst, a, b } => self.math(*op, *dst, *a, *b, live),
+            IrOp::Logic { dst, function: is } => self.logic(*dst, *is),
+            IrOp::Lookup { dst, index, table } => self.lookup(*dst, *index, *table, live),
+            IrOp::Send { value } => self.send(*value),
+            IrOp::Receive { dst } => self.receive(*dst),
+            IrOp::If { cond, if_true: then, if_false: otherwise } => self.branch(*cond, then, otherwise, live),
             // Refused before: the chips have nothing of the kind.
-            Op::ReadAdc { .. } | Op::SetPwm { .. } | Op::Recall { .. } | Op::Persist { .. } | Op::Module { .. } => {}
+            IrOp::ReadAdc { .. } | IrOp::SetPwm { .. } | IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } | IrOp::Module { .. } => {}
         }
         if !live {
-            self.now.acc = Acc::default();
+            self.state.acc = AccumulatorState::default();
         }
     }
 }

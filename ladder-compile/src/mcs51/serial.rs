@@ -2,17 +2,17 @@
 
 use emu_8051::isa::Kind;
 
-use super::arch::Mcs51;
-use super::pace::reduced;
-use super::regs::Regs;
-use crate::code::Asm;
+use super::arch::Mcs51Arch;
+use super::pacing::reduce_fraction;
+use super::registers::Mcs51Registers;
+use crate::code::CodeWriter;
 use crate::map::Ratio;
 
 /// How the speed is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Speed {
+pub struct Mcs51BaudSetup {
     /// By timer 2, else by timer 1 in mode 2.
-    pub second: bool,
+    pub uses_timer2: bool,
     /// SMOD: timer 1 counts double.
     pub double: bool,
     /// Counts of the timer from one overflow to the next.
@@ -23,11 +23,11 @@ pub struct Speed {
 
 /// Where a speed comes from: by timer 2, SMOD, clocks of a bit per count of the timer, most counts (user's manual, "Baud
 /// rates").
-const SOURCES: [(bool, bool, u64, u64); 3] =
+const BAUD_SOURCES: [(bool, bool, u64, u64); 3] =
     [(false, false, 384, 256), (false, true, 192, 256), (true, false, 32, 65536)];
 
 /// Scans from one byte to the next, as the language has it.
-fn scans(baud: u64, cycle_us: u64) -> u128 {
+fn scans_per_byte(baud: u64, cycle_us: u64) -> u128 {
     10_000_000u128.div_ceil(u128::from(baud.max(1)) * u128::from(cycle_us.max(1))).max(1)
 }
 
@@ -36,11 +36,11 @@ fn scans(baud: u64, cycle_us: u64) -> u128 {
 ///
 /// # Errors
 /// The nearest speed that there is.
-pub fn speed(clock_hz: u64, baud: u64, cycle_us: u64, has_timer2: bool) -> Result<Speed, u64> {
-    let byte = scans(baud, cycle_us) * u128::from(cycle_us) * u128::from(clock_hz);
-    let mut best: Option<(u128, Speed)> = None;
+pub fn plan_baud(clock_hz: u64, baud: u64, cycle_us: u64, has_timer2: bool) -> Result<Mcs51BaudSetup, u64> {
+    let byte = scans_per_byte(baud, cycle_us) * u128::from(cycle_us) * u128::from(clock_hz);
+    let mut best: Option<(u128, Mcs51BaudSetup)> = None;
     let mut nearest: Option<(u64, u64)> = None;
-    for (second, double, clocks, most) in SOURCES.into_iter().filter(|source| has_timer2 || !source.0) {
+    for (second, double, clocks, most) in BAUD_SOURCES.into_iter().filter(|source| has_timer2 || !source.0) {
         if second && best.is_some() {
             break;
         }
@@ -58,20 +58,20 @@ pub fn speed(clock_hz: u64, baud: u64, cycle_us: u64, has_timer2: bool) -> Resul
             // In parts per billion, so that speeds of different sources compare.
             let error = off * 1_000_000_000 / (u128::from(bit) * u128::from(baud)).max(1);
             if near && in_time && best.is_none_or(|(known, _)| error < known) {
-                let (num, den) = reduced(bit.into(), 12);
-                best = Some((error, Speed { second, double, counts, bit: Ratio { num: num as u64, den: den as u64 } }));
+                let (num, den) = reduce_fraction(bit.into(), 12);
+                best = Some((error, Mcs51BaudSetup { uses_timer2: second, double, counts, bit: Ratio { num: num as u64, den: den as u64 } }));
             }
         }
     }
     best.map(|(_, speed)| speed).ok_or(nearest.map_or(0, |(_, got)| got))
 }
 
-impl Speed {
+impl Mcs51BaudSetup {
     /// Machine cycles from the write of a byte until the next one may follow, at most, and between the scans that may send,
     /// at least.
     #[must_use]
-    pub fn byte(&self, baud: u64, cycle_us: u64, period: Ratio) -> (u64, u64) {
-        let apart = scans(baud, cycle_us) * u128::from(period.num) / u128::from(period.den);
+    pub fn byte_cycles(&self, baud: u64, cycle_us: u64, period: Ratio) -> (u64, u64) {
+        let apart = scans_per_byte(baud, cycle_us) * u128::from(period.num) / u128::from(period.den);
         ((10 * self.bit.num).div_ceil(self.bit.den), apart as u64)
     }
 
@@ -79,14 +79,14 @@ impl Speed {
     #[must_use]
     pub fn tmod(&self) -> i32 {
         const RELOAD: i32 = 2 << 4;
-        if self.second { 0 } else { RELOAD }
+        if self.uses_timer2 { 0 } else { RELOAD }
     }
 
     /// Sets line and timer; a byte may be sent at once. `first` is the time in machine cycles until the first scan.
-    pub fn start(&self, asm: &mut Asm<Mcs51>, regs: Regs, receive: bool, first: u64) {
+    pub fn start(&self, asm: &mut CodeWriter<Mcs51Arch>, regs: Mcs51Registers, receive: bool, first: u64) {
         let mut set = |reg: &str, value: i32| asm.op(Kind::MovDirImm, &[regs.byte(reg), value]);
         let [low, high] = (self.counts.wrapping_neg() as u16).to_le_bytes();
-        if self.second {
+        if self.uses_timer2 {
             set("RCAP2L", low.into());
             set("RCAP2H", high.into());
             // The first overflow comes at once, not after 65,536 counts.
@@ -105,7 +105,7 @@ impl Speed {
         // Eight bits, the speed by the timer.
         let receive = if receive { regs.mask("REN") } else { 0 };
         set("SCON", regs.mask("SM1") | receive | regs.mask("TI"));
-        if !self.second {
+        if !self.uses_timer2 {
             asm.op(Kind::SetbBit, &[regs.bit("TR1")]);
         }
     }

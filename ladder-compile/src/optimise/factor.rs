@@ -2,15 +2,15 @@
 
 use std::collections::HashSet;
 
-use super::Later;
-use crate::ir::{Bit, Cond, Ir, Logic, Op, Step};
+use super::Liveness;
+use crate::ir::{BitId, BranchCondition, Ir, LogicOp, IrOp, IrStep};
 
 /// Takes a contact that two branches have in common out of both: `load x; and a; store t; load x; and b; or t` is
 /// `load a; store t; load b; or t; and x`.
-pub(super) fn factor(ir: &mut Ir, temporary: &HashSet<Bit>) {
+pub(super) fn factor_common_contacts(ir: &mut Ir, temporary: &HashSet<BitId>) {
     let mut within = temporary.clone();
     for rung in &ir.rungs {
-        let mut later = Later::behind_the_scan(ir);
+        let mut later = Liveness::at_scan_end(ir);
         rung.steps.iter().rev().for_each(|step| _ = later.op(step.op.clone()));
         within.retain(|bit| later.dead_bits.contains(bit));
     }
@@ -21,24 +21,24 @@ pub(super) fn factor(ir: &mut Ir, temporary: &HashSet<Bit>) {
 
 /// The same where the temporary is stored by step `at`; false where there is nothing to take out. The temporary must be
 /// one that no rung reads before it has stored it (`within`), and must not be read again.
-fn factor_at(steps: &mut Vec<Step>, at: usize, within: &HashSet<Bit>) -> bool {
-    let Some(Step { op: Op::Store { bit: joined, negated: false }, .. }) = steps.get(at) else { return false };
+fn factor_at(steps: &mut Vec<IrStep>, at: usize, within: &HashSet<BitId>) -> bool {
+    let Some(IrStep { op: IrOp::Store { bit: joined, negated: false }, .. }) = steps.get(at) else { return false };
     let joined = *joined;
-    let contact = |step: &Step| match step.op {
-        Op::Load { bit, negated } | Op::And { bit, negated } => Some((bit, negated)),
+    let contact = |step: &IrStep| match step.op {
+        IrOp::Load { bit, negated } | IrOp::And { bit, negated } => Some((bit, negated)),
         _ => None,
     };
-    let is_and = |step: &&Step| matches!(step.op, Op::And { .. });
-    let is_load = |step: Option<&Step>| step.is_some_and(|step| matches!(step.op, Op::Load { .. }));
+    let is_and = |step: &&IrStep| matches!(step.op, IrOp::And { .. });
+    let is_load = |step: Option<&IrStep>| step.is_some_and(|step| matches!(step.op, IrOp::Load { .. }));
     // The second branch is `load; and; ..` up to the OR; of the first one the last ANDs count, and the load before them.
     let ands = steps.iter().skip(at + 2).take_while(is_and).count();
     let or = at + 2 + ands;
-    let joins = |step: &Step| step.op == Op::Or { bit: joined, negated: false };
-    let Some(owner) = steps.get(or).map(|step| step.at) else { return false };
+    let joins = |step: &IrStep| step.op == IrOp::Or { bit: joined, negated: false };
+    let Some(owner) = steps.get(or).map(|step| step.element) else { return false };
     if !within.contains(&joined) || !is_load(steps.get(at + 1)) || !steps.get(or).is_some_and(joins) {
         return false;
     }
-    if steps.iter().skip(or + 1).map(|step| &step.op).find_map(|op| next_access(op, joined)) == Some(Access::Read) {
+    if steps.iter().skip(or + 1).map(|step| &step.op).find_map(|op| next_access(op, joined)) == Some(BitAccess::Read) {
         return false;
     }
     let before = steps.iter().take(at).rev().take_while(is_and).count();
@@ -48,20 +48,20 @@ fn factor_at(steps: &mut Vec<Step>, at: usize, within: &HashSet<Bit>) -> bool {
         (at + 1..or).find(|&m| steps.get(m).and_then(contact) == Some(factor)).map(|m| (n, m, factor))
     });
     let Some((n, m, (bit, negated))) = common else { return false };
-    let whole = first + 1 == at && is_load(steps.get(first)) || m == at + 1 && ands == 0;
-    if whole {
+    let is_single_contact = first + 1 == at && is_load(steps.get(first)) || m == at + 1 && ands == 0;
+    if is_single_contact {
         // One of the branches is the contact alone, which the other narrows in vain.
-        steps.splice(at..=or, [Step { at: owner, op: Op::Load { bit, negated } }]);
+        steps.splice(at..=or, [IrStep { element: owner, op: IrOp::Load { bit, negated } }]);
         return true;
     }
-    steps.insert(or + 1, Step { at: owner, op: Op::And { bit, negated } });
+    steps.insert(or + 1, IrStep { element: owner, op: IrOp::And { bit, negated } });
     for gone in [m, n] {
         let was_load = is_load(steps.get(gone));
         steps.remove(gone);
-        if let (true, Some(Step { op, .. })) = (was_load, steps.get_mut(gone))
-            && let Op::And { bit, negated } = *op
+        if let (true, Some(IrStep { op, .. })) = (was_load, steps.get_mut(gone))
+            && let IrOp::And { bit, negated } = *op
         {
-            *op = Op::Load { bit, negated };
+            *op = IrOp::Load { bit, negated };
         }
     }
     true
@@ -69,36 +69,36 @@ fn factor_at(steps: &mut Vec<Step>, at: usize, within: &HashSet<Bit>) -> bool {
 
 /// How an operation deals with a bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Access {
+enum BitAccess {
     Read,
     Written,
 }
 
 /// The first thing that an operation surely does with a bit; an operation that may read it reads it.
-fn next_access(op: &Op, wanted: Bit) -> Option<Access> {
-    let reads = |read: &[Bit]| read.contains(&wanted).then_some(Access::Read);
+fn next_access(op: &IrOp, wanted: BitId) -> Option<BitAccess> {
+    let reads = |read: &[BitId]| read.contains(&wanted).then_some(BitAccess::Read);
     match op {
-        Op::Load { bit, .. } | Op::And { bit, .. } | Op::Or { bit, .. } => reads(&[*bit]),
-        Op::Rising(bit) | Op::Falling(bit) => reads(&[*bit]),
-        Op::Store { bit, .. } | Op::Put { bit, .. } => (*bit == wanted).then_some(Access::Written),
-        Op::Logic { dst, is } => {
+        IrOp::Load { bit, .. } | IrOp::And { bit, .. } | IrOp::Or { bit, .. } => reads(&[*bit]),
+        IrOp::Rising(bit) | IrOp::Falling(bit) => reads(&[*bit]),
+        IrOp::Store { bit, .. } | IrOp::SetBit { bit, .. } => (*bit == wanted).then_some(BitAccess::Written),
+        IrOp::Logic { dst, function: is } => {
             let read = match is {
-                Logic::Copy(a) | Logic::Not(a) => reads(&[*a]),
-                Logic::And(a, b) | Logic::Or(a, b) => reads(&[*a, *b]),
+                LogicOp::Copy(a) | LogicOp::Not(a) => reads(&[*a]),
+                LogicOp::And(a, b) | LogicOp::Or(a, b) => reads(&[*a, *b]),
             };
-            read.or((*dst == wanted).then_some(Access::Written))
+            read.or((*dst == wanted).then_some(BitAccess::Written))
         }
-        Op::If { cond, then, otherwise } => {
-            let asked = matches!(cond, Cond::Bit(bit) if *bit == wanted);
+        IrOp::If { cond, if_true: then, if_false: otherwise } => {
+            let asked = matches!(cond, BranchCondition::Bit(bit) if *bit == wanted);
             let mut arms = [then, otherwise].map(|arm| arm.iter().find_map(|op| next_access(op, wanted)));
-            if asked || arms.contains(&Some(Access::Read)) {
-                return Some(Access::Read);
+            if asked || arms.contains(&Some(BitAccess::Read)) {
+                return Some(BitAccess::Read);
             }
             arms.sort_by_key(Option::is_some);
             arms[0]
         }
-        Op::Acc(_) | Op::AndCompare(_) | Op::Receive { .. } | Op::Module { .. } => None,
-        Op::Move { .. } | Op::Math { .. } | Op::Lookup { .. } | Op::ReadAdc { .. } | Op::SetPwm { .. } => None,
-        Op::Send { .. } | Op::Recall { .. } | Op::Persist { .. } => None,
+        IrOp::SetAccumulator(_) | IrOp::AndCompare(_) | IrOp::Receive { .. } | IrOp::Module { .. } => None,
+        IrOp::Move { .. } | IrOp::Math { .. } | IrOp::Lookup { .. } | IrOp::ReadAdc { .. } | IrOp::SetPwm { .. } => None,
+        IrOp::Send { .. } | IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } => None,
     }
 }

@@ -5,7 +5,7 @@
 
 use emu_pic16::isa::{self, Kind, ROWS};
 
-use crate::code::{Arch, Cycles, Flow, Step};
+use crate::code::{TargetArch, CycleCounts, ControlFlow, FormInstruction};
 
 /// Words of a page.
 pub const PAGE: u32 = 0x800;
@@ -16,11 +16,11 @@ const PAGE_BITS: [i32; 2] = [3, 4];
 
 /// The family.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Pic;
+pub struct Pic16Arch;
 
 /// Transfers of control.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Jump {
+pub enum Pic16Jump {
     /// GOTO.
     Goto,
     /// CALL; PCLATH is set back behind it.
@@ -34,36 +34,36 @@ fn page_bits(from: u32, to: u32, differ: bool) -> impl Iterator<Item = (i32, boo
 }
 
 /// The bits of PCLATH in which two pages differ, with their value in `to`.
-fn differing(from: u32, to: u32) -> impl Iterator<Item = (i32, bool)> {
+fn differing_page_bits(from: u32, to: u32) -> impl Iterator<Item = (i32, bool)> {
     page_bits(from, to, true)
 }
 
 /// Exactly `level` bits of PCLATH with their value in `to`: those that differ, then others, which stay what they are.
-fn written(from: u32, to: u32, level: u8) -> impl Iterator<Item = (i32, bool)> {
-    differing(from, to).chain(page_bits(from, to, false)).take(level.into())
+fn written_page_bits(from: u32, to: u32, level: u8) -> impl Iterator<Item = (i32, bool)> {
+    differing_page_bits(from, to).chain(page_bits(from, to, false)).take(level.into())
 }
 
-fn change_of((bit, value): (i32, bool)) -> (Kind, Vec<i32>) {
+fn page_bit_instruction((bit, value): (i32, bool)) -> (Kind, Vec<i32>) {
     (if value { Kind::Bsf } else { Kind::Bcf }, vec![PCLATH, bit])
 }
 
 /// The level of the shortest form from a page to a page: the number of bits of PCLATH that change.
 #[must_use]
-pub fn level(from: u32, to: u32) -> u8 {
-    differing(from, to).count() as u8
+pub fn shortest_level(from: u32, to: u32) -> u8 {
+    differing_page_bits(from, to).count() as u8
 }
 
 /// Words of a form: the changes of PCLATH and the jump; behind a call they are taken back.
 #[must_use]
-pub fn words(jump: Jump, level: u8) -> u32 {
-    1 + u32::from(level) * if jump == Jump::Call { 2 } else { 1 }
+pub fn form_words(jump: Pic16Jump, level: u8) -> u32 {
+    1 + u32::from(level) * if jump == Pic16Jump::Call { 2 } else { 1 }
 }
 
-impl Arch for Pic {
-    type Kind = Kind;
-    type Jump = Jump;
+impl TargetArch for Pic16Arch {
+    type Opcode = Kind;
+    type JumpForm = Pic16Jump;
 
-    fn len(&self, _: Kind) -> u32 {
+    fn instruction_words(&self, _: Kind) -> u32 {
         1
     }
 
@@ -71,38 +71,38 @@ impl Arch for Pic {
         isa::encode(kind, operands).map(|word| vec![word]).map_err(|error| error.to_string())
     }
 
-    fn form(&self, jump: Jump, level: u8, at: u32, to: u32) -> Option<Vec<Step<Kind>>> {
-        if self::level(at, to) > level {
+    fn jump_form(&self, jump: Pic16Jump, level: u8, at: u32, to: u32) -> Option<Vec<FormInstruction<Kind>>> {
+        if self::shortest_level(at, to) > level {
             return None;
         }
         let set = |change| {
-            let (kind, operands) = change_of(change);
-            Step { kind, operands, target: None }
+            let (kind, operands) = page_bit_instruction(change);
+            FormInstruction { kind, operands, target: None }
         };
-        let kind = if jump == Jump::Goto { Kind::Goto } else { Kind::Call };
-        let mut steps: Vec<_> = written(at, to, level).map(set).collect();
-        steps.push(Step { kind, operands: vec![(to % PAGE) as i32], target: Some(to) });
-        if jump == Jump::Call {
-            steps.extend(written(to, at, level).map(set));
+        let kind = if jump == Pic16Jump::Goto { Kind::Goto } else { Kind::Call };
+        let mut steps: Vec<_> = written_page_bits(at, to, level).map(set).collect();
+        steps.push(FormInstruction { kind, operands: vec![(to % PAGE) as i32], target: Some(to) });
+        if jump == Pic16Jump::Call {
+            steps.extend(written_page_bits(to, at, level).map(set));
         }
         Some(steps)
     }
 
-    fn flow(&self, kind: Kind) -> (Flow, Cycles) {
+    fn flow_and_cycles(&self, kind: Kind) -> (ControlFlow, CycleCounts) {
         let flow = match kind {
-            Kind::Goto => Flow::Jump,
-            Kind::Call => Flow::Call,
-            Kind::Return | Kind::Retlw | Kind::Retfie => Flow::Return,
-            _ if is_skip(kind) => Flow::Skip,
-            _ => Flow::Next,
+            Kind::Goto => ControlFlow::Jump,
+            Kind::Call => ControlFlow::Call,
+            Kind::Return | Kind::Retlw | Kind::Retfie => ControlFlow::Return,
+            _ if is_skip(kind) => ControlFlow::Skip,
+            _ => ControlFlow::Sequential,
         };
-        let outcomes = ROWS.get(kind as usize).map(|row| row.cycles.outcomes()).unwrap_or_default();
+        let outcomes = ROWS.get(kind as usize).map(|row| row.cycles.possible_counts()).unwrap_or_default();
         let first = outcomes.first().copied().map_or(1, u32::from);
         let last = outcomes.last().copied().map_or(first, u32::from);
         (flow, [first, last, last])
     }
 
-    fn text(&self, words: &[u16], at: u32) -> String {
+    fn disassemble(&self, words: &[u16], at: u32) -> String {
         isa::disassemble(words, at).text
     }
 }

@@ -2,76 +2,76 @@
 
 use emu_pic16::isa::Kind;
 
-use super::expr::{Expr, Lit};
-use super::logic::Then;
-use super::out::Item;
-use super::select::Select;
-use super::uses::{self, Touched};
-use crate::ir::{Cond, Op};
+use super::rung_formula::{RungFormula, BitLiteral};
+use super::logic::GuardedInstruction;
+use super::writer::Pic16Item;
+use super::select::Pic16Selector;
+use super::touched_cells::{self, TouchedCells};
+use crate::ir::{BranchCondition, IrOp};
 
-impl Select<'_, '_> {
+impl Pic16Selector<'_, '_> {
     /// One of two lists.
     pub(super) fn branch(
         &mut self,
-        cond: Cond,
-        then: &[Op],
-        otherwise: &[Op],
-        rest: &[&Op],
+        cond: BranchCondition,
+        then: &[IrOp],
+        otherwise: &[IrOp],
+        rest: &[&IrOp],
         live: bool,
-        target: Option<Lit>,
+        target: Option<BitLiteral>,
     ) {
-        let needed = uses::acc_read(rest, live);
-        let mut touched = Touched::default();
+        let needed = touched_cells::is_accumulator_read(rest, live);
+        let mut touched = TouchedCells::default();
         touched.list(then);
         touched.list(otherwise);
         let changes = touched.acc;
-        self.before_ways(&touched);
+        self.compute_before_branch(&touched);
         let e = match cond {
-            Cond::Acc => {
+            BranchCondition::Acc => {
                 let again = needed && !changes && (!self.acc.is_simple() || self.reads(&self.acc, &touched));
-                self.before(&touched, true);
+                self.compute_readers(&touched, true);
                 if again {
-                    self.keep();
+                    self.store_accumulator();
                 }
                 self.acc.clone()
             }
             _ => {
-                let inside = needed || uses::reads_acc(then) || uses::reads_acc(otherwise);
-                self.before(&touched, inside);
+                let inside = needed || touched_cells::reads_accumulator(then) || touched_cells::reads_accumulator(otherwise);
+                self.compute_readers(&touched, inside);
                 match cond {
-                    Cond::Bit(bit) => self.read(bit),
-                    Cond::Compare(compare) => Expr::Cmp(compare),
-                    Cond::Acc => Expr::Const(false),
+                    BranchCondition::Bit(bit) => self.read(bit),
+                    BranchCondition::Compare(compare) => RungFormula::Cmp(compare),
+                    BranchCondition::Acc => RungFormula::Const(false),
                 }
             }
         };
-        let settle = (needed && changes).then(|| self.target(&touched, &[&e, &self.acc.clone()], rest, target));
+        let settle = (needed && changes).then(|| self.accumulator_target(&touched, &[&e, &self.acc.clone()], rest, target));
         if let Some(to) = settle {
             self.compute(|_, e| e.reads_bit(to.at));
         }
-        if settle.is_none() && otherwise.is_empty() && self.single(&e, then, cond == Cond::Acc) {
+        if settle.is_none() && otherwise.is_empty() && self.select_single_instruction(&e, then, cond == BranchCondition::Acc) {
             return;
         }
-        let before = if cond == Cond::Acc { None } else { Some(self.acc.clone()) };
+        let before = if cond == BranchCondition::Acc { None } else { Some(self.acc.clone()) };
         let (no, end) = (self.out.label(), self.out.label());
-        let mine = before.clone().unwrap_or(Expr::Const(true));
-        let other = before.clone().unwrap_or(Expr::Const(false));
+        let mine = before.clone().unwrap_or(RungFormula::Const(true));
+        let other = before.clone().unwrap_or(RungFormula::Const(false));
         // Where one way has nothing to do but to leave a known value, that value is there before.
         let preset = settle.filter(|to| !e.reads_bit(to.at));
-        let done = |way: &[Op], value: &Expr| preset.is_some() && way.is_empty() && matches!(value, Expr::Const(_));
+        let done = |way: &[IrOp], value: &RungFormula| preset.is_some() && way.is_empty() && matches!(value, RungFormula::Const(_));
         for (way, value) in [(then, &mine), (otherwise, &other)] {
-            if let (Some(to), true, Expr::Const(value)) = (preset, done(way, value), value) {
-                self.out.put(to.at, *value == to.is);
+            if let (Some(to), true, RungFormula::Const(value)) = (preset, done(way, value), value) {
+                self.out.set_bit(to.at, *value == to.is);
             }
         }
         if then.is_empty() && (settle.is_none() || done(then, &mine)) {
-            self.exec(&e, &Then::Goto(end));
+            self.execute_if(&e, &GuardedInstruction::Goto(end));
         } else {
-            self.exec(&e.opposite(), &Then::Goto(no));
+            self.execute_if(&e.opposite(), &GuardedInstruction::Goto(no));
             self.acc = mine;
-            self.list(then, needed, settle);
+            self.select_ops(then, needed, settle);
             if let Some(to) = settle {
-                self.settle(to);
+                self.store_accumulator_to(to);
             }
             if !otherwise.is_empty() || (settle.is_some() && !done(otherwise, &other)) {
                 self.out.goto(end);
@@ -80,57 +80,57 @@ impl Select<'_, '_> {
         self.out.place(no);
         if !otherwise.is_empty() || settle.is_some() {
             self.acc = other.clone();
-            self.list(otherwise, needed, settle);
+            self.select_ops(otherwise, needed, settle);
             if let Some(to) = settle
                 && !done(otherwise, &other)
             {
-                self.settle(to);
+                self.store_accumulator_to(to);
             }
         }
         self.out.place(end);
         self.acc = match (settle, before) {
-            (Some(to), _) => Expr::Lit(to),
+            (Some(to), _) => RungFormula::Lit(to),
             (None, Some(acc)) if needed => acc,
             (None, None) if needed => e,
-            _ => Expr::Const(false),
+            _ => RungFormula::Const(false),
         };
     }
 
     /// A branch that is one instruction stands behind a skip. Says whether it was.
-    fn single(&mut self, e: &Expr, then: &[Op], by_acc: bool) -> bool {
+    fn select_single_instruction(&mut self, e: &RungFormula, then: &[IrOp], by_acc: bool) -> bool {
         let [op] = then else { return false };
-        let (Op::Put { .. } | Op::Store { .. } | Op::Move { .. } | Op::Math { .. }) = op else { return false };
-        let save = self.out.save();
+        let (IrOp::SetBit { .. } | IrOp::Store { .. } | IrOp::Move { .. } | IrOp::Math { .. }) = op else { return false };
+        let save = self.out.checkpoint();
         let acc = self.acc.clone();
         if by_acc {
-            self.acc = Expr::Const(true);
+            self.acc = RungFormula::Const(true);
         }
         let banks = self.out.banks;
-        self.list(then, false, None);
+        self.select_ops(then, false, None);
         self.acc = acc;
         let same = self.out.banks == banks;
-        let made = self.out.restore(&save);
+        let made = self.out.roll_back(&save);
         let then = match made.as_slice() {
-            [Item::Op(kind, operands, 0)] if same => {
+            [Pic16Item::Op(kind, operands, 0)] if same => {
                 let addr = operands.first().copied().unwrap_or(0) as u16;
-                let addr = self.written(op).unwrap_or(addr);
+                let addr = self.written_byte(op).unwrap_or(addr);
                 match (kind, operands.get(1)) {
-                    (Kind::Bsf | Kind::Bcf, Some(&bit)) => Then::Put((addr, bit as u8), *kind == Kind::Bsf),
-                    (Kind::Clrf | Kind::IncfF | Kind::DecfF, None) => Then::Once(*kind, addr),
+                    (Kind::Bsf | Kind::Bcf, Some(&bit)) => GuardedInstruction::Put((addr, bit as u8), *kind == Kind::Bsf),
+                    (Kind::Clrf | Kind::IncfF | Kind::DecfF, None) => GuardedInstruction::Once(*kind, addr),
                     _ => return false,
                 }
             }
             _ => return false,
         };
-        self.exec(e, &then);
+        self.execute_if(e, &then);
         true
     }
 
     /// The address of what an operation on one byte writes.
-    fn written(&self, op: &Op) -> Option<u16> {
+    fn written_byte(&self, op: &IrOp) -> Option<u16> {
         match op {
-            Op::Put { bit, .. } | Op::Store { bit, .. } => Some(self.layout.bit(*bit).0),
-            Op::Move { dst, .. } | Op::Math { dst, .. } => Some(self.layout.word(*dst)),
+            IrOp::SetBit { bit, .. } | IrOp::Store { bit, .. } => Some(self.layout.bit(*bit).0),
+            IrOp::Move { dst, .. } | IrOp::Math { dst, .. } => Some(self.layout.word(*dst)),
             _ => None,
         }
     }

@@ -1,35 +1,35 @@
 //! Configuration words: what the image needs of them.
 
-use emu_pic16::chips::{Config, Oscillator, Part};
+use emu_pic16::chips::{ConfigLayout, OscillatorMode, Pic16Part};
 
 /// Byte address of a configuration word in the HEX file, and its bytes.
 #[must_use]
-pub fn words(part: &Part, clock_hz: u64) -> Vec<(u32, Vec<u8>)> {
+pub fn config_words(part: &Pic16Part, clock_hz: u64) -> Vec<(u32, Vec<u8>)> {
     let config = &part.config;
     let wanted = oscillator(clock_hz).0;
     let (mask, kinds) = config.fosc;
     let code = kinds.iter().position(|&kind| kind == wanted).unwrap_or(0);
     let erased = config.erased.first().copied().unwrap_or(0x3FFF);
     let timer = if config.pwrte.1 { config.pwrte.0 } else { 0 };
-    let first = erased & !(mask | config.wdte | config.pwrte.0 | config.lvp) | Config::scatter(code, mask) | timer;
+    let first = erased & !(mask | config.wdte | config.pwrte.0 | config.lvp) | ConfigLayout::deposit_bits(code, mask) | timer;
     let second = config.erased.get(1).map(|erased| erased & !(config.fcmen | config.ieso));
     let all = config.words.iter().zip([Some(first), second]);
     all.filter_map(|(addr, word)| Some((u32::from(*addr) * 2, word?.to_le_bytes().to_vec()))).collect()
 }
 
 /// The oscillator for a clock (DS30292, 12.2), and its name.
-fn oscillator(clock_hz: u64) -> (Oscillator, &'static str) {
+fn oscillator(clock_hz: u64) -> (OscillatorMode, &'static str) {
     match clock_hz {
-        0..=200_000 => (Oscillator::Lp, "LP"),
-        200_001..=4_000_000 => (Oscillator::Xt, "XT"),
-        _ => (Oscillator::Hs, "HS"),
+        0..=200_000 => (OscillatorMode::Lp, "LP"),
+        200_001..=4_000_000 => (OscillatorMode::Xt, "XT"),
+        _ => (OscillatorMode::Hs, "HS"),
     }
 }
 
 /// The same for people, one line each.
 #[must_use]
-pub fn lines(part: &Part, clock_hz: u64) -> Vec<String> {
-    let mut lines: Vec<String> = words(part, clock_hz)
+pub fn config_lines(part: &Pic16Part, clock_hz: u64) -> Vec<String> {
+    let mut lines: Vec<String> = config_words(part, clock_hz)
         .iter()
         .filter_map(|(addr, bytes)| {
             let word = u16::from_le_bytes([*bytes.first()?, *bytes.get(1)?]);

@@ -7,16 +7,16 @@
 //! bank 1..3    more words
 //! ```
 
-use emu_pic16::chips::{NO_PIN, Place};
+use emu_pic16::chips::{NO_PIN, FileSlot};
 use emu_pic16::periph::map::Sfr;
 
-use super::chip::{ANY, Silicon};
-use crate::ir::{Bit, BitRole, Ir, Word};
-use crate::pins::Pin;
+use super::chip_data::{ANY_BANK, Pic16ChipData};
+use crate::ir::{BitId, BitRole, Ir, WordId};
+use crate::pins::AssignedPin;
 
 /// A port of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Port {
+pub struct Pic16PortUse {
     /// Its letter.
     pub letter: char,
     /// PORTx.
@@ -28,18 +28,18 @@ pub struct Port {
     /// Byte that is written to the port.
     pub output: u16,
     /// Bits that are inputs.
-    pub inputs: u8,
+    pub input_bits: u8,
     /// Bits that are outputs.
-    pub outputs: u8,
+    pub output_bits: u8,
     /// Bits that exist.
-    pub bits: u8,
+    pub existing_bits: u8,
     /// Bits with an open drain.
-    pub open: u8,
+    pub open_drain_bits: u8,
 }
 
 /// What a program needs of RAM beside its cells, in bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Needs {
+pub struct Pic16RamNeeds {
     /// Scratch.
     pub scratch: u16,
     /// The count-down of the pacing timer.
@@ -52,9 +52,9 @@ pub struct Needs {
 
 /// Places of all cells.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Layout {
+pub struct Pic16Layout {
     /// Ports in use, by letter.
-    pub ports: Vec<Port>,
+    pub ports: Vec<Pic16PortUse>,
     /// Address and bit, by [`Bit`].
     pub bits: Vec<(u16, u8)>,
     /// Addresses of the low bytes, by [`Word`].
@@ -66,27 +66,27 @@ pub struct Layout {
     /// What lengthens the pacing timer, reached from bank 0.
     pub extension: u16,
     /// A byte has been received.
-    pub received: (u16, u8),
+    pub byte_received_flag: (u16, u8),
     /// Bytes in use.
     pub used: Vec<u16>,
 }
 
-impl Layout {
+impl Pic16Layout {
     /// Place of a bit.
     #[must_use]
-    pub fn bit(&self, bit: Bit) -> (u16, u8) {
+    pub fn bit(&self, bit: BitId) -> (u16, u8) {
         self.bits.get(bit.0 as usize).copied().unwrap_or((0x20, 0))
     }
 
     /// Address of a word.
     #[must_use]
-    pub fn word(&self, word: Word) -> u16 {
+    pub fn word(&self, word: WordId) -> u16 {
         self.words.get(word.0 as usize).copied().unwrap_or(0x20)
     }
 }
 
 /// Free RAM.
-struct Free {
+struct Pic16FreeRam {
     /// Ranges with their length, RAM of every bank first if there is any, then bank by bank.
     ranges: Vec<(u16, u16)>,
     common: bool,
@@ -95,13 +95,13 @@ struct Free {
     missing: u64,
 }
 
-impl Free {
-    fn new(chip: &Silicon) -> Free {
-        let kept = |addr: u16| chip.part.place(addr) == Place::Ram(addr);
+impl Pic16FreeRam {
+    fn new(chip: &Pic16ChipData) -> Pic16FreeRam {
+        let kept = |addr: u16| chip.part.file_slot(addr) == FileSlot::Ram(addr);
         let mut ranges: Vec<(u16, u16)> = Vec::new();
         let mut common = None;
         for addr in (0..0x200).filter(|&addr| kept(addr)) {
-            let every = chip.reach(addr) == ANY;
+            let every = chip.reachable_banks(addr) == ANY_BANK;
             let list = if every {
                 common.get_or_insert((addr, 0))
             } else {
@@ -120,7 +120,7 @@ impl Free {
         if let Some(range) = common {
             ranges.insert(0, range);
         }
-        Free { ranges, common: is_common, used: Vec::new(), missing: 0 }
+        Pic16FreeRam { ranges, common: is_common, used: Vec::new(), missing: 0 }
     }
 
     /// Bytes side by side; from the ranges in order, but from `skip` of them last.
@@ -145,14 +145,14 @@ impl Free {
 ///
 /// # Errors
 /// The bytes of RAM needed, when the chip has fewer.
-pub fn layout(ir: &Ir, pins: &[Pin], chip: &Silicon, needs: Needs) -> Result<Layout, u64> {
-    let mut free = Free::new(chip);
-    let mut ports = ports(pins, chip);
+pub fn layout(ir: &Ir, pins: &[AssignedPin], chip: &Pic16ChipData, needs: Pic16RamNeeds) -> Result<Pic16Layout, u64> {
+    let mut free = Pic16FreeRam::new(chip);
+    let mut ports = port_uses(pins, chip);
     for port in &mut ports {
-        if port.inputs != 0 {
+        if port.input_bits != 0 {
             port.input = free.take(1, 0);
         }
-        if port.outputs != 0 {
+        if port.output_bits != 0 {
             port.output = free.take(1, 0);
         }
     }
@@ -160,7 +160,7 @@ pub fn layout(ir: &Ir, pins: &[Pin], chip: &Silicon, needs: Needs) -> Result<Lay
     let extension = if needs.extension > 0 { free.take(needs.extension.into(), 0) } else { 0 };
     let mut bits = Vec::with_capacity(ir.bits.len());
     let mut next = (0, 8);
-    let mut one = |free: &mut Free| {
+    let mut one = |free: &mut Pic16FreeRam| {
         if next.1 == 8 {
             next = (free.take(1, 0), 0);
         }
@@ -169,8 +169,8 @@ pub fn layout(ir: &Ir, pins: &[Pin], chip: &Silicon, needs: Needs) -> Result<Lay
     };
     for cell in &ir.bits {
         let image = pins.iter().find(|p| p.name == cell.name && !p.analog).and_then(|pin| {
-            let port = ports.iter().find(|p| p.letter == pin.port())?;
-            Some((if pin.output { port.output } else { port.input }, pin.bit()))
+            let port = ports.iter().find(|p| p.letter == pin.port_letter())?;
+            Some((if pin.output { port.output } else { port.input }, pin.bit_number()))
         });
         bits.push(match image {
             Some(at) if matches!(cell.role, BitRole::Input | BitRole::Output) => at,
@@ -185,18 +185,18 @@ pub fn layout(ir: &Ir, pins: &[Pin], chip: &Silicon, needs: Needs) -> Result<Lay
     if free.missing > 0 {
         return Err(free.used.len() as u64 + free.missing);
     }
-    Ok(Layout { ports, bits, words, scratch, fraction, extension, received, used: free.used })
+    Ok(Pic16Layout { ports, bits, words, scratch, fraction, extension, byte_received_flag: received, used: free.used })
 }
 
-fn ports(pins: &[Pin], chip: &Silicon) -> Vec<Port> {
+fn port_uses(pins: &[AssignedPin], chip: &Pic16ChipData) -> Vec<Pic16PortUse> {
     const PORTS: [(char, Sfr); 5] =
         [('A', Sfr::PORTA), ('B', Sfr::PORTB), ('C', Sfr::PORTC), ('D', Sfr::PORTD), ('E', Sfr::PORTE)];
     let mut ports = Vec::new();
     for (letter, sfr) in PORTS {
         let Some(row) = chip.part.ports.iter().find(|row| row.port == sfr) else { continue };
         let of = |output: bool| {
-            let here = pins.iter().filter(|p| p.port() == letter && p.output == output && !p.analog);
-            here.fold(0, |mask, pin| mask | 1 << pin.bit())
+            let here = pins.iter().filter(|p| p.port_letter() == letter && p.output == output && !p.analog);
+            here.fold(0, |mask, pin| mask | 1 << pin.bit_number())
         };
         let (inputs, outputs) = (of(false), of(true));
         if inputs | outputs == 0 {
@@ -204,16 +204,16 @@ fn ports(pins: &[Pin], chip: &Silicon) -> Vec<Port> {
         }
         let bits =
             (0..8).filter(|&n| row.pins.get(n).is_some_and(|&pin| pin != NO_PIN)).fold(0, |mask, n| mask | 1 << n);
-        ports.push(Port {
+        ports.push(Pic16PortUse {
             letter,
             port: chip.reg(sfr),
             tris: chip.reg(row.tris),
             input: 0,
             output: 0,
-            inputs,
-            outputs,
-            bits,
-            open: row.open,
+            input_bits: inputs,
+            output_bits: outputs,
+            existing_bits: bits,
+            open_drain_bits: row.open,
         });
     }
     ports

@@ -6,58 +6,58 @@
 
 use emu_pic16::isa::Kind;
 
-use super::expr::{Expr, Lit};
-use super::out::{Lab, Out};
-use super::select::Select;
+use super::rung_formula::{RungFormula, BitLiteral};
+use super::writer::{Pic16Label, Pic16Writer};
+use super::select::Pic16Selector;
 
 /// What is done when a formula holds: one instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Then {
+pub enum GuardedInstruction {
     /// A bit becomes 0 or 1.
     Put((u16, u8), bool),
     /// GOTO.
-    Goto(Lab),
+    Goto(Pic16Label),
     /// An instruction on bytes that `addr` shares its bank with; it must not be executed twice.
     Once(Kind, u16),
 }
 
-impl Then {
+impl GuardedInstruction {
     fn addr(&self) -> Option<u16> {
         match self {
-            Then::Put((addr, _), _) | Then::Once(_, addr) => Some(*addr),
-            Then::Goto(_) => None,
+            GuardedInstruction::Put((addr, _), _) | GuardedInstruction::Once(_, addr) => Some(*addr),
+            GuardedInstruction::Goto(_) => None,
         }
     }
 
-    fn emit(&self, out: &mut Out<'_>) {
+    fn emit(&self, out: &mut Pic16Writer<'_>) {
         match self {
-            Then::Put(at, value) => out.put(*at, *value),
-            Then::Goto(label) => out.goto(*label),
-            Then::Once(kind, addr) => out.f(*kind, *addr),
+            GuardedInstruction::Put(at, value) => out.set_bit(*at, *value),
+            GuardedInstruction::Goto(label) => out.goto(*label),
+            GuardedInstruction::Once(kind, addr) => out.byte_op(*kind, *addr),
         }
     }
 }
 
 /// The literals of a chain that executes what follows when `e` holds; `None` where there is none. The first may be any
 /// comparison (`first`), whose flag the chain starts with.
-fn chain(e: &Expr) -> Option<Vec<&Expr>> {
+fn skip_chain(e: &RungFormula) -> Option<Vec<&RungFormula>> {
     chain_of(e, true)
 }
 
 /// A chain for `e`, or for its complement.
-fn chain_of(e: &Expr, is: bool) -> Option<Vec<&Expr>> {
+fn chain_of(e: &RungFormula, is: bool) -> Option<Vec<&RungFormula>> {
     match e {
-        Expr::Lit(_) | Expr::Cmp(_) => Some(vec![e]),
-        Expr::Or(all) if is => joined(all, is),
-        Expr::And(all) if !is => joined(all, is),
+        RungFormula::Lit(_) | RungFormula::Cmp(_) => Some(vec![e]),
+        RungFormula::Or(all) if is => joined_chain(all, is),
+        RungFormula::And(all) if !is => joined_chain(all, is),
         _ => None,
     }
 }
 
-fn joined(all: &[Expr], is: bool) -> Option<Vec<&Expr>> {
+fn joined_chain(all: &[RungFormula], is: bool) -> Option<Vec<&RungFormula>> {
     let [a, b] = all else { return None };
-    let (inner, last) = if matches!(b, Expr::Lit(_)) { (a, b) } else { (b, a) };
-    if !matches!(last, Expr::Lit(_)) {
+    let (inner, last) = if matches!(b, RungFormula::Lit(_)) { (a, b) } else { (b, a) };
+    if !matches!(last, RungFormula::Lit(_)) {
         return None;
     }
     let mut list = chain_of(inner, !is)?;
@@ -65,47 +65,47 @@ fn joined(all: &[Expr], is: bool) -> Option<Vec<&Expr>> {
     Some(list)
 }
 
-impl Select<'_, '_> {
+impl Pic16Selector<'_, '_> {
     /// Executes `then` if `e` holds.
-    pub fn exec(&mut self, e: &Expr, then: &Then) {
-        match self.plain(e.clone().ranged()) {
-            Expr::Const(false) => {}
-            Expr::Const(true) => then.emit(&mut self.out),
-            Expr::And(all) => self.all(all, then),
-            Expr::Or(all) => self.any(all, then),
-            e @ Expr::Range { .. } => {
-                let e = self.flags(&e);
-                self.exec(&e, then);
+    pub fn execute_if(&mut self, e: &RungFormula, then: &GuardedInstruction) {
+        match self.resolve_sign_bits(e.clone().merge_ranges()) {
+            RungFormula::Const(false) => {}
+            RungFormula::Const(true) => then.emit(&mut self.out),
+            RungFormula::And(all) => self.execute_if_all(all, then),
+            RungFormula::Or(all) => self.execute_if_any(all, then),
+            e @ RungFormula::Range { .. } => {
+                let e = self.compare_to_flags(&e);
+                self.execute_if(&e, then);
             }
-            e => _ = self.chained(&e, then),
+            e => _ = self.emit_chain(&e, then),
         }
     }
 
     /// Comparisons that are bits of data memory become what they are.
-    fn plain(&self, e: Expr) -> Expr {
+    fn resolve_sign_bits(&self, e: RungFormula) -> RungFormula {
         match e {
-            Expr::Cmp(c) => self.sign(&c).map_or(Expr::Cmp(c), Expr::Lit),
-            Expr::And(all) => Expr::And(all.into_iter().map(|e| self.plain(e)).collect()),
-            Expr::Or(all) => Expr::Or(all.into_iter().map(|e| self.plain(e)).collect()),
+            RungFormula::Cmp(c) => self.sign_bit_comparison(&c).map_or(RungFormula::Cmp(c), RungFormula::Lit),
+            RungFormula::And(all) => RungFormula::And(all.into_iter().map(|e| self.resolve_sign_bits(e)).collect()),
+            RungFormula::Or(all) => RungFormula::Or(all.into_iter().map(|e| self.resolve_sign_bits(e)).collect()),
             e => e,
         }
     }
 
     /// Emits a chain and `then`, if the formula is one and all its bytes are reached from one bank; says whether.
-    fn chained(&mut self, e: &Expr, then: &Then) -> bool {
-        let Some(list) = chain(e) else { return false };
+    fn emit_chain(&mut self, e: &RungFormula, then: &GuardedInstruction) -> bool {
+        let Some(list) = skip_chain(e) else { return false };
         let mut addrs: Vec<u16> =
-            list.iter().filter_map(|e| if let Expr::Lit(l) = e { Some(l.at.0) } else { None }).collect();
-        let lits = self.out.common(&addrs);
+            list.iter().filter_map(|e| if let RungFormula::Lit(l) = e { Some(l.at.0) } else { None }).collect();
+        let lits = self.out.common_banks(&addrs);
         addrs.extend(then.addr());
-        let banks = self.out.common(&addrs);
+        let banks = self.out.common_banks(&addrs);
         if banks == 0 {
             if lits == 0 {
                 return false;
             }
             // What is done is not reached from where the literals are.
             let over = self.out.label();
-            self.exec(&e.opposite(), &Then::Goto(over));
+            self.execute_if(&e.opposite(), &GuardedInstruction::Goto(over));
             then.emit(&mut self.out);
             self.out.place(over);
             return true;
@@ -114,62 +114,62 @@ impl Select<'_, '_> {
         let last = list.len();
         for (n, e) in list.into_iter().enumerate() {
             let lit = match e {
-                Expr::Lit(lit) => *lit,
-                e => match self.flags(e) {
-                    Expr::Lit(lit) => lit,
+                RungFormula::Lit(lit) => *lit,
+                e => match self.compare_to_flags(e) {
+                    RungFormula::Lit(lit) => lit,
                     // A comparison has one flag.
                     _ => return false,
                 },
             };
             if n == 0 {
-                self.out.select(banks);
+                self.out.select_bank(banks);
             }
             // The formula of the chain so far appears as it is where an even number of skips follow, else complemented: a
             // literal of e is wanted true to execute, one of the complement's complement too.
             let lit = if (last - 1 - n) % 2 == 0 { lit } else { lit.opposite() };
-            self.out.bit(lit.only_if(), lit.at);
+            self.out.bit_op(lit.skip_unless(), lit.at);
         }
         then.emit(&mut self.out);
         true
     }
 
     /// Executes `then` if one of `all` holds.
-    fn any(&mut self, all: Vec<Expr>, then: &Then) {
-        let groups = self.groups(all);
-        if groups.len() > 1 && matches!(then, Then::Once(..)) {
-            let (over, all) = (self.out.label(), groups.into_iter().reduce(Expr::or).unwrap_or(Expr::Const(false)));
-            self.exec(&all.opposite(), &Then::Goto(over));
+    fn execute_if_any(&mut self, all: Vec<RungFormula>, then: &GuardedInstruction) {
+        let groups = self.pair_chains(all);
+        if groups.len() > 1 && matches!(then, GuardedInstruction::Once(..)) {
+            let (over, all) = (self.out.label(), groups.into_iter().reduce(RungFormula::or).unwrap_or(RungFormula::Const(false)));
+            self.execute_if(&all.opposite(), &GuardedInstruction::Goto(over));
             then.emit(&mut self.out);
             self.out.place(over);
             return;
         }
         for group in groups {
-            if !self.chained(&group, then) {
+            if !self.emit_chain(&group, then) {
                 match group {
                     // No chain: one by one.
-                    Expr::Or(parts) => parts.iter().for_each(|part| self.exec(part, then)),
-                    part => self.exec(&part, then),
+                    RungFormula::Or(parts) => parts.iter().for_each(|part| self.execute_if(part, then)),
+                    part => self.execute_if(&part, then),
                 }
             }
         }
     }
 
     /// The parts of an OR, in twos where two make a chain.
-    fn groups(&self, all: Vec<Expr>) -> Vec<Expr> {
-        let (mut lits, others): (Vec<Expr>, Vec<Expr>) = all.into_iter().partition(|e| matches!(e, Expr::Lit(_)));
-        let reach = |a: &Expr, b: &Expr| {
+    fn pair_chains(&self, all: Vec<RungFormula>) -> Vec<RungFormula> {
+        let (mut lits, others): (Vec<RungFormula>, Vec<RungFormula>) = all.into_iter().partition(|e| matches!(e, RungFormula::Lit(_)));
+        let reach = |a: &RungFormula, b: &RungFormula| {
             let mut addrs = Vec::new();
             for e in [a, b] {
                 addresses(e, &mut addrs);
             }
-            self.out.common(&addrs) != 0
+            self.out.common_banks(&addrs) != 0
         };
         let mut groups = Vec::new();
         // A literal that begins a chain of its own is one word less than a part that cannot, so parts choose first.
         for other in others {
             let partner = lits.iter().position(|lit| chain_of(&other, false).is_some() && reach(&other, lit));
             groups.push(match partner {
-                Some(n) => Expr::Or(vec![other, lits.remove(n)]),
+                Some(n) => RungFormula::Or(vec![other, lits.remove(n)]),
                 None => other,
             });
         }
@@ -177,100 +177,100 @@ impl Select<'_, '_> {
             let first = lits.remove(0);
             let partner = lits.iter().position(|lit| reach(&first, lit));
             groups.push(match partner {
-                Some(n) => Expr::Or(vec![first, lits.remove(n)]),
+                Some(n) => RungFormula::Or(vec![first, lits.remove(n)]),
                 None => first,
             });
         }
         // Comparisons cost most, so they come last.
-        groups.sort_by_key(|e| (cost(e), 0));
+        groups.sort_by_key(|e| (formula_cost(e), 0));
         groups
     }
 
     /// Executes `then` if all of `all` hold.
-    fn all(&mut self, mut all: Vec<Expr>, then: &Then) {
-        all.sort_by_key(cost);
+    fn execute_if_all(&mut self, mut all: Vec<RungFormula>, then: &GuardedInstruction) {
+        all.sort_by_key(formula_cost);
         // The last part needs no jump of its own if what is done can stand behind it; a literal is the best.
-        let odd = all.iter().filter(|e| matches!(e, Expr::Lit(_))).count() % 2 == 1;
+        let odd = all.iter().filter(|e| matches!(e, RungFormula::Lit(_))).count() % 2 == 1;
         let place =
-            all.iter().rposition(|e| matches!(e, Expr::Lit(_))).filter(|_| odd && !all.iter().any(|e| cost(e) > 1));
+            all.iter().rposition(|e| matches!(e, RungFormula::Lit(_))).filter(|_| odd && !all.iter().any(|e| formula_cost(e) > 1));
         let last = match place {
             Some(n) => all.remove(n),
-            None => all.pop().unwrap_or(Expr::Const(true)),
+            None => all.pop().unwrap_or(RungFormula::Const(true)),
         };
         let over = self.out.label();
-        let rest = all.into_iter().fold(Expr::Const(true), Expr::and).opposite();
-        self.exec(&rest, &Then::Goto(over));
-        self.exec(&last, then);
+        let rest = all.into_iter().fold(RungFormula::Const(true), RungFormula::and).opposite();
+        self.execute_if(&rest, &GuardedInstruction::Goto(over));
+        self.execute_if(&last, then);
         self.out.place(over);
     }
 
     /// The bit becomes what `e` is.
-    pub fn assign(&mut self, at: (u16, u8), e: &Expr) {
+    pub fn assign(&mut self, at: (u16, u8), e: &RungFormula) {
         match e {
-            Expr::Const(value) => self.out.put(at, *value),
-            Expr::Lit(lit) if lit.at == at => {
+            RungFormula::Const(value) => self.out.set_bit(at, *value),
+            RungFormula::Lit(lit) if lit.at == at => {
                 if !lit.is {
-                    self.out.select(self.out.chip.reach(at.0));
-                    self.out.load(1 << at.1);
-                    self.out.f(Kind::XorwfF, at.0);
+                    self.out.select_bank(self.out.chip.reachable_banks(at.0));
+                    self.out.load_w(1 << at.1);
+                    self.out.byte_op(Kind::XorwfF, at.0);
                 }
             }
-            Expr::And(all) | Expr::Or(all) if e.reads_bit(at) => {
-                let or = matches!(e, Expr::Or(_));
+            RungFormula::And(all) | RungFormula::Or(all) if e.reads_bit(at) => {
+                let or = matches!(e, RungFormula::Or(_));
                 let (own, rest): (Vec<_>, Vec<_>) = all.iter().cloned().partition(|e| e.reads_bit(at));
                 match own.as_slice() {
                     // The part that reads the bit first; the others only ever set it, or only ever clear it.
                     [own] => {
                         self.assign(at, own);
-                        let join = if or { Expr::or } else { Expr::and };
-                        let rest = rest.into_iter().reduce(join).unwrap_or(Expr::Const(!or));
-                        self.exec(&rest.opposite_if(!or), &Then::Put(at, or));
+                        let join = if or { RungFormula::or } else { RungFormula::and };
+                        let rest = rest.into_iter().reduce(join).unwrap_or(RungFormula::Const(!or));
+                        self.execute_if(&rest.opposite_if(!or), &GuardedInstruction::Put(at, or));
                     }
                     _ => {
                         let (no, end) = (self.out.label(), self.out.label());
-                        self.exec(&e.opposite(), &Then::Goto(no));
-                        self.out.put(at, true);
+                        self.execute_if(&e.opposite(), &GuardedInstruction::Goto(no));
+                        self.out.set_bit(at, true);
                         self.out.goto(end);
                         self.out.place(no);
-                        self.out.put(at, false);
+                        self.out.set_bit(at, false);
                         self.out.place(end);
                     }
                 }
             }
             _ => {
                 // Cleared and then set, or set and then cleared: whichever is shorter.
-                let save = self.out.save();
+                let save = self.out.checkpoint();
                 let mut words = [0; 2];
                 for (n, first) in [(0, false), (1, true)] {
-                    self.preset(at, first, e);
+                    self.preset_bit(at, first, e);
                     words[n] = self.out.words_since(&save);
-                    self.out.restore(&save);
+                    self.out.roll_back(&save);
                 }
-                self.preset(at, words[1] < words[0], e);
+                self.preset_bit(at, words[1] < words[0], e);
             }
         }
     }
 
-    fn preset(&mut self, at: (u16, u8), first: bool, e: &Expr) {
-        self.out.put(at, first);
-        self.exec(&e.clone().opposite_if(first), &Then::Put(at, !first));
+    fn preset_bit(&mut self, at: (u16, u8), first: bool, e: &RungFormula) {
+        self.out.set_bit(at, first);
+        self.execute_if(&e.clone().opposite_if(first), &GuardedInstruction::Put(at, !first));
     }
 }
 
 /// Words of a part, roughly: literals first, comparisons last.
-fn cost(e: &Expr) -> usize {
+fn formula_cost(e: &RungFormula) -> usize {
     match e {
-        Expr::Const(_) => 0,
-        Expr::Lit(_) => 1,
-        Expr::Cmp(_) | Expr::Range { .. } => 6,
-        Expr::And(all) | Expr::Or(all) => 1 + all.iter().map(cost).sum::<usize>(),
+        RungFormula::Const(_) => 0,
+        RungFormula::Lit(_) => 1,
+        RungFormula::Cmp(_) | RungFormula::Range { .. } => 6,
+        RungFormula::And(all) | RungFormula::Or(all) => 1 + all.iter().map(formula_cost).sum::<usize>(),
     }
 }
 
-fn addresses(e: &Expr, into: &mut Vec<u16>) {
+fn addresses(e: &RungFormula, into: &mut Vec<u16>) {
     match e {
-        Expr::Lit(Lit { at, .. }) => into.push(at.0),
-        Expr::And(all) | Expr::Or(all) => all.iter().for_each(|e| addresses(e, into)),
+        RungFormula::Lit(BitLiteral { at, .. }) => into.push(at.0),
+        RungFormula::And(all) | RungFormula::Or(all) => all.iter().for_each(|e| addresses(e, into)),
         _ => {}
     }
 }

@@ -3,48 +3,48 @@
 use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
 
-use super::layout::Layout;
-use super::out::{Out, STATUS, Z};
-use super::pace::Pace;
-use super::periph::{self, Devices};
-use crate::target::{Job, Mark};
+use super::layout::Pic16Layout;
+use super::writer::{Pic16Writer, STATUS, Z};
+use super::pacing::Pic16Pacing;
+use super::peripherals::{self, Pic16Peripherals};
+use crate::target::{CompileJob, CodeMark};
 
 /// So many bytes are cleared one by one, more by a loop.
-const UNROLLED: usize = 6;
+const MAX_UNROLLED_BYTES: usize = 6;
 
 /// Everything before the loop that waits. Outputs are low before they become outputs.
-pub fn reset(out: &mut Out<'_>, job: &Job<'_>, layout: &Layout, devices: &Devices, pace: &Pace) {
+pub fn emit_reset(out: &mut Pic16Writer<'_>, job: &CompileJob<'_>, layout: &Pic16Layout, devices: &Pic16Peripherals, pace: &Pic16Pacing) {
     let chip = out.chip;
-    out.mark(Mark::Part("reset: RAM, ports"));
+    out.mark(CodeMark::Section("reset: RAM, ports"));
     for bank in 0..4 {
         let used: Vec<u16> = layout.used.iter().copied().filter(|addr| addr >> 7 == bank).collect();
-        clear(out, &used);
+        clear_bytes(out, &used);
     }
     for (&at, cell) in layout.words.iter().zip(&job.ir.words) {
         for (at, k) in (at..).zip(cell.initial.to_le_bytes()).take(cell.bytes.into()) {
             if k != 0 {
-                out.set(at, k);
+                out.set_byte(at, k);
             }
         }
     }
-    for port in layout.ports.iter().filter(|port| port.outputs != 0) {
-        out.f(Kind::Clrf, port.port);
+    for port in layout.ports.iter().filter(|port| port.output_bits != 0) {
+        out.byte_op(Kind::Clrf, port.port);
     }
     let pwm = job.target.pwm.filter(|_| devices.pwm.is_some());
-    if chip.part.comparators == emu_pic16::chips::Comparators::F62x {
-        periph::comparators(out);
+    if chip.part.comparators == emu_pic16::chips::ComparatorKind::F62x {
+        peripherals::disable_comparators(out);
     }
-    devices.analog(out);
+    devices.configure_analog(out);
     let pwm_bit = pwm.and_then(|pin| Some((pin.chars().nth(1)?, pin.chars().nth(2)?.to_digit(8)?)));
     for port in &layout.ports {
         let pwm = pwm_bit.filter(|(letter, _)| *letter == port.letter).map_or(0, |(_, bit)| 1u8 << bit);
-        let directions = port.bits & !(port.outputs | pwm);
-        if port.outputs | pwm != 0 {
-            out.set(port.tris, directions);
+        let directions = port.existing_bits & !(port.output_bits | pwm);
+        if port.output_bits | pwm != 0 {
+            out.set_byte(port.tris, directions);
         }
-        if port.letter == 'B' && port.inputs != 0 {
+        if port.letter == 'B' && port.input_bits != 0 {
             // Port B has pull-ups for its inputs.
-            out.put(chip.bit("NOT_RBPU"), false);
+            out.set_bit(chip.bit("NOT_RBPU"), false);
         }
     }
     if let Some((letter, bit)) = pwm_bit
@@ -52,62 +52,62 @@ pub fn reset(out: &mut Out<'_>, job: &Job<'_>, layout: &Layout, devices: &Device
     {
         let row = chip.part.ports.iter().find(|row| row.port.name().ends_with(letter));
         if let Some(row) = row {
-            out.f(Kind::Bcf, 0);
+            out.byte_op(Kind::Bcf, 0);
             out.items.pop();
-            out.put((chip.reg(row.tris), bit as u8), false);
+            out.set_bit((chip.reg(row.tris), bit as u8), false);
         }
     }
     pace.prepare(out);
     devices.start(out, job.ir.uart);
-    out.mark(Mark::Part("pacing timer"));
+    out.mark(CodeMark::Section("pacing timer"));
     pace.start(out, layout.fraction, layout.extension);
 }
 
 /// Clears the bytes, which lie in one bank.
-fn clear(out: &mut Out<'_>, used: &[u16]) {
+fn clear_bytes(out: &mut Pic16Writer<'_>, used: &[u16]) {
     let (Some(&first), Some(&last)) = (used.iter().min(), used.iter().max()) else { return };
-    if used.len() <= UNROLLED {
-        used.iter().for_each(|&addr| out.f(Kind::Clrf, addr));
+    if used.len() <= MAX_UNROLLED_BYTES {
+        used.iter().for_each(|&addr| out.byte_op(Kind::Clrf, addr));
         return;
     }
     // All of the chip's bytes from the first to the last in use; FSR has eight bits, IRP the ninth.
     let chip = out.chip;
     let (fsr, irp) = (chip.reg(Sfr::FSR), chip.bit("IRP"));
     if first > 0xFF {
-        out.put(irp, true);
+        out.set_bit(irp, true);
     }
-    out.set(fsr, first as u8);
+    out.set_byte(fsr, first as u8);
     let again = out.label();
     out.place(again);
-    out.f(Kind::Clrf, chip.reg(Sfr::INDF));
+    out.byte_op(Kind::Clrf, chip.reg(Sfr::INDF));
     let whole =
-        |from: u16, to: u16| (from..=to).all(|addr| matches!(chip.part.place(addr), emu_pic16::chips::Place::Ram(_)));
+        |from: u16, to: u16| (from..=to).all(|addr| matches!(chip.part.file_slot(addr), emu_pic16::chips::FileSlot::Ram(_)));
     if first & 0x80 == 0 && whole(first, first | 0x7F) {
-        out.f(Kind::IncfF, fsr);
-        out.only_if((fsr, 7), false);
+        out.byte_op(Kind::IncfF, fsr);
+        out.skip_unless((fsr, 7), false);
     } else if first & 0x80 != 0 && whole(first, first | 0x7F) {
-        out.f(Kind::IncfszF, fsr);
+        out.byte_op(Kind::IncfszF, fsr);
     } else {
-        out.f(Kind::IncfF, fsr);
-        out.f(Kind::MovfW, fsr);
-        out.lit(Kind::Xorlw, (last + 1) as u8);
-        out.only_if((STATUS, Z), false);
+        out.byte_op(Kind::IncfF, fsr);
+        out.byte_op(Kind::MovfW, fsr);
+        out.literal_op(Kind::Xorlw, (last + 1) as u8);
+        out.skip_unless((STATUS, Z), false);
     }
-    out.back(again, 0x80);
+    out.goto_back(again, 0x80);
     if first > 0xFF {
-        out.put(irp, false);
+        out.set_bit(irp, false);
     }
 }
 
 /// What the user should know of the pins: cause and hint.
 #[must_use]
-pub fn warnings(job: &Job<'_>, layout: &Layout) -> Vec<(String, String)> {
-    let open = |pin: &&crate::pins::Pin| {
-        pin.output && layout.ports.iter().any(|port| port.letter == pin.port() && port.open >> pin.bit() & 1 == 1)
+pub fn pin_warnings(job: &CompileJob<'_>, layout: &Pic16Layout) -> Vec<(String, String)> {
+    let open = |pin: &&crate::pins::AssignedPin| {
+        pin.output && layout.ports.iter().any(|port| port.letter == pin.port_letter() && port.open_drain_bits >> pin.bit_number() & 1 == 1)
     };
-    let tell = |pin: &crate::pins::Pin| {
+    let warning = |pin: &crate::pins::AssignedPin| {
         let cause = format!("`{}` is at {}, which has an open drain: it never goes high by itself", pin.name, pin.pin);
         (cause, "use another pin, or a resistor to the supply".to_owned())
     };
-    job.pins.iter().filter(open).map(tell).collect()
+    job.pins.iter().filter(open).map(warning).collect()
 }

@@ -12,12 +12,12 @@
 use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
 
-use super::chip::ANY;
-use super::out::{C, Lab, Out, STATUS, Z};
-use super::periph::{self, Devices};
-use super::select::Routine;
+use super::chip_data::ANY_BANK;
+use super::writer::{C, Pic16Label, Pic16Writer, STATUS, Z};
+use super::peripherals::{self, Pic16Peripherals};
+use super::select::Pic16Routine;
 use crate::ir::Ir;
-use crate::target::Mark;
+use crate::target::CodeMark;
 
 /// Bytes of scratch that arithmetic of a width needs.
 #[must_use]
@@ -26,234 +26,234 @@ pub fn scratch(bytes: u8) -> u16 {
 }
 
 /// A subroutine; `scratch` is its scratch, `index` the address of the word that a table is read by.
-pub fn emit(
-    out: &mut Out<'_>,
-    (routine, label): (Routine, Lab),
+pub fn emit_routine(
+    out: &mut Pic16Writer<'_>,
+    (routine, label): (Pic16Routine, Pic16Label),
     ir: &Ir,
     scratch: u16,
-    negate: Option<Lab>,
+    negate: Option<Pic16Label>,
     index: u16,
-    devices: &Devices,
+    devices: &Pic16Peripherals,
 ) {
-    let near = out.chip.reach(scratch);
-    let start = |out: &mut Out<'_>, title| {
-        out.mark(Mark::Part(title));
-        out.enter(near);
+    let near = out.chip.reachable_banks(scratch);
+    let start = |out: &mut Pic16Writer<'_>, title| {
+        out.mark(CodeMark::Section(title));
+        out.assume_banks(near);
         out.place(label);
     };
     match routine {
-        Routine::Multiply(width) => {
+        Pic16Routine::Multiply(width) => {
             start(out, "product");
             multiply(out, width.into(), scratch);
         }
-        Routine::Divide(width) => {
+        Pic16Routine::Divide(width) => {
             start(out, "quotient");
             divide(out, width.into(), scratch, negate);
         }
-        Routine::Negate(which, width) => {
+        Pic16Routine::Negate(which, width) => {
             start(out, "negative");
             let at = scratch + 1 + which * u16::from(width);
-            (0..u16::from(width)).for_each(|n| out.f(Kind::ComfF, at + n));
+            (0..u16::from(width)).for_each(|n| out.byte_op(Kind::ComfF, at + n));
             for n in 0..u16::from(width) {
                 if n > 0 {
-                    out.only_if((STATUS, Z), true);
+                    out.skip_unless((STATUS, Z), true);
                 }
-                out.f(Kind::IncfF, at + n);
+                out.byte_op(Kind::IncfF, at + n);
             }
-            out.bare(Kind::Return);
+            out.implied_op(Kind::Return);
         }
-        Routine::Table(table, byte, _) => {
-            out.mark(Mark::Part("table"));
-            out.enter(out.chip.reach(index));
+        Pic16Routine::Table(table, byte, _) => {
+            out.mark(CodeMark::Section("table"));
+            out.assume_banks(out.chip.reachable_banks(index));
             out.place(label);
             let values = ir.tables.get(table as usize).map_or(&[][..], |table| &table.values);
-            self::table(out, values, byte, index);
+            self::emit_table(out, values, byte, index);
         }
-        Routine::Convert => convert(out, label, devices, scratch),
-        Routine::ReadEeprom => {
-            out.mark(Mark::Part("read EEPROM"));
-            out.enter(ANY);
+        Pic16Routine::Convert => emit_conversion(out, label, devices, scratch),
+        Pic16Routine::ReadEeprom => {
+            out.mark(CodeMark::Section("read EEPROM"));
+            out.assume_banks(ANY_BANK);
             out.place(label);
             let chip = out.chip;
-            out.f(Kind::Movwf, chip.reg(Sfr::EEADR));
+            out.byte_op(Kind::Movwf, chip.reg(Sfr::EEADR));
             if chip.has_bit("EEPGD") {
-                out.put(chip.bit("EEPGD"), false);
+                out.set_bit(chip.bit("EEPGD"), false);
             }
-            out.put(chip.bit("RD"), true);
-            out.f(Kind::MovfW, chip.reg(Sfr::EEDATA));
-            out.select(1);
-            out.bare(Kind::Return);
+            out.set_bit(chip.bit("RD"), true);
+            out.byte_op(Kind::MovfW, chip.reg(Sfr::EEDATA));
+            out.select_bank(1);
+            out.implied_op(Kind::Return);
         }
-        Routine::WriteEeprom => {
-            out.mark(Mark::Part("write EEPROM"));
-            out.enter(ANY);
+        Pic16Routine::WriteEeprom => {
+            out.mark(CodeMark::Section("write EEPROM"));
+            out.assume_banks(ANY_BANK);
             out.place(label);
             let chip = out.chip;
-            out.f(Kind::Movwf, chip.reg(Sfr::EEDATA));
-            out.put(chip.bit("WREN"), true);
+            out.byte_op(Kind::Movwf, chip.reg(Sfr::EEDATA));
+            out.set_bit(chip.bit("WREN"), true);
             // The sequence of the data sheet; interrupts are off.
             for k in [0x55, 0xAA] {
-                out.lit(Kind::Movlw, k);
-                out.f(Kind::Movwf, chip.reg(Sfr::EECON2));
+                out.literal_op(Kind::Movlw, k);
+                out.byte_op(Kind::Movwf, chip.reg(Sfr::EECON2));
             }
-            out.put(chip.bit("WR"), true);
-            out.put(chip.bit("WREN"), false);
-            out.select(1);
-            out.bare(Kind::Return);
+            out.set_bit(chip.bit("WR"), true);
+            out.set_bit(chip.bit("WREN"), false);
+            out.select_bank(1);
+            out.implied_op(Kind::Return);
         }
-        Routine::Duty => {
-            let banks = out.common(&[scratch, periph::duty_register(out.chip, devices)]);
-            out.mark(Mark::Part("duty"));
-            out.enter(banks);
+        Pic16Routine::Duty => {
+            let banks = out.common_banks(&[scratch, peripherals::duty_register(out.chip, devices)]);
+            out.mark(CodeMark::Section("duty"));
+            out.assume_banks(banks);
             out.place(label);
-            duty(out, devices, scratch);
+            emit_duty(out, devices, scratch);
         }
     }
 }
 
 /// operand 0 * operand 1, by shifting and adding.
-fn multiply(out: &mut Out<'_>, width: u16, scratch: u16) {
+fn multiply(out: &mut Pic16Writer<'_>, width: u16, scratch: u16) {
     let (a, b, product) = (scratch + 1, scratch + 1 + width, scratch + 1 + 2 * width);
     let count = product + width;
-    (0..width).for_each(|n| out.f(Kind::Clrf, product + n));
-    out.set(count, 8 * width as u8);
+    (0..width).for_each(|n| out.byte_op(Kind::Clrf, product + n));
+    out.set_byte(count, 8 * width as u8);
     let (again, zero) = (out.label(), out.label());
     out.place(again);
     // The lowest bit of a, and a / 2; what comes in from above does not matter.
-    (0..width).rev().for_each(|n| out.f(Kind::RrfF, a + n));
-    out.only_if((STATUS, C), false);
+    (0..width).rev().for_each(|n| out.byte_op(Kind::RrfF, a + n));
+    out.skip_unless((STATUS, C), false);
     out.goto(zero);
     for n in 0..width {
-        out.f(Kind::MovfW, b + n);
+        out.byte_op(Kind::MovfW, b + n);
         if n > 0 {
-            out.only_if((STATUS, C), true);
-            out.f(Kind::IncfszW, b + n);
+            out.skip_unless((STATUS, C), true);
+            out.byte_op(Kind::IncfszW, b + n);
         }
-        out.f(Kind::AddwfF, product + n);
+        out.byte_op(Kind::AddwfF, product + n);
     }
     out.place(zero);
-    out.put((STATUS, C), false);
-    (0..width).for_each(|n| out.f(Kind::RlfF, b + n));
-    out.f(Kind::DecfszF, count);
-    out.back(again, 8 * u32::from(width) - 1);
-    out.bare(Kind::Return);
+    out.set_bit((STATUS, C), false);
+    (0..width).for_each(|n| out.byte_op(Kind::RlfF, b + n));
+    out.byte_op(Kind::DecfszF, count);
+    out.goto_back(again, 8 * u32::from(width) - 1);
+    out.implied_op(Kind::Return);
 }
 
 /// operand 0 := operand 0 / operand 1, truncated. Magnitudes are divided bit by bit; with a divisor of 0 every bit of the
 /// quotient is 1, which with the dividend's sign is -1 or 1, as the language has it.
-fn divide(out: &mut Out<'_>, width: u16, scratch: u16, negate: Option<Lab>) {
+fn divide(out: &mut Pic16Writer<'_>, width: u16, scratch: u16, negate: Option<Pic16Label>) {
     let (a, b, rest) = (scratch + 1, scratch + 1 + width, scratch + 1 + 2 * width);
     let (count, sign) = (rest + width, rest + width + 1);
-    let near = out.chip.reach(scratch);
-    out.f(Kind::MovfW, a + width - 1);
-    out.f(Kind::XorwfW, b + width - 1);
-    out.f(Kind::Movwf, sign);
+    let near = out.chip.reachable_banks(scratch);
+    out.byte_op(Kind::MovfW, a + width - 1);
+    out.byte_op(Kind::XorwfW, b + width - 1);
+    out.byte_op(Kind::Movwf, sign);
     if let Some(negate) = negate {
-        out.only_if((a + width - 1, 7), true);
+        out.skip_unless((a + width - 1, 7), true);
         out.call(negate, near, None);
     }
     // The divisor is negated in line.
     let positive = out.label();
-    out.only_if((b + width - 1, 7), false);
+    out.skip_unless((b + width - 1, 7), false);
     out.goto(positive);
-    (0..width).for_each(|n| out.f(Kind::ComfF, b + n));
+    (0..width).for_each(|n| out.byte_op(Kind::ComfF, b + n));
     for n in 0..width {
         if n > 0 {
-            out.only_if((STATUS, Z), true);
+            out.skip_unless((STATUS, Z), true);
         }
-        out.f(Kind::IncfF, b + n);
+        out.byte_op(Kind::IncfF, b + n);
     }
     out.place(positive);
-    (0..width).for_each(|n| out.f(Kind::Clrf, rest + n));
-    out.set(count, 8 * width as u8);
+    (0..width).for_each(|n| out.byte_op(Kind::Clrf, rest + n));
+    out.set_byte(count, 8 * width as u8);
     let (again, less) = (out.label(), out.label());
     out.place(again);
     // The carry is the bit of the quotient found last.
-    (0..width).for_each(|n| out.f(Kind::RlfF, a + n));
-    (0..width).for_each(|n| out.f(Kind::RlfF, rest + n));
+    (0..width).for_each(|n| out.byte_op(Kind::RlfF, a + n));
+    (0..width).for_each(|n| out.byte_op(Kind::RlfF, rest + n));
     // Is the divisor in it?
     for n in 0..width {
-        out.f(Kind::MovfW, b + n);
+        out.byte_op(Kind::MovfW, b + n);
         if n > 0 {
-            out.only_if((STATUS, C), false);
-            out.f(Kind::IncfszW, b + n);
+            out.skip_unless((STATUS, C), false);
+            out.byte_op(Kind::IncfszW, b + n);
         }
-        out.f(Kind::SubwfW, rest + n);
+        out.byte_op(Kind::SubwfW, rest + n);
     }
-    out.only_if((STATUS, C), false);
+    out.skip_unless((STATUS, C), false);
     out.goto(less);
     for n in 0..width {
-        out.f(Kind::MovfW, b + n);
+        out.byte_op(Kind::MovfW, b + n);
         if n > 0 {
-            out.only_if((STATUS, C), false);
-            out.f(Kind::IncfszW, b + n);
+            out.skip_unless((STATUS, C), false);
+            out.byte_op(Kind::IncfszW, b + n);
         }
-        out.f(Kind::SubwfF, rest + n);
+        out.byte_op(Kind::SubwfF, rest + n);
     }
     // No borrow comes of it: the carry is set.
     out.place(less);
-    out.f(Kind::DecfszF, count);
-    out.back(again, 8 * u32::from(width) - 1);
-    (0..width).for_each(|n| out.f(Kind::RlfF, a + n));
+    out.byte_op(Kind::DecfszF, count);
+    out.goto_back(again, 8 * u32::from(width) - 1);
+    (0..width).for_each(|n| out.byte_op(Kind::RlfF, a + n));
     if let Some(negate) = negate {
-        out.only_if((sign, 7), true);
+        out.skip_unless((sign, 7), true);
         out.call(negate, near, None);
     }
-    out.bare(Kind::Return);
+    out.implied_op(Kind::Return);
 }
 
 /// W := a byte of the value that the index chooses: a jump into a row of RETLW, which may lie anywhere.
-fn table(out: &mut Out<'_>, values: &[i32], byte: u8, index: u16) {
+fn emit_table(out: &mut Pic16Writer<'_>, values: &[i32], byte: u8, index: u16) {
     let (data, chip) = (out.label(), out.chip);
     if values.len() > 256 {
-        out.f(Kind::MovfW, index + 1);
-        out.refer(Kind::Addlw, data, 1);
+        out.byte_op(Kind::MovfW, index + 1);
+        out.label_byte(Kind::Addlw, data, 1);
     } else {
-        out.refer(Kind::Movlw, data, 1);
+        out.label_byte(Kind::Movlw, data, 1);
     }
-    out.f(Kind::Movwf, chip.reg(Sfr::PCLATH));
-    out.f(Kind::MovfW, index);
-    out.refer(Kind::Addlw, data, 0);
-    out.only_if((STATUS, C), true);
-    out.f(Kind::IncfF, chip.reg(Sfr::PCLATH));
+    out.byte_op(Kind::Movwf, chip.reg(Sfr::PCLATH));
+    out.byte_op(Kind::MovfW, index);
+    out.label_byte(Kind::Addlw, data, 0);
+    out.skip_unless((STATUS, C), true);
+    out.byte_op(Kind::IncfF, chip.reg(Sfr::PCLATH));
     out.computed_goto(chip.reg(Sfr::PCL));
     out.place(data);
     for value in values {
-        out.lit(Kind::Retlw, value.to_le_bytes().get(usize::from(byte)).copied().unwrap_or(0));
+        out.literal_op(Kind::Retlw, value.to_le_bytes().get(usize::from(byte)).copied().unwrap_or(0));
     }
 }
 
 /// ADCON0 := W; waits for the capacitor, then for the conversion.
-fn convert(out: &mut Out<'_>, label: Lab, devices: &Devices, scratch: u16) {
+fn emit_conversion(out: &mut Pic16Writer<'_>, label: Pic16Label, devices: &Pic16Peripherals, scratch: u16) {
     let Some(adc) = &devices.adc else { return };
     let chip = out.chip;
-    out.mark(Mark::Part("conversion"));
-    out.enter(1);
+    out.mark(CodeMark::Section("conversion"));
+    out.assume_banks(1);
     out.place(label);
-    out.f(Kind::Movwf, chip.reg(Sfr::ADCON0));
-    let switch = |out: &mut Out<'_>, value: u8| {
+    out.byte_op(Kind::Movwf, chip.reg(Sfr::ADCON0));
+    let switch = |out: &mut Pic16Writer<'_>, value: u8| {
         if adc.converting != adc.resting {
-            out.set(chip.reg(Sfr::ADCON1), value);
-            out.select(1);
+            out.set_byte(chip.reg(Sfr::ADCON1), value);
+            out.select_bank(1);
         }
     };
     switch(out, adc.converting);
-    out.set(scratch, adc.acquire);
+    out.set_byte(scratch, adc.acquisition_iterations);
     let (charge, wait) = (out.label(), out.label());
     out.place(charge);
-    out.f(Kind::DecfszF, scratch);
-    out.back(charge, u32::from(adc.acquire) - 1);
-    out.put(chip.bit("GO"), true);
+    out.byte_op(Kind::DecfszF, scratch);
+    out.goto_back(charge, u32::from(adc.acquisition_iterations) - 1);
+    out.set_bit(chip.bit("GO"), true);
     out.place(wait);
-    out.only_if(chip.bit("GO"), true);
-    out.back(wait, adc.turns);
+    out.skip_unless(chip.bit("GO"), true);
+    out.goto_back(wait, adc.max_conversion_iterations);
     switch(out, adc.resting);
-    out.bare(Kind::Return);
+    out.implied_op(Kind::Return);
 }
 
 /// W percent to the PWM output: the pulse in quarters of a count is W * 4 (PR2 + 1) / 100, computed with 16 binary places
 /// below the highest byte.
-fn duty(out: &mut Out<'_>, devices: &Devices, scratch: u16) {
+fn emit_duty(out: &mut Pic16Writer<'_>, devices: &Pic16Peripherals, scratch: u16) {
     let Some(pwm) = devices.pwm else { return };
     let chip = out.chip;
     let (percent, low, mid, high, count) = (scratch, scratch + 1, scratch + 2, scratch + 3, scratch + 4);
@@ -261,48 +261,48 @@ fn duty(out: &mut Out<'_>, devices: &Devices, scratch: u16) {
     // A percent in 2^-14 quarters, rounded up a little so that whole results are not missed.
     let unit = ((quarters << 14) / 100 + 1) as i32;
     let (part, done) = (out.label(), out.label());
-    out.f(Kind::Movwf, percent);
+    out.byte_op(Kind::Movwf, percent);
     for at in [low, mid, high] {
-        out.f(Kind::Clrf, at);
+        out.byte_op(Kind::Clrf, at);
     }
     // 100 %: a pulse longer than the period never ends.
-    out.lit(Kind::Xorlw, 100);
-    out.only_if((STATUS, Z), false);
+    out.literal_op(Kind::Xorlw, 100);
+    out.skip_unless((STATUS, Z), false);
     out.goto(part);
-    out.f(Kind::DecfF, high);
+    out.byte_op(Kind::DecfF, high);
     out.goto(done);
     out.place(part);
-    out.set(count, 7);
+    out.set_byte(count, 7);
     let (again, zero) = (out.label(), out.label());
     // Seven bits of W, the highest first.
-    out.f(Kind::RlfF, percent);
+    out.byte_op(Kind::RlfF, percent);
     out.place(again);
-    out.put((STATUS, C), false);
+    out.set_bit((STATUS, C), false);
     for at in [low, mid, high] {
-        out.f(Kind::RlfF, at);
+        out.byte_op(Kind::RlfF, at);
     }
-    out.f(Kind::RlfF, percent);
-    out.only_if((STATUS, C), false);
+    out.byte_op(Kind::RlfF, percent);
+    out.skip_unless((STATUS, C), false);
     out.goto(zero);
     for (n, (at, k)) in [low, mid, high].into_iter().zip(unit.to_le_bytes()).enumerate() {
-        out.lit(Kind::Movlw, k);
+        out.literal_op(Kind::Movlw, k);
         if n > 0 {
-            out.only_if((STATUS, C), true);
-            out.lit(Kind::Movlw, k + 1);
+            out.skip_unless((STATUS, C), true);
+            out.literal_op(Kind::Movlw, k + 1);
         }
-        out.f(Kind::AddwfF, at);
+        out.byte_op(Kind::AddwfF, at);
     }
     out.place(zero);
-    out.f(Kind::DecfszF, count);
-    out.back(again, 6);
+    out.byte_op(Kind::DecfszF, count);
+    out.goto_back(again, 6);
     out.place(done);
     // Bits 7 and 6 of the middle byte are the two lowest of the pulse, bits 5 and 4 of the control register.
-    out.f(Kind::RrfF, mid);
-    out.f(Kind::RrfW, mid);
-    out.lit(Kind::Andlw, chip.mask(&pwm.module.quarters));
-    out.lit(Kind::Iorlw, chip.mask(&pwm.module.mode));
-    out.f(Kind::Movwf, chip.reg(pwm.module.control));
-    out.f(Kind::MovfW, high);
-    out.f(Kind::Movwf, chip.reg(pwm.module.duty));
-    out.bare(Kind::Return);
+    out.byte_op(Kind::RrfF, mid);
+    out.byte_op(Kind::RrfW, mid);
+    out.literal_op(Kind::Andlw, chip.mask(&pwm.module.quarters));
+    out.literal_op(Kind::Iorlw, chip.mask(&pwm.module.mode));
+    out.byte_op(Kind::Movwf, chip.reg(pwm.module.control));
+    out.byte_op(Kind::MovfW, high);
+    out.byte_op(Kind::Movwf, chip.reg(pwm.module.duty));
+    out.implied_op(Kind::Return);
 }

@@ -8,17 +8,17 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use emu_pic16::periph::map::Sfr;
 
-use super::expr::{Expr, Lit};
-use super::layout::Layout;
-use super::logic::Then;
-use super::out::{Lab, Out};
-use super::periph::Devices;
-use super::uses::{self, Touched};
-use crate::ir::{Bit, Cond, Ir, Logic, Op, Value, Word};
+use super::rung_formula::{RungFormula, BitLiteral};
+use super::layout::Pic16Layout;
+use super::logic::GuardedInstruction;
+use super::writer::{Pic16Label, Pic16Writer};
+use super::peripherals::Pic16Peripherals;
+use super::touched_cells::{self, TouchedCells};
+use crate::ir::{BitId, BranchCondition, Ir, LogicOp, IrOp, WordOperand, WordId};
 
 /// A subroutine, made once when it is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Routine {
+pub enum Pic16Routine {
     /// Low bytes of a product, by width.
     Multiply(u8),
     /// Quotient with sign, by width.
@@ -26,7 +26,7 @@ pub enum Routine {
     /// Operand 0 or 1 becomes its negative, by width.
     Negate(u16, u8),
     /// Byte `1` of the values of table `0` to W.
-    Table(u32, u8, Word),
+    Table(u32, u8, WordId),
     /// The converter.
     Convert,
     /// A byte of EEPROM to W.
@@ -39,48 +39,48 @@ pub enum Routine {
 
 /// The selector.
 #[derive(Debug)]
-pub struct Select<'a, 'c> {
+pub struct Pic16Selector<'a, 'c> {
     /// What is written.
-    pub out: Out<'c>,
+    pub out: Pic16Writer<'c>,
     /// The scan.
     pub ir: &'a Ir,
     /// Places.
-    pub layout: &'a Layout,
+    pub layout: &'a Pic16Layout,
     /// Serial line, converter, PWM.
-    pub devices: &'a Devices,
+    pub devices: &'a Pic16Peripherals,
     /// Subroutines in use.
-    pub routines: BTreeMap<Routine, Lab>,
+    pub routines: BTreeMap<Pic16Routine, Pic16Label>,
     /// The accumulator.
-    pub(super) acc: Expr,
+    pub(super) acc: RungFormula,
     /// Temporaries that have not been computed yet, and how often they will be read.
-    pub(super) pending: HashMap<Bit, (Expr, u32)>,
+    pub(super) pending: HashMap<BitId, (RungFormula, u32)>,
     /// In the list of operations of the scan itself, not in a branch.
     pub(super) outermost: bool,
 }
 
-impl<'a, 'c> Select<'a, 'c> {
+impl<'a, 'c> Pic16Selector<'a, 'c> {
     /// Continues `out`.
     #[must_use]
-    pub fn new(out: Out<'c>, ir: &'a Ir, layout: &'a Layout, devices: &'a Devices) -> Self {
-        Select {
+    pub fn new(out: Pic16Writer<'c>, ir: &'a Ir, layout: &'a Pic16Layout, devices: &'a Pic16Peripherals) -> Self {
+        Pic16Selector {
             out,
             ir,
             layout,
             devices,
             routines: BTreeMap::new(),
-            acc: Expr::Const(false),
+            acc: RungFormula::Const(false),
             pending: HashMap::new(),
             outermost: true,
         }
     }
 
     /// The accumulator's own bit: FSR<0>.
-    pub(super) fn kept(&self) -> (u16, u8) {
+    pub(super) fn accumulator_bit(&self) -> (u16, u8) {
         (self.out.chip.reg(Sfr::FSR), 0)
     }
 
     /// Label of a subroutine.
-    pub fn routine(&mut self, routine: Routine) -> Lab {
+    pub fn routine(&mut self, routine: Pic16Routine) -> Pic16Label {
         if let Some(&label) = self.routines.get(&routine) {
             return label;
         }
@@ -91,34 +91,34 @@ impl<'a, 'c> Select<'a, 'c> {
 
     /// One operation, `rest` being those behind it in its list; the accumulator is needed behind the list if `live`, and
     /// then wanted in `target` if there is one. Says how many operations have been done.
-    pub fn op(&mut self, op: &Op, rest: &[&Op], live: bool, target: Option<Lit>) -> usize {
+    pub fn op(&mut self, op: &IrOp, rest: &[&IrOp], live: bool, target: Option<BitLiteral>) -> usize {
         match op {
-            Op::Acc(value) => self.acc = Expr::Const(*value),
-            Op::Load { bit, negated } => self.acc = self.read(*bit).opposite_if(*negated),
-            Op::And { bit, negated } => {
+            IrOp::SetAccumulator(value) => self.acc = RungFormula::Const(*value),
+            IrOp::Load { bit, negated } => self.acc = self.read(*bit).opposite_if(*negated),
+            IrOp::And { bit, negated } => {
                 let other = self.read(*bit).opposite_if(*negated);
                 self.acc = self.take().and(other);
             }
-            Op::Or { bit, negated } => {
+            IrOp::Or { bit, negated } => {
                 let other = self.read(*bit).opposite_if(*negated);
                 self.acc = self.take().or(other);
             }
-            Op::AndCompare(compare) => self.acc = self.take().and(Expr::Cmp(*compare)),
-            Op::Store { bit, negated } => self.store(*bit, *negated, rest),
-            Op::Put { bit, value } => {
+            IrOp::AndCompare(compare) => self.acc = self.take().and(RungFormula::Cmp(*compare)),
+            IrOp::Store { bit, negated } => self.store(*bit, *negated, rest),
+            IrOp::SetBit { bit, value } => {
                 self.pending.remove(bit);
-                self.before(&Touched::bit(*bit), uses::acc_read(rest, live));
-                self.out.put(self.layout.bit(*bit), *value);
+                self.compute_readers(&TouchedCells::bit(*bit), touched_cells::is_accumulator_read(rest, live));
+                self.out.set_bit(self.layout.bit(*bit), *value);
             }
-            Op::Rising(memory) => return self.edge(*memory, true, rest, live, target),
-            Op::Falling(memory) => return self.edge(*memory, false, rest, live, target),
-            Op::Logic { dst, is } => self.logic(*dst, *is),
-            Op::If { cond, then, otherwise } => self.branch(*cond, then, otherwise, rest, live, target),
-            Op::Receive { dst } => self.receive(*dst, rest, live, target),
+            IrOp::Rising(memory) => return self.edge(*memory, true, rest, live, target),
+            IrOp::Falling(memory) => return self.edge(*memory, false, rest, live, target),
+            IrOp::Logic { dst, function: is } => self.logic(*dst, *is),
+            IrOp::If { cond, if_true: then, if_false: otherwise } => self.branch(*cond, then, otherwise, rest, live, target),
+            IrOp::Receive { dst } => self.receive(*dst, rest, live, target),
             word => {
-                let mut touched = Touched::default();
+                let mut touched = TouchedCells::default();
                 touched.op(word);
-                self.before(&touched, uses::acc_read(rest, live));
+                self.compute_readers(&touched, touched_cells::is_accumulator_read(rest, live));
                 self.word(word);
             }
         }
@@ -126,8 +126,8 @@ impl<'a, 'c> Select<'a, 'c> {
     }
 
     /// Operations of a branch.
-    pub(super) fn list(&mut self, ops: &[Op], live: bool, target: Option<Lit>) {
-        let ops: Vec<&Op> = ops.iter().collect();
+    pub(super) fn select_ops(&mut self, ops: &[IrOp], live: bool, target: Option<BitLiteral>) {
+        let ops: Vec<&IrOp> = ops.iter().collect();
         let outer = std::mem::replace(&mut self.outermost, false);
         let mut at = 0;
         while let Some((op, rest)) = ops.get(at..).and_then(<[_]>::split_first) {
@@ -136,12 +136,12 @@ impl<'a, 'c> Select<'a, 'c> {
         self.outermost = outer;
     }
 
-    fn take(&mut self) -> Expr {
-        std::mem::replace(&mut self.acc, Expr::Const(false))
+    fn take(&mut self) -> RungFormula {
+        std::mem::replace(&mut self.acc, RungFormula::Const(false))
     }
 
     /// What a bit is now; a temporary that has not been computed gives its formula.
-    pub(super) fn read(&mut self, bit: Bit) -> Expr {
+    pub(super) fn read(&mut self, bit: BitId) -> RungFormula {
         if let Some((e, left)) = self.pending.get_mut(&bit) {
             let e = e.clone();
             *left -= 1;
@@ -150,28 +150,28 @@ impl<'a, 'c> Select<'a, 'c> {
             }
             return e;
         }
-        Expr::Lit(Lit { at: self.layout.bit(bit), is: true })
+        RungFormula::Lit(BitLiteral { at: self.layout.bit(bit), is: true })
     }
 
-    pub(super) fn reads(&self, e: &Expr, touched: &Touched) -> bool {
+    pub(super) fn reads(&self, e: &RungFormula, touched: &TouchedCells) -> bool {
         touched.bits.iter().any(|&bit| e.reads_bit(self.layout.bit(bit)))
             || touched.words.iter().any(|&word| e.reads_word(word))
-            || (touched.acc && e.reads_bit(self.kept()))
+            || (touched.acc && e.reads_bit(self.accumulator_bit()))
     }
 
     /// Before cells are written: computes the formulas that read them; the accumulator's if it is needed behind.
-    pub(super) fn before(&mut self, touched: &Touched, acc_live: bool) {
+    pub(super) fn compute_readers(&mut self, touched: &TouchedCells, acc_live: bool) {
         if !acc_live {
-            self.acc = Expr::Const(false);
+            self.acc = RungFormula::Const(false);
         } else if self.reads(&self.acc, touched) {
-            self.keep();
+            self.store_accumulator();
         }
         self.compute(|select, e| select.reads(e, touched));
     }
 
     /// Computes the temporaries of which `wanted` is true.
-    pub(super) fn compute(&mut self, wanted: impl Fn(&Self, &Expr) -> bool) {
-        let mut due: Vec<Bit> =
+    pub(super) fn compute(&mut self, wanted: impl Fn(&Self, &RungFormula) -> bool) {
+        let mut due: Vec<BitId> =
             self.pending.iter().filter(|(_, (e, _))| wanted(self, e)).map(|(&bit, _)| bit).collect();
         due.sort_unstable();
         for bit in due {
@@ -183,40 +183,40 @@ impl<'a, 'c> Select<'a, 'c> {
 
     /// Before code that is not always executed: computes the temporaries that it reads, and those whose formulas read the
     /// accumulator's own bit, which it may use for itself. What is computed in one way only is missing in the other.
-    pub(super) fn before_ways(&mut self, touched: &Touched) {
+    pub(super) fn compute_before_branch(&mut self, touched: &TouchedCells) {
         if self.outermost {
-            let used = self.pending.keys().copied().filter(|&bit| touched.uses(bit)).collect::<BTreeSet<Bit>>();
+            let used = self.pending.keys().copied().filter(|&bit| touched.uses(bit)).collect::<BTreeSet<BitId>>();
             for bit in used {
                 if let Some((e, _)) = self.pending.remove(&bit) {
                     self.assign(self.layout.bit(bit), &e);
                 }
             }
         }
-        let kept = self.kept();
+        let kept = self.accumulator_bit();
         self.compute(|_, e| e.reads_bit(kept));
     }
 
     /// Computes the accumulator into its bit.
-    pub(super) fn keep(&mut self) {
-        let at = self.kept();
+    pub(super) fn store_accumulator(&mut self) {
+        let at = self.accumulator_bit();
         let e = self.take();
-        if e != (Expr::Lit(Lit { at, is: true })) {
+        if e != (RungFormula::Lit(BitLiteral { at, is: true })) {
             self.compute(|_, e| e.reads_bit(at));
             self.assign(at, &e);
         }
-        self.acc = Expr::Lit(Lit { at, is: true });
+        self.acc = RungFormula::Lit(BitLiteral { at, is: true });
     }
 
-    fn store(&mut self, bit: Bit, negated: bool, rest: &[&Op]) {
+    fn store(&mut self, bit: BitId, negated: bool, rest: &[&IrOp]) {
         let at = self.layout.bit(bit);
         self.pending.remove(&bit);
         if self.outermost && self.ir.is_temporary(bit) {
-            match uses::reads_of(bit, rest) {
+            match touched_cells::count_reads(bit, rest) {
                 Some(0) => return,
                 // Whatever is written first computes what still reads it, so a formula may wait.
                 // A formula waits that is read once, here or there; so does what is no work.
                 Some(reads)
-                    if !uses::acc_read(rest, true) && reads == 1 || self.acc.is_simple() && !self.acc.reads_bit(at) =>
+                    if !touched_cells::is_accumulator_read(rest, true) && reads == 1 || self.acc.is_simple() && !self.acc.reads_bit(at) =>
                 {
                     self.compute(|_, e| e.reads_bit(at));
                     self.pending.insert(bit, (self.acc.clone().opposite_if(negated), reads));
@@ -226,170 +226,170 @@ impl<'a, 'c> Select<'a, 'c> {
             }
         }
         let e = self.take().opposite_if(negated);
-        self.before(&Touched::bit(bit), false);
+        self.compute_readers(&TouchedCells::bit(bit), false);
         let simple = e.is_simple() && !e.reads_bit(at);
         self.assign(at, &e);
-        self.acc = if simple { e.opposite_if(negated) } else { Expr::Lit(Lit { at, is: !negated }) };
+        self.acc = if simple { e.opposite_if(negated) } else { RungFormula::Lit(BitLiteral { at, is: !negated }) };
     }
 
     /// Where the accumulator is best computed to, behind an operation that touches `touched`: the bit that is stored next, else
     /// what the list wants, else its own bit.
-    pub(super) fn target(&self, touched: &Touched, also: &[&Expr], rest: &[&Op], target: Option<Lit>) -> Lit {
-        if let Some(Op::Store { bit, negated }) = rest.first() {
+    pub(super) fn accumulator_target(&self, touched: &TouchedCells, also: &[&RungFormula], rest: &[&IrOp], target: Option<BitLiteral>) -> BitLiteral {
+        if let Some(IrOp::Store { bit, negated }) = rest.first() {
             let at = self.layout.bit(*bit);
             let free = !touched.uses(*bit) && !also.iter().any(|e| e.reads_bit(at));
             if free && !self.pending.values().any(|(e, _)| e.reads_bit(at)) {
-                return Lit { at, is: !negated };
+                return BitLiteral { at, is: !negated };
             }
         }
         match target {
             Some(lit) if rest.is_empty() && !also.iter().any(|e| e.reads_bit(lit.at)) => lit,
-            _ => Lit { at: self.kept(), is: true },
+            _ => BitLiteral { at: self.accumulator_bit(), is: true },
         }
     }
 
     /// The bit becomes such that `to` has the value of the accumulator.
-    pub(super) fn settle(&mut self, to: Lit) {
+    pub(super) fn store_accumulator_to(&mut self, to: BitLiteral) {
         let e = self.take();
         self.assign(to.at, &e.opposite_if(!to.is));
-        self.acc = Expr::Lit(to);
+        self.acc = RungFormula::Lit(to);
     }
 
-    fn edge(&mut self, memory: Bit, rising: bool, rest: &[&Op], live: bool, target: Option<Lit>) -> usize {
+    fn edge(&mut self, memory: BitId, rising: bool, rest: &[&IrOp], live: bool, target: Option<BitLiteral>) -> usize {
         // A falling edge is a rising one of the complements.
-        let m = Lit { at: self.layout.bit(memory), is: rising };
-        if let Some((Op::If { cond: Cond::Acc, then, otherwise }, behind)) = rest.split_first()
+        let m = BitLiteral { at: self.layout.bit(memory), is: rising };
+        if let Some((IrOp::If { cond: BranchCondition::Acc, if_true: then, if_false: otherwise }, behind)) = rest.split_first()
             && otherwise.is_empty()
-            && !uses::acc_read(behind, live)
+            && !touched_cells::is_accumulator_read(behind, live)
         {
             let e = self.take().opposite_if(!rising);
-            let mut touched = Touched::bit(memory);
+            let mut touched = TouchedCells::bit(memory);
             touched.list(then);
-            self.before_ways(&touched);
-            self.before(&touched, false);
+            self.compute_before_branch(&touched);
+            self.compute_readers(&touched, false);
             let (end, low) = (self.out.label(), self.out.label());
-            let seen = Expr::Lit(m);
-            let simple = matches!(&e, Expr::Lit(l) if l.at != m.at);
+            let seen = RungFormula::Lit(m);
+            let simple = matches!(&e, RungFormula::Lit(l) if l.at != m.at);
             if simple {
-                self.exec(&e.opposite(), &Then::Put(m.at, !m.is));
-                self.exec(&e.opposite().or(seen), &Then::Goto(end));
+                self.execute_if(&e.opposite(), &GuardedInstruction::Put(m.at, !m.is));
+                self.execute_if(&e.opposite().or(seen), &GuardedInstruction::Goto(end));
             } else {
-                self.exec(&e.opposite(), &Then::Goto(low));
-                self.exec(&seen, &Then::Goto(end));
+                self.execute_if(&e.opposite(), &GuardedInstruction::Goto(low));
+                self.execute_if(&seen, &GuardedInstruction::Goto(end));
             }
-            self.out.put(m.at, m.is);
-            self.acc = Expr::Const(true);
-            self.list(then, false, None);
+            self.out.set_bit(m.at, m.is);
+            self.acc = RungFormula::Const(true);
+            self.select_ops(then, false, None);
             if !simple {
                 self.out.goto(end);
                 self.out.place(low);
-                self.out.put(m.at, !m.is);
+                self.out.set_bit(m.at, !m.is);
             }
             self.out.place(end);
-            self.acc = Expr::Const(false);
+            self.acc = RungFormula::Const(false);
             return 2;
         }
-        let touched = Touched::bit(memory);
+        let touched = TouchedCells::bit(memory);
         let e = self.take().opposite_if(!rising);
-        self.before(&touched, false);
-        let t = self.target(&touched, &[&e], rest, target);
+        self.compute_readers(&touched, false);
+        let t = self.accumulator_target(&touched, &[&e], rest, target);
         self.compute(|_, e| e.reads_bit(t.at));
-        let (yes, seen) = (Expr::Lit(t), Expr::Lit(m));
+        let (yes, seen) = (RungFormula::Lit(t), RungFormula::Lit(m));
         match &e {
-            Expr::Lit(l) if l.at != t.at && l.at != m.at => {
+            RungFormula::Lit(l) if l.at != t.at && l.at != m.at => {
                 let both = e.clone().and(seen.opposite());
                 self.assign(t.at, &both.opposite_if(!t.is));
                 self.assign(m.at, &e.opposite_if(!m.is));
             }
             _ => {
                 self.assign(t.at, &e.opposite_if(!t.is));
-                self.exec(&yes.opposite(), &Then::Put(m.at, !m.is));
-                self.exec(&seen, &Then::Put(t.at, !t.is));
-                self.exec(&yes, &Then::Put(m.at, m.is));
+                self.execute_if(&yes.opposite(), &GuardedInstruction::Put(m.at, !m.is));
+                self.execute_if(&seen, &GuardedInstruction::Put(t.at, !t.is));
+                self.execute_if(&yes, &GuardedInstruction::Put(m.at, m.is));
             }
         }
         self.acc = yes;
         1
     }
 
-    fn receive(&mut self, dst: Word, rest: &[&Op], live: bool, target: Option<Lit>) {
-        let mut touched = Touched::default();
+    fn receive(&mut self, dst: WordId, rest: &[&IrOp], live: bool, target: Option<BitLiteral>) {
+        let mut touched = TouchedCells::default();
         touched.words.insert(dst);
-        self.before(&touched, false);
-        let needed = uses::acc_read(rest, live);
-        let to = self.target(&touched, &[], rest, target);
+        self.compute_readers(&touched, false);
+        let needed = touched_cells::is_accumulator_read(rest, live);
+        let to = self.accumulator_target(&touched, &[], rest, target);
         if needed {
             self.compute(|_, e| e.reads_bit(to.at));
-            self.acc = Expr::Const(false);
-            self.settle(to);
+            self.acc = RungFormula::Const(false);
+            self.store_accumulator_to(to);
         }
         let end = self.out.label();
-        let waits = Lit { at: self.layout.received, is: true };
-        self.exec(&Expr::Lit(waits.opposite()), &Then::Goto(end));
+        let waits = BitLiteral { at: self.layout.byte_received_flag, is: true };
+        self.execute_if(&RungFormula::Lit(waits.opposite()), &GuardedInstruction::Goto(end));
         self.take_byte(dst);
         if needed {
-            self.acc = Expr::Const(true);
-            self.settle(to);
+            self.acc = RungFormula::Const(true);
+            self.store_accumulator_to(to);
         }
         self.out.place(end);
-        self.acc = if needed { Expr::Lit(to) } else { Expr::Const(false) };
+        self.acc = if needed { RungFormula::Lit(to) } else { RungFormula::Const(false) };
     }
 
     /// The three-address form: the templates of the book, one after the other.
-    fn logic(&mut self, dst: Bit, is: Logic) {
-        self.before(&Touched::bit(dst), false);
+    fn logic(&mut self, dst: BitId, is: LogicOp) {
+        self.compute_readers(&TouchedCells::bit(dst), false);
         let at = self.layout.bit(dst);
-        let of = |bit: Bit| self.layout.bit(bit);
+        let of = |bit: BitId| self.layout.bit(bit);
         let is = match is {
             // What is also an operand is not preset.
-            Logic::And(a, b) if of(a) == at || of(b) == at => {
+            LogicOp::And(a, b) if of(a) == at || of(b) == at => {
                 let other = if of(a) == at { b } else { a };
-                let lit = Lit { at: of(other), is: false };
-                return self.exec(&Expr::Lit(lit), &Then::Put(at, false));
+                let lit = BitLiteral { at: of(other), is: false };
+                return self.execute_if(&RungFormula::Lit(lit), &GuardedInstruction::Put(at, false));
             }
-            Logic::Or(a, b) if of(a) == at || of(b) == at => {
+            LogicOp::Or(a, b) if of(a) == at || of(b) == at => {
                 let other = if of(a) == at { b } else { a };
-                return self.exec(&Expr::Lit(Lit { at: of(other), is: true }), &Then::Put(at, true));
+                return self.execute_if(&RungFormula::Lit(BitLiteral { at: of(other), is: true }), &GuardedInstruction::Put(at, true));
             }
-            Logic::Not(a) | Logic::Copy(a) if of(a) == at => {
-                return self.assign(at, &Expr::Lit(Lit { at, is: matches!(is, Logic::Copy(_)) }));
+            LogicOp::Not(a) | LogicOp::Copy(a) if of(a) == at => {
+                return self.assign(at, &RungFormula::Lit(BitLiteral { at, is: matches!(is, LogicOp::Copy(_)) }));
             }
             is => is,
         };
-        let mut when = |lit: Lit, value: bool| self.exec(&Expr::Lit(lit), &Then::Put(at, value));
-        let bit = |bit: Bit, is: bool| Lit { at: of(bit), is };
+        let mut when = |lit: BitLiteral, value: bool| self.execute_if(&RungFormula::Lit(lit), &GuardedInstruction::Put(at, value));
+        let bit = |bit: BitId, is: bool| BitLiteral { at: of(bit), is };
         match is {
-            Logic::Not(a) => {
+            LogicOp::Not(a) => {
                 when(bit(a, true), false);
                 when(bit(a, false), true);
             }
-            Logic::Copy(a) => {
+            LogicOp::Copy(a) => {
                 when(bit(a, false), false);
                 when(bit(a, true), true);
             }
-            Logic::And(a, b) => {
-                self.out.put(at, true);
-                self.exec(&Expr::Lit(bit(a, false)), &Then::Put(at, false));
-                self.exec(&Expr::Lit(bit(b, false)), &Then::Put(at, false));
+            LogicOp::And(a, b) => {
+                self.out.set_bit(at, true);
+                self.execute_if(&RungFormula::Lit(bit(a, false)), &GuardedInstruction::Put(at, false));
+                self.execute_if(&RungFormula::Lit(bit(b, false)), &GuardedInstruction::Put(at, false));
             }
-            Logic::Or(a, b) => {
-                self.out.put(at, false);
-                self.exec(&Expr::Lit(bit(a, true)), &Then::Put(at, true));
-                self.exec(&Expr::Lit(bit(b, true)), &Then::Put(at, true));
+            LogicOp::Or(a, b) => {
+                self.out.set_bit(at, false);
+                self.execute_if(&RungFormula::Lit(bit(a, true)), &GuardedInstruction::Put(at, true));
+                self.execute_if(&RungFormula::Lit(bit(b, true)), &GuardedInstruction::Put(at, true));
             }
         }
     }
 
-    fn word(&mut self, op: &Op) {
+    fn word(&mut self, op: &IrOp) {
         match op {
-            Op::Move { dst, src } => self.copy(self.layout.word(*dst), self.ir.bytes(*dst), *src),
-            Op::Math { op, dst, a, b } => self.math(*op, *dst, *a, *b),
-            Op::Lookup { dst, index, table } => self.lookup(*dst, *index, *table),
-            Op::ReadAdc { dst, input } => self.convert(*dst, *input),
-            Op::SetPwm { duty } => self.duty(*duty),
-            Op::Send { value } => self.send(*value),
-            Op::Recall { dst, addr } => self.recall(*dst, *addr),
-            Op::Persist { src, addr, busy, scans } => self.persist(*src, *addr, (*busy, Value::Const(*scans))),
+            IrOp::Move { dst, src } => self.copy_value(self.layout.word(*dst), self.ir.bytes(*dst), *src),
+            IrOp::Math { op, dst, a, b } => self.math(*op, *dst, *a, *b),
+            IrOp::Lookup { dst, index, table } => self.lookup(*dst, *index, *table),
+            IrOp::ReadAdc { dst, input } => self.convert(*dst, *input),
+            IrOp::SetPwm { duty } => self.set_duty(*duty),
+            IrOp::Send { value } => self.send(*value),
+            IrOp::ReadEeprom { dst, addr } => self.recall(*dst, *addr),
+            IrOp::WriteEeprom { src, addr, busy, scans } => self.persist(*src, *addr, (*busy, WordOperand::Const(*scans))),
             _ => {}
         }
     }

@@ -1,9 +1,9 @@
 //! The chips that there is a back end for. Pins with a second job that programs use come last, and RA4, which cannot go high
 //! by itself on most, after them.
 
-use emu_pic16::chips::{PARTS, Part};
+use emu_pic16::chips::{PIC16_PARTS, Pic16Part};
 
-use crate::target::Target;
+use crate::target::CompileTarget;
 
 const PINS_18: &[&str] = &["RB0", "RB3", "RB4", "RB5", "RB6", "RB7", "RB1", "RB2", "RA0", "RA1", "RA2", "RA3", "RA4"];
 const PINS_28: &[&str] = &[
@@ -21,7 +21,7 @@ const ADC_40: &[(&str, u8)] =
 const ADC_819: &[(&str, u8)] = &[("RA0", 0), ("RA1", 1), ("RA2", 2), ("RA3", 3), ("RA4", 4)];
 const ADC_88: &[(&str, u8)] = &[("RA0", 0), ("RA1", 1), ("RA2", 2), ("RA3", 3), ("RA4", 4), ("RB6", 5), ("RB7", 6)];
 
-const fn same(a: &str, b: &str) -> bool {
+const fn equal_names(a: &str, b: &str) -> bool {
     let (a, b) = (a.as_bytes(), b.as_bytes());
     let mut n = 0;
     while n < a.len() && n < b.len() && a[n] == b[n] {
@@ -31,37 +31,37 @@ const fn same(a: &str, b: &str) -> bool {
 }
 
 /// The row of a chip; a name that there is none of does not compile.
-const fn part(name: &str) -> &'static Part {
+const fn chip_part(name: &str) -> &'static Pic16Part {
     let mut n = 0;
-    while !same(PARTS[n].chip.name, name) {
+    while !equal_names(PIC16_PARTS[n].chip.name, name) {
         n += 1;
     }
-    &PARTS[n]
+    &PIC16_PARTS[n]
 }
 
-const fn target(name: &str) -> Target {
-    let part = part(name);
-    Target {
+const fn target(name: &str) -> CompileTarget {
+    let part = chip_part(name);
+    CompileTarget {
         chip: &part.chip,
         pins: PINS_28,
         uart: Some(("RC6", "RC7")),
         pwm: Some("RC1"),
         adc: ADC_28,
-        eeprom: part.chip.eeprom,
+        eeprom: part.chip.eeprom_bytes,
         build: super::build,
     }
 }
 
-const fn target40(name: &str) -> Target {
-    Target { pins: PINS_40, adc: ADC_40, ..target(name) }
+const fn target40(name: &str) -> CompileTarget {
+    CompileTarget { pins: PINS_40, adc: ADC_40, ..target(name) }
 }
 
-const fn target18(name: &str) -> Target {
-    Target { pins: PINS_18, uart: Some(("RB2", "RB1")), pwm: Some("RB3"), adc: &[], ..target(name) }
+const fn target18(name: &str) -> CompileTarget {
+    CompileTarget { pins: PINS_18, uart: Some(("RB2", "RB1")), pwm: Some("RB3"), adc: &[], ..target(name) }
 }
 
 /// The chips.
-pub const TARGETS: &[Target] = &[
+pub const TARGETS: &[CompileTarget] = &[
     target("pic16f873"),
     target("pic16f873a"),
     target40("pic16f874"),
@@ -72,6 +72,6 @@ pub const TARGETS: &[Target] = &[
     target40("pic16f877a"),
     target18("pic16f628"),
     target18("pic16f628a"),
-    Target { uart: Some(("RB5", "RB2")), pwm: Some("RB0"), adc: ADC_88, ..target18("pic16f88") },
-    Target { uart: None, pwm: Some("RB2"), adc: ADC_819, ..target18("pic16f819") },
+    CompileTarget { uart: Some(("RB5", "RB2")), pwm: Some("RB0"), adc: ADC_88, ..target18("pic16f88") },
+    CompileTarget { uart: None, pwm: Some("RB2"), adc: ADC_819, ..target18("pic16f819") },
 ];

@@ -1,15 +1,15 @@
 //! What does not fit, or is not there, is refused with the figures; what just fits works.
 
-use ladder::Dialect::{Ldmicro5, Ldmicro23};
-use ladder_compile::target::Refusal;
+use ladder::LadderDialect::{Ldmicro5, Ldmicro23};
+use ladder_compile::target::BuildRefusal;
 
-use crate::rig::{HEAD, Pair, program_in};
+use crate::machine_pair::{HEAD, MachinePair, program_in};
 
 /// Every reason in words: `rung.element: cause`.
-fn reasons(refusal: Refusal) -> Vec<String> {
+fn reasons(refusal: BuildRefusal) -> Vec<String> {
     match refusal {
-        Refusal::Many(all) => all.into_iter().flat_map(reasons).collect(),
-        Refusal::Lacks { cause, hint, element } => {
+        BuildRefusal::Several(all) => all.into_iter().flat_map(reasons).collect(),
+        BuildRefusal::Unsupported { cause, hint, element } => {
             assert!(!hint.is_empty(), "{cause}");
             let place = element.map_or("-".to_owned(), |id| format!("{}.{}", id.rung + 1, id.index + 1));
             vec![format!("{place}: {cause}")]
@@ -44,7 +44,7 @@ const REFUSED: &[(&str, &[&str])] = &[
 #[test]
 fn what_the_machine_lacks_is_refused() {
     for (rungs, wanted) in REFUSED {
-        let found = reasons(Pair::new(&program_in(rungs, Ldmicro23)).err().expect("a refusal"));
+        let found = reasons(MachinePair::new(&program_in(rungs, Ldmicro23)).err().expect("a refusal"));
         assert_eq!(found.len(), wanted.len(), "{rungs}\n{found:#?}");
         for (found, wanted) in found.iter().zip(*wanted) {
             assert!(found.starts_with(wanted), "{rungs}\n{found}\n{wanted}");
@@ -63,7 +63,7 @@ const FIVE: &[(&str, &str)] = &[
 fn limits_of_wide_counters_are_refused() {
     for (counter, wanted) in FIVE {
         let text = format!("RUNG\nCONTACTS Xa 0\n{counter}\nCOIL Ya 0 0 0\nEND");
-        let found = reasons(Pair::new(&program_in(&text, Ldmicro5)).err().expect("a refusal"));
+        let found = reasons(MachinePair::new(&program_in(&text, Ldmicro5)).err().expect("a refusal"));
         assert!(found.len() == 1 && found[0].starts_with(wanted), "{counter}: {found:#?}");
     }
 }
@@ -89,7 +89,7 @@ fn periods_are_exact_or_refused() {
         let text = format!(
             "LDmicro0.1\nCYCLE={cycle}\nCRYSTAL={clock}\nIO LIST\nEND\nPROGRAM\nRUNG\nCONTACTS Ya 1\nCOIL Ya 0 0 0\nEND\n"
         );
-        match (Pair::new(&program_in(&text, Ldmicro23)), wanted) {
+        match (MachinePair::new(&program_in(&text, Ldmicro23)), wanted) {
             (Ok(mut pair), Ok(wanted)) => {
                 assert_eq!((pair.built.period.num, pair.built.period.den), (*wanted, 1));
                 // The start of each scan is compared with k periods.
@@ -114,14 +114,14 @@ fn program_memory_is_filled_to_its_last_word() {
     // Two words a rung, and the last instruction. A coil that sets leaves what was set, so none of them can be left out.
     let from = |n: u32| if n == 0 { "X0".to_owned() } else { format!("R{}", (n - 1) % 90) };
     let text = |count| format!("{HEAD}{}", rungs(count, |n| format!("CONTACTS {} 1\nCOIL R{} 0 1 0", from(n), n % 90)));
-    let mut pair = Pair::new(&program_in(&text(1023), Ldmicro23)).expect("it fits");
-    assert_eq!((pair.built.lines.len(), pair.built.worst), (2047, 2047));
+    let mut pair = MachinePair::new(&program_in(&text(1023), Ldmicro23)).expect("it fits");
+    assert_eq!((pair.built.lines.len(), pair.built.worst_scan_cycles), (2047, 2047));
     for scan in 0..5 {
         pair.drive("X0", scan % 2 == 0);
         pair.scan().expect("the same");
     }
-    let refused = Pair::new(&program_in(&text(1024), Ldmicro23)).err().expect("a refusal");
-    assert_eq!(refused, Refusal::Code { needed: 4098, available: 4096, rungs: vec![4; 1024] });
+    let refused = MachinePair::new(&program_in(&text(1024), Ldmicro23)).err().expect("a refusal");
+    assert_eq!(refused, BuildRefusal::CodeTooLarge { needed: 4098, available: 4096, rungs: vec![4; 1024] });
 }
 
 #[test]
@@ -133,10 +133,10 @@ fn memory_is_filled_to_its_last_bit() {
             rungs(count, |n| format!("CONTACTS X0 0\nCOIL R{n} {} 0 0", n % 2))
         )
     };
-    let mut pair = Pair::new(&program_in(&text(502), Ldmicro23)).expect("it fits");
+    let mut pair = MachinePair::new(&program_in(&text(502), Ldmicro23)).expect("it fits");
     pair.drive("X0", true);
     (0..3).for_each(|_| pair.scan().expect("the same"));
-    let refused = reasons(Pair::new(&program_in(&text(503), Ldmicro23)).err().expect("a refusal"));
+    let refused = reasons(MachinePair::new(&program_in(&text(503), Ldmicro23)).err().expect("a refusal"));
     assert_eq!(refused, ["-: relays and memories need 504 bits of M, and 503 are free"]);
 }
 
@@ -144,12 +144,12 @@ fn memory_is_filled_to_its_last_bit() {
 fn modules_are_all_used() {
     let text =
         |count| format!("{HEAD}{}", rungs(count, |n| format!("CONTACTS X0 0\nCTU C{n} {n}\nCOIL R{} 0 0 0", n % 50)));
-    let mut pair = Pair::new(&program_in(&text(128), Ldmicro23)).expect("it fits");
+    let mut pair = MachinePair::new(&program_in(&text(128), Ldmicro23)).expect("it fits");
     for scan in 0..300 {
         pair.drive("X0", scan % 2 == 0);
         pair.scan().expect("the same");
     }
-    let refused = reasons(Pair::new(&program_in(&text(129), Ldmicro23)).err().expect("a refusal"));
+    let refused = reasons(MachinePair::new(&program_in(&text(129), Ldmicro23)).err().expect("a refusal"));
     assert_eq!(refused, ["-: the program has 129 timers and counters, the machine has 128"]);
 }
 
@@ -157,7 +157,7 @@ fn modules_are_all_used() {
 #[test]
 fn every_channel_is_used() {
     let all = rungs(256, |n| format!("PARALLEL\nCONTACTS X{n} 0\nCONTACTS X{} 0\nEND\nCOIL Y{n} 0 0 0", n + 256));
-    let mut pair = Pair::new(&program_in(&format!("{HEAD}{all}"), Ldmicro23)).expect("it fits");
+    let mut pair = MachinePair::new(&program_in(&format!("{HEAD}{all}"), Ldmicro23)).expect("it fits");
     for n in (0..512).step_by(7) {
         pair.drive(&format!("X{n}"), true);
         pair.scan().expect("the same");

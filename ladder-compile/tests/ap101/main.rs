@@ -1,9 +1,9 @@
 //! AP101: programs on the emulated machine against the reference evaluator, and what is refused.
 
-mod draw;
+mod program_generator;
 mod fits;
 mod plain;
 mod random;
-mod rig;
+mod machine_pair;
 #[path = "../../../tests/ladder/mod.rs"]
 mod table;

@@ -1,12 +1,12 @@
 //! Programs of which the instructions are known, the traces that every chip must give, and the examples.
 
-use emu_ap101::chips::{CLEAR, POWER};
+use emu_ap101::chips::{CLEAR_PIN, POWER_PIN};
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Level, Stop, Time};
-use ladder_compile::target::Mark;
-use ladder_compile::{Options, compile};
+use emu_core::{Cpu, PinLevel, StopReason, CycleTime};
+use ladder_compile::target::CodeMark;
+use ladder_compile::{CompileOptions, compile};
 
-use crate::rig::{Pair, build, code, program};
+use crate::machine_pair::{MachinePair, build, lower_program, program};
 use crate::table::{self, Column};
 
 #[test]
@@ -16,12 +16,12 @@ fn instructions_are_those_of_the_table() {
         let (name, body) = case.split_once('\n').expect("a case has lines");
         let (rungs, wanted) = body.split_once("\n--\n").expect("rungs and instructions");
         let program = program(rungs);
-        let built = build(&program, &code(&program)).expect("an image");
+        let built = build(&program, &lower_program(&program)).expect("an image");
         let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
         let found: Vec<String> = built.lines.iter().map(|line| words(&line.text)).collect();
         assert_eq!(found.join("\n"), wanted.trim_end(), "{name}");
         let at = |mark| built.marks.iter().find(|(m, _)| *m == mark).map(|(_, at)| *at as usize);
-        assert_eq!((at(Mark::ScanStart), at(Mark::ScanEnd)), (Some(0), Some(found.len() - 1)), "{name}");
+        assert_eq!((at(CodeMark::ScanStart), at(CodeMark::ScanEnd)), (Some(0), Some(found.len() - 1)), "{name}");
     }
 }
 
@@ -31,11 +31,11 @@ fn the_machine_gives_every_line_of_the_traces() {
     let (mut lines, mut faults) = (0, Vec::new());
     for case in table::cases() {
         let program = program(&case.program);
-        let options = Options { mcu: "ap101".to_owned(), ..Options::default() };
+        let options = CompileOptions { mcu: "ap101".to_owned(), ..CompileOptions::default() };
         if compile(&program, &options).is_err() {
             continue;
         }
-        let mut pair = Pair::new(&program).unwrap_or_else(|why| panic!("{}: {why:?}", case.name));
+        let mut pair = MachinePair::new(&program).unwrap_or_else(|why| panic!("{}: {why:?}", case.name));
         for row in &case.rows {
             for _ in 0..row.times {
                 let given: Vec<(&str, i32)> = case
@@ -84,9 +84,9 @@ const EXAMPLES: &[(&str, &str, bool)] = &[
 fn examples_agree() {
     for (seed, (name, text, fits)) in (0..).zip(EXAMPLES) {
         let program = program(text);
-        let pair = Pair::new(&program);
+        let pair = MachinePair::new(&program);
         assert_eq!(pair.is_ok(), *fits, "{name}: {:?}", pair.err());
-        let Ok(mut pair) = Pair::new(&program) else { continue };
+        let Ok(mut pair) = MachinePair::new(&program) else { continue };
         let mut rng = Rng::new(seed);
         let inputs: Vec<String> = pair.eval.symbols().iter().map(|s| s.name.clone()).collect();
         for scan in 1..=400 {
@@ -97,7 +97,7 @@ fn examples_agree() {
             }
             pair.scan().unwrap_or_else(|how| panic!("{name}, scan {scan}: {how}\n{}", pair.listing()));
         }
-        println!("{name}: {} words, {} cycles", pair.built.lines.len(), pair.built.worst);
+        println!("{name}: {} words, {} cycles", pair.built.lines.len(), pair.built.worst_scan_cycles);
     }
 }
 
@@ -107,18 +107,18 @@ fn a_failure_of_the_supply_keeps_bits() {
     let rungs = "RUNG\nCONTACTS Xa 0\nCOIL Ra 0 1 0\nEND\nRUNG\nCONTACTS Ra 0\nCOIL Ya 0 0 0\nEND\n\
         RUNG\nCONTACTS Ra 0\nTON Ta 50000\nCOIL Yb 0 0 0\nEND\nRUNG\nCONTACTS Ra 0\nOSR\nCTU Ca 9\nEND";
     for (cold, kept) in [(false, 1), (true, 0)] {
-        let mut pair = Pair::new(&program(rungs)).expect("an image");
+        let mut pair = MachinePair::new(&program(rungs)).expect("an image");
         pair.drive("Xa", true);
         (0..9).for_each(|_| pair.scan().expect("the same"));
         pair.drive("Xa", false);
         pair.scan().expect("the same");
         assert_eq!(["Ra", "Ya", "Yb", "Ta", "Ca"].map(|name| pair.get(name)), [1, 1, 1, 4, 1]);
         let now = pair.cpu.cycle();
-        for (pin, cycle, level) in [(POWER, now + 20, false), (CLEAR, now + 50, cold), (POWER, now + 100, true)] {
-            pair.cpu.drive(Time::at(cycle), pin, Level::of(level));
+        for (pin, cycle, level) in [(POWER_PIN, now + 20, false), (CLEAR_PIN, now + 50, cold), (POWER_PIN, now + 100, true)] {
+            pair.cpu.drive(CycleTime::at(cycle), pin, PinLevel::from_bit(level));
         }
         // Two outputs are loaded, then the scans begin; an edge memory that was kept sees no edge.
-        assert_eq!(pair.cpu.run(now + 103, &mut ()), Stop::Trap { pc: 0 });
+        assert_eq!(pair.cpu.run(now + 103, &mut ()), StopReason::Breakpoint { pc: 0 });
         assert_eq!(pair.cpu.cycle(), now + 102);
         assert_eq!(["Ra", "Ya", "Yb", "Ta", "Ca"].map(|name| pair.get(name)), [kept, kept, kept, 0, 0]);
         pair.cpu.run(now + 5101, &mut ());

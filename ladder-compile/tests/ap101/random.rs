@@ -1,28 +1,28 @@
 //! Random programs, random inputs, and values set at random between scans.
 
 use emu_core::rng::Rng;
-use ladder::Dialect::{Ldmicro5, Ldmicro23};
+use ladder::LadderDialect::{Ldmicro5, Ldmicro23};
 use ladder::SymbolKind;
-use ladder_compile::intermediate;
-use ladder_compile::target::Refusal;
+use ladder_compile::lower_for_target;
+use ladder_compile::target::BuildRefusal;
 
-use crate::draw::{Wish, program as text};
-use crate::rig::{Pair, TARGET, program_in};
+use crate::program_generator::{ProgramLimits, generate_program as text};
+use crate::machine_pair::{MachinePair, TARGET, program_in};
 
-const SMALL: Wish = Wish { rungs: 4, longest: 3, depth: 1, modules: 3, dialect: Ldmicro23 };
-const LARGE: Wish = Wish { rungs: 14, longest: 5, depth: 3, modules: 12, dialect: Ldmicro23 };
+const SMALL: ProgramLimits = ProgramLimits { rungs: 4, max_series: 3, depth: 1, modules: 3, dialect: Ldmicro23 };
+const LARGE: ProgramLimits = ProgramLimits { rungs: 14, max_series: 5, depth: 3, modules: 12, dialect: Ldmicro23 };
 
-const FIVE: Wish = Wish { rungs: 6, longest: 4, depth: 1, modules: 8, dialect: Ldmicro5 };
+const FIVE: ProgramLimits = ProgramLimits { rungs: 6, max_series: 4, depth: 1, modules: 8, dialect: Ldmicro5 };
 
 /// Runs a program of a seed for some scans; false where it is too long.
-fn agree(seed: u64, wish: Wish, optimised: bool, scans: u64) -> bool {
+fn agree(seed: u64, wish: ProgramLimits, optimised: bool, scans: u64) -> bool {
     let mut rng = Rng::new(seed);
     let text = text(&mut rng, wish);
     let program = program_in(&text, wish.dialect);
-    let ir = intermediate(&program, TARGET, optimised);
-    let mut pair = match Pair::of(&program, ir) {
+    let ir = lower_for_target(&program, TARGET, optimised);
+    let mut pair = match MachinePair::of(&program, ir) {
         Ok(pair) => pair,
-        Err(Refusal::Code { .. }) => return false,
+        Err(BuildRefusal::CodeTooLarge { .. }) => return false,
         Err(why) => panic!("seed {seed}: {why:?}\n{text}"),
     };
     let symbols = pair.eval.symbols().to_vec();

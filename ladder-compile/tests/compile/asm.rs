@@ -2,11 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use crate::common::ladders::ladder;
+use crate::common::ladders::random_ladder;
 use crate::common::{cases, program};
 use emu_core::rng::Rng;
-use ladder::Program;
-use ladder_compile::{Options, assembly, compile, targets};
+use ladder::LadderProgram;
+use ladder_compile::{CompileOptions, assembly, compile, targets};
 
 #[test]
 fn sources_assemble_to_the_image() {
@@ -15,28 +15,28 @@ fn sources_assemble_to_the_image() {
     for table in [include_str!("data/bits.txt"), include_str!("data/timers.txt"), include_str!("data/integers.txt")] {
         for (_, sections) in cases(table) {
             turn += 1;
-            one(&program(&sections[0]), turn, &mut seen);
+            check_source(&program(&sections[0]), turn, &mut seen);
         }
     }
     for seed in 0..40 {
-        let text = ladder(&mut Rng::new(seed), seed % 3 == 0);
-        one(&ladder::parse("random.ld", &text).expect("reads").program, turn + seed as usize, &mut seen);
+        let text = random_ladder(&mut Rng::new(seed), seed % 3 == 0);
+        check_source(&ladder::parse("random.ld", &text).expect("reads").program, turn + seed as usize, &mut seen);
     }
     let all: BTreeSet<&str> = targets().map(|target| target.chip.name).collect();
     assert_eq!(seen, all, "every chip has taken a program");
 }
 
 /// For every fifth chip, beginning with another in every turn; every other turn without optimisation.
-fn one(program: &Program, turn: usize, seen: &mut BTreeSet<&str>) {
+fn check_source(program: &LadderProgram, turn: usize, seen: &mut BTreeSet<&str>) {
     for target in targets().skip(turn % 5).step_by(5) {
         let options =
-            Options { mcu: target.chip.name.to_owned(), optimise: turn.is_multiple_of(2), ..Options::default() };
+            CompileOptions { mcu: target.chip.name.to_owned(), optimise: turn.is_multiple_of(2), ..CompileOptions::default() };
         let Ok(compiled) = compile(program, &options) else { continue };
         let source = assembly(program, target.chip, &compiled.built, &compiled.map);
         let image =
-            emu_asm::image(target.chip, &source).unwrap_or_else(|e| panic!("{}: {e}\n{source}", target.chip.name));
+            emu_asm::assemble_text(target.chip, &source).unwrap_or_else(|e| panic!("{}: {e}\n{source}", target.chip.name));
         let wanted =
-            emu_core::image::load_hex("image", compiled.hex.as_bytes(), target.chip.hex).expect("a sound image");
+            emu_core::image::load_hex("image", compiled.hex.as_bytes(), target.chip.hex_spaces).expect("a sound image");
         let all = |image: &emu_core::image::Image| {
             let spaces = target.chip.spaces.iter().map(|(name, ..)| *name);
             spaces

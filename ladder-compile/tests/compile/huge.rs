@@ -2,7 +2,7 @@
 //! with the figures. No code of a fault of the compiler, and no panic.
 
 use crate::common::program;
-use ladder_compile::{Options, compile};
+use ladder_compile::{CompileOptions, compile};
 
 /// What such a program may be refused for: parts that the chip lacks, a scan that is too long, code, RAM.
 const EXPECTED: [&str; 4] = ["LC007", "LC022", "LC030", "LC031"];
@@ -41,7 +41,7 @@ fn nothing_is_a_fault_of_the_compiler() {
         let program = program(&text);
         for mcu in CHIPS {
             for optimise in [true, false] {
-                let outcome = compile(&program, &Options { mcu: mcu.to_owned(), optimise, ..Options::default() });
+                let outcome = compile(&program, &CompileOptions { mcu: mcu.to_owned(), optimise, ..CompileOptions::default() });
                 let Err(told) = outcome else { continue };
                 for one in &told {
                     assert!(EXPECTED.contains(&one.code), "{name} on {mcu}, optimised {optimise}: {one}");

@@ -1,9 +1,9 @@
 //! Whole images: the map is complete and consistent, the listing is what was read by hand, sizes and times hold, long
 //! programs reach everything.
 
-use crate::common::{Chip, cases, compiled, options, pairs, program};
-use emu_core::{Cpu, Level, RamInit, Time};
-use ladder_compile::{Map, compile};
+use crate::common::{CompiledChip, cases, compiled, options, pairs, program};
+use emu_core::{Cpu, PinLevel, RamInit, CycleTime};
+use ladder_compile::{ImageMap, compile};
 
 /// A crossing light of our own: clock, phases, a request button, five lamps.
 const LIGHT: &str = include_str!("data/light.ld");
@@ -18,7 +18,7 @@ fn the_map_has_everything_of_the_program() {
     complete("light", &program(LIGHT));
 }
 
-fn complete(name: &str, program: &ladder::Program) {
+fn complete(name: &str, program: &ladder::LadderProgram) {
     let compiled = compiled(program);
     let map = &compiled.map;
     let listed: Vec<(u32, u32)> = map.elements.iter().map(|e| (e.rung - 1, e.element - 1)).collect();
@@ -41,7 +41,7 @@ fn complete(name: &str, program: &ladder::Program) {
     }
     assert!(map.scan_start < map.rungs[0].start && at <= map.scan_end && map.scan_end < map.code_bytes);
     let text = serde_json::to_string(map).expect("JSON");
-    assert_eq!(&serde_json::from_str::<Map>(&text).expect("reads back"), map, "{name}");
+    assert_eq!(&serde_json::from_str::<ImageMap>(&text).expect("reads back"), map, "{name}");
 }
 
 #[test]
@@ -71,23 +71,23 @@ fn a_crossing_light_is_small_and_fast() {
 #[test]
 fn pins_are_read_and_written() {
     let compiled = compiled(&program("RUNG\nCONTACTS Xa 0\nPARALLEL\nCOIL Ya 0 0 0\nCOIL Yn 1 0 0\nEND\nEND"));
-    let mut chip = Chip::new(&compiled, RamInit::Random(3));
+    let mut chip = CompiledChip::new(&compiled, RamInit::Random(3));
     let pin = |name: &str| {
         let pin = &compiled.map.pins.iter().find(|p| p.name == name).expect("a pin").pin;
         emu_avr::chips::ATMEGA328P.pin(pin).expect("of the chip")
     };
     // Before the first scan outputs are low and the input is pulled up.
-    assert_eq!((chip.cpu.level(pin("Xa")), chip.cpu.level(pin("Ya"))), (Level::High, Level::Low));
+    assert_eq!((chip.cpu.pin_level(pin("Xa")), chip.cpu.pin_level(pin("Ya"))), (PinLevel::High, PinLevel::Low));
     for (level, ya, yn) in [(true, true, false), (false, false, true), (true, true, false)] {
-        let now = Time::at(chip.cpu.cycle());
-        chip.cpu.drive(now, pin("Xa"), Level::of(level));
+        let now = CycleTime::at(chip.cpu.cycle());
+        chip.cpu.drive(now, pin("Xa"), PinLevel::from_bit(level));
         chip.run_to(compiled.map.scan_start);
         chip.run_to(compiled.map.scan_end);
         let after = chip.cpu.cycle() + 2;
         chip.cpu.run(after, &mut ());
         assert_eq!(
-            (chip.cpu.level(pin("Ya")), chip.cpu.level(pin("Yn"))),
-            (Level::of(ya), Level::of(yn)),
+            (chip.cpu.pin_level(pin("Ya")), chip.cpu.pin_level(pin("Yn"))),
+            (PinLevel::from_bit(ya), PinLevel::from_bit(yn)),
             "Xa={level}"
         );
     }
@@ -107,7 +107,7 @@ fn long_programs_reach_everything() {
     text += "RUNG\nDIV w v199 7\nEND\n";
     let compiled = compiled(&program(&text));
     assert!(compiled.map.code_bytes > 8192, "{} bytes", compiled.map.code_bytes);
-    let mut chip = Chip::new(&compiled, RamInit::Random(9));
+    let mut chip = CompiledChip::new(&compiled, RamInit::Random(9));
     for scan in 1..=4 {
         let clocks = chip.scan(&pairs("Xa=1"));
         assert!(clocks <= u64::from(compiled.map.worst_scan_cycles));

@@ -12,7 +12,7 @@ mod ir;
 mod layout;
 mod mcs51;
 mod mcs51_random;
-mod meaning;
+mod evaluator_agreement;
 #[cfg(feature = "mutants")]
 mod mutants;
 mod pace;

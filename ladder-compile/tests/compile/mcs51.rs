@@ -3,14 +3,14 @@
 use crate::common::program;
 use emu_8051::Mcs51;
 use emu_core::rng::Rng;
-use emu_core::{Cpu, Event, Level, Probe, RamInit, Time};
-use ladder_compile::mcs51::{TARGETS, pace, serial};
-use ladder_compile::target::Target;
-use ladder_compile::{Compiled, Options, compile};
+use emu_core::{Cpu, ChipEvent, PinLevel, Probe, RamInit, CycleTime};
+use ladder_compile::mcs51::{TARGETS, pacing, serial};
+use ladder_compile::target::CompileTarget;
+use ladder_compile::{CompiledProgram, CompileOptions, compile};
 
 /// A program for a chip, or why not: causes in a row.
-fn compiled(text: &str, mcu: &str, clock_hz: u64) -> Result<Compiled, String> {
-    let options = Options { mcu: mcu.to_owned(), clock_hz: Some(clock_hz), ..Options::default() };
+fn compiled(text: &str, mcu: &str, clock_hz: u64) -> Result<CompiledProgram, String> {
+    let options = CompileOptions { mcu: mcu.to_owned(), clock_hz: Some(clock_hz), ..CompileOptions::default() };
     let causes = |all: Vec<diag::Diagnostic>| all.iter().map(|d| d.cause.clone()).collect::<Vec<_>>().join("; ");
     compile(&program(text), &options).map_err(causes)
 }
@@ -20,24 +20,24 @@ fn headed(cycle: u64, more: &str, rungs: &str) -> String {
 }
 
 /// The chip at power-up, with dirty RAM.
-fn power_up(compiled: &Compiled, seed: u64) -> Mcs51 {
+fn power_up(compiled: &CompiledProgram, seed: u64) -> Mcs51 {
     let chip = emu_8051::chips::chip(&compiled.map.mcu).expect("a chip");
-    let image = emu_core::image::load_hex("image", compiled.hex.as_bytes(), chip.hex).expect("a sound image").image;
+    let image = emu_core::image::load_hex("image", compiled.hex.as_bytes(), chip.hex_spaces).expect("a sound image").image;
     Mcs51::new(chip, &image, RamInit::Random(seed))
 }
 
 fn run_to<P: Probe>(cpu: &mut Mcs51, at: u32, probe: &mut P) {
-    cpu.trap(at, true);
+    cpu.set_breakpoint(at, true);
     let limit = cpu.cycle() + 200_000_000;
     while cpu.pc() != at || cpu.cycle() >= limit {
         cpu.run(limit, probe);
         assert!(cpu.cycle() < limit, "reaches {at:04x}");
     }
-    cpu.trap(at, false);
+    cpu.set_breakpoint(at, false);
 }
 
 /// Runs past the instruction under it, then on to the next time that it comes to `at`.
-fn again(cpu: &mut Mcs51, at: u32) {
+fn run_to_again(cpu: &mut Mcs51, at: u32) {
     cpu.step(&mut ());
     run_to(cpu, at, &mut ());
 }
@@ -71,7 +71,7 @@ fn scans_start_with_their_match_without_drift() {
             // Fewer of long ones: every turn of the timer is executed.
             let scans = (30_000_000 * map.cycle.den / map.cycle.num).clamp(20, 2000);
             for k in 1..=scans {
-                again(&mut cpu, map.scan_start);
+                run_to_again(&mut cpu, map.scan_start);
                 let exact = (u128::from(k) * u128::from(map.cycle.num) / u128::from(map.cycle.den)) as u64;
                 let now = cpu.cycle() - start;
                 assert!(
@@ -90,9 +90,9 @@ fn periods_are_planned_exactly() {
     for seed in 0..2000 {
         let mut rng = Rng::new(seed);
         let (clock, cycle) = (32_768 + rng.below(33_000_000), 1 + rng.below(3_000_000));
-        let Ok(plan) = pace::pace(clock, cycle) else { continue };
-        let (turns, length) = (u128::from(plan.turns), u128::from(plan.length));
-        let (rest, whole) = plan.fraction.map_or((0, 1), |f| (u128::from(f.rest), u128::from(f.whole)));
+        let Ok(plan) = pacing::plan_pacing(clock, cycle) else { continue };
+        let (turns, length) = (u128::from(plan.timer_rounds), u128::from(plan.round_cycles));
+        let (rest, whole) = plan.fraction.map_or((0, 1), |f| (u128::from(f.numerator), u128::from(f.denominator)));
         assert!(rest < whole && length + u128::from(rest > 0) <= 65_536, "seed {seed}: {plan:?}");
         // turns * (length + rest / whole) = clock * cycle / 12,000,000
         let left = turns * (length * whole + rest) * 12_000_000;
@@ -102,18 +102,18 @@ fn periods_are_planned_exactly() {
 
 /// Edges of pins, and bytes sent.
 #[derive(Default)]
-struct Seen {
-    edges: Vec<(u64, u16, Level)>,
+struct EdgesAndBytes {
+    edges: Vec<(u64, u16, PinLevel)>,
     sent: Vec<u8>,
 }
 
-impl Probe for Seen {
+impl Probe for EdgesAndBytes {
     const EVENTS: bool = true;
 
-    fn event(&mut self, event: Event) -> bool {
+    fn on_event(&mut self, event: ChipEvent) -> bool {
         match event {
-            Event::Edge { at, pin, level } => self.edges.push((at.cycle, pin, level)),
-            Event::Sent { byte, .. } => self.sent.push(byte),
+            ChipEvent::Edge { at, pin, level } => self.edges.push((at.cycle, pin, level)),
+            ChipEvent::Sent { byte, .. } => self.sent.push(byte),
             _ => {}
         }
         false
@@ -134,21 +134,21 @@ fn outputs_are_low_at_once_and_move_only_at_the_end_of_a_scan() {
             .filter(|pin| pin.direction == "out")
             .map(|pin| (pin.name.clone(), chip.pin(&pin.pin).expect("a pin")))
             .collect();
-        let mut seen = Seen::default();
+        let mut seen = EdgesAndBytes::default();
         run_to(&mut cpu, map.scan_start, &mut seen);
         for (name, pin) in &outputs {
             let edges: Vec<_> = seen.edges.iter().filter(|(_, p, _)| p == pin).collect();
-            assert!(matches!(edges[..], [(0..=20, _, Level::Low)]), "{mcu}: {name} {edges:?}");
+            assert!(matches!(edges[..], [(0..=20, _, PinLevel::Low)]), "{mcu}: {name} {edges:?}");
         }
         let mut rng = Rng::new(3);
         for scan in 0..50 {
-            seen = Seen::default();
+            seen = EdgesAndBytes::default();
             let bits: Vec<bool> = (0..10).map(|_| rng.one_in(2)).collect();
             // Driven where the last scan left off, read by this one.
             for (n, &bit) in bits.iter().enumerate() {
                 let pin = map.pins.iter().find(|pin| pin.name == format!("X{n}")).expect("a pin");
                 let pin = chip.pin(&pin.pin).expect("a pin");
-                cpu.drive(Time::at(cpu.cycle()), pin, Level::of(bit));
+                cpu.drive(CycleTime::at(cpu.cycle()), pin, PinLevel::from_bit(bit));
             }
             run_to(&mut cpu, map.scan_start, &mut seen);
             run_to(&mut cpu, map.rungs[0].start, &mut seen);
@@ -156,28 +156,28 @@ fn outputs_are_low_at_once_and_move_only_at_the_end_of_a_scan() {
             for n in 0..10 {
                 let pin = map.pins.iter().find(|pin| pin.name == format!("X{n}")).expect("a pin");
                 let pin = chip.pin(&pin.pin).expect("a pin");
-                cpu.drive(Time::at(cpu.cycle()), pin, Level::of(rng.one_in(2)));
+                cpu.drive(CycleTime::at(cpu.cycle()), pin, PinLevel::from_bit(rng.one_in(2)));
             }
-            seen = Seen::default();
+            seen = EdgesAndBytes::default();
             let last = map.rungs.last().expect("rungs").end;
             run_to(&mut cpu, last, &mut seen);
             assert!(!seen.edges.iter().any(|(_, pin, _)| outputs.iter().any(|(_, out)| out == pin)), "scan {scan}");
             run_to(&mut cpu, map.scan_end, &mut seen);
             for (n, &bit) in bits.iter().enumerate() {
                 let (_, pin) = outputs.iter().find(|(name, _)| *name == format!("Y{n}")).expect("an output");
-                let wanted = Level::of(bit ^ (n & 1 == 1));
-                assert_eq!(cpu.level(*pin as _), wanted, "{mcu}, scan {scan}: Y{n}");
+                let wanted = PinLevel::from_bit(bit ^ (n & 1 == 1));
+                assert_eq!(cpu.pin_level(*pin as _), wanted, "{mcu}, scan {scan}: Y{n}");
             }
         }
     }
 }
 
 /// Whether timer 2 makes a speed, machine cycles of a bit as a fraction.
-type Made = (bool, u64, u64);
+type BaudSource = (bool, u64, u64);
 
 /// Clock, speed, and what makes it, if anything does.
 #[rustfmt::skip]
-const SPEEDS: &[(u64, u64, Option<Made>)] = &[
+const SPEEDS: &[(u64, u64, Option<BaudSource>)] = &[
     (11_059_200,   9600, Some((false, 96, 1))),
     (11_059_200,  19200, Some((false, 48, 1))),
     (11_059_200,  57600, Some((false, 16, 1))),
@@ -195,17 +195,17 @@ const SPEEDS: &[(u64, u64, Option<Made>)] = &[
 fn speeds_of_the_serial_line() {
     for &(clock, baud, wanted) in SPEEDS {
         // A long cycle, so that the time of a byte does not matter.
-        let found = serial::speed(clock, baud, 50_000, true).ok();
+        let found = serial::plan_baud(clock, baud, 50_000, true).ok();
         if let Some((second, num, den)) = wanted {
             let found = found.unwrap_or_else(|| panic!("{clock} Hz, {baud}: there is a speed"));
-            assert_eq!((found.second, found.bit.num, found.bit.den), (second, num, den), "{clock} Hz, {baud}");
+            assert_eq!((found.uses_timer2, found.bit.num, found.bit.den), (second, num, den), "{clock} Hz, {baud}");
         }
         for has_timer2 in [false, true] {
-            match serial::speed(clock, baud, 50_000, has_timer2) {
+            match serial::plan_baud(clock, baud, 50_000, has_timer2) {
                 Ok(speed) => {
                     let real = clock as f64 / 12.0 * speed.bit.den as f64 / speed.bit.num as f64;
                     assert!((real / baud as f64 - 1.0).abs() <= 0.02, "{clock} Hz, {baud}: {real}");
-                    assert!(has_timer2 || !speed.second);
+                    assert!(has_timer2 || !speed.uses_timer2);
                 }
                 Err(nearest) => {
                     let off = nearest.abs_diff(baud) as f64 / baud as f64;
@@ -222,7 +222,7 @@ fn drive_byte(cpu: &mut Mcs51, at: u64, byte: u8, bit: (u64, u64)) {
     let pin = cpu.chip().pin("P3.0").expect("a pin");
     let bits = std::iter::once(false).chain((0..8).map(|n| byte >> n & 1 == 1)).chain([true]);
     for (n, level) in bits.enumerate() {
-        cpu.drive(Time::at(at + n as u64 * bit.0 / bit.1), pin, Level::of(level));
+        cpu.drive(CycleTime::at(at + n as u64 * bit.0 / bit.1), pin, PinLevel::from_bit(level));
     }
 }
 
@@ -242,7 +242,7 @@ fn bytes_come_back() {
             .unwrap_or_else(|why| panic!("{mcu}, {clock} Hz, {baud}: {why}"));
         let map = &compiled.map;
         let mut cpu = power_up(&compiled, 5);
-        let mut seen = Seen::default();
+        let mut seen = EdgesAndBytes::default();
         let mut rng = Rng::new(baud);
         let bytes: Vec<u8> = (0..30).map(|_| rng.next_u64() as u8).collect();
         run_to(&mut cpu, map.scan_start, &mut seen);
@@ -278,14 +278,14 @@ fn a_byte_follows_the_one_before_as_soon_as_the_language_says() {
         assert_eq!(compiled.listing.matches("jnb   SCON.1").count(), 2, "{mcu}: both places look at TI");
         let map = &compiled.map;
         let mut cpu = power_up(&compiled, 9);
-        let mut seen = Seen::default();
+        let mut seen = EdgesAndBytes::default();
         let mut rng = Rng::new(11);
         let xa = cpu.chip().pin(&map.pins[0].pin).expect("a pin");
         let mut wanted = Vec::new();
         let apart = 10_000_000u64.div_ceil(baud * cycle) as usize;
         run_to(&mut cpu, map.scan_start, &mut seen);
         for scan in 0..400 {
-            cpu.drive(Time::at(cpu.cycle()), xa, Level::of(rng.one_in(2)));
+            cpu.drive(CycleTime::at(cpu.cycle()), xa, PinLevel::from_bit(rng.one_in(2)));
             if scan % apart == 0 {
                 wanted.push((scan + 1) as u8);
             }
@@ -300,10 +300,10 @@ fn a_byte_follows_the_one_before_as_soon_as_the_language_says() {
 }
 
 /// Chip, clock, cycle, setting and rungs that are asked for, and words of the answer.
-type Asked = (&'static str, u64, u64, &'static str, &'static str, &'static [&'static str]);
+type RefusalCase = (&'static str, u64, u64, &'static str, &'static str, &'static [&'static str]);
 
 #[rustfmt::skip]
-const REFUSED: &[Asked] = &[
+const REFUSED: &[RefusalCase] = &[
     // Longer than 255 turns of the timer.
     ("8051",    12_000_000, 20_000_000, "",              "RUNG\nCONTACTS Xa 0\nCOIL Ya 0 0 0\nEND\n", &["20000000 us", "16711680 us"]),
     ("8052",    12_000_000,     10_000, "BAUD=115200\n", "RUNG\nUART_SEND a\nEND\n",                  &["115200", "125000"]),
@@ -333,24 +333,24 @@ fn what_cannot_be_is_refused_with_figures() {
 #[test]
 fn outputs_on_port_0_are_warned_of() {
     let rungs = "RUNG\nCONTACTS Xa 0\nCOIL Ya 0 0 0\nEND\nRUNG\nCONTACTS Xa 1\nCOIL Yb 0 0 0\nEND\n";
-    let options = |pin: &str| Options {
+    let options = |pin: &str| CompileOptions {
         mcu: "8051".to_owned(),
         pins: vec![("Ya".to_owned(), pin.to_owned())],
-        ..Options::default()
+        ..CompileOptions::default()
     };
     let program = program(&headed(10_000, "", rungs));
     for (pin, warned) in [("P0.3", true), ("P2.3", false)] {
         let compiled = compile(&program, &options(pin)).expect("compiles");
-        let told = compiled.notes.iter().any(|note| note.cause.contains("P0.3"));
+        let is_noted = compiled.notes.iter().any(|note| note.cause.contains("P0.3"));
         let warnings: Vec<_> = compiled.notes.iter().filter(|note| note.cause.contains("never high")).collect();
-        assert_eq!((told && warnings.len() == 1, warnings.len()), (warned, usize::from(warned)), "{pin}");
+        assert_eq!((is_noted && warnings.len() == 1, warnings.len()), (warned, usize::from(warned)), "{pin}");
     }
 }
 
 /// The chips of the back end, each with what it has.
 #[test]
 fn targets_are_rows_of_the_chips() {
-    let names: Vec<&str> = TARGETS.iter().map(|target: &Target| target.chip.name).collect();
+    let names: Vec<&str> = TARGETS.iter().map(|target: &CompileTarget| target.chip.name).collect();
     assert_eq!(names, ["8051", "8052", "at89s52"]);
     for target in TARGETS {
         assert_eq!(target.pins.len(), 32);

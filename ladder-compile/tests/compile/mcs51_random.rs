@@ -1,23 +1,23 @@
 //! Random intermediate code on the emulated chips of the 8051 family, against the interpreter.
 
-use crate::common::bench::{Bench, Failed};
-use crate::common::ir::programs::{Wish, ops, random};
+use crate::common::bench::{ImageBench, RunFailure};
+use crate::common::ir::programs::{IrLimits, ops, random_ir};
 use emu_8051::Mcs51;
 use emu_core::rng::Rng;
 use ladder_compile::mcs51::TARGETS;
-use ladder_compile::target::{Refusal, Target};
+use ladder_compile::target::{BuildRefusal, CompileTarget};
 
 /// Runs programs of this kind on a chip: all of them agree, and of those that do not fit there are at most so many.
-fn agree(target: &'static Target, wish: Wish, seeds: std::ops::Range<u64>, misfits: usize) {
+fn agree(target: &'static CompileTarget, wish: IrLimits, seeds: std::ops::Range<u64>, misfits: usize) {
     let mut refused = 0;
     let (from, to) = (seeds.start, seeds.end);
     for seed in seeds {
-        let ir = random(&mut Rng::new(seed), wish);
+        let ir = random_ir(&mut Rng::new(seed), wish);
         let baud = (ir.uart.send || ir.uart.receive).then_some(1200);
-        let bench = Bench { target, clock_hz: 11_059_200, cycle_us: 50_000, baud };
+        let bench = ImageBench { target, clock_hz: 11_059_200, cycle_us: 50_000, baud };
         match bench.run(&ir, seed, 20, Mcs51::new) {
             Ok(_) => {}
-            Err(Failed::Refused(Refusal::Code { .. } | Refusal::Ram { .. })) => refused += 1,
+            Err(RunFailure::Refused(BuildRefusal::CodeTooLarge { .. } | BuildRefusal::RamTooSmall { .. })) => refused += 1,
             Err(why) => panic!("{}, seed {seed}: {why}", target.chip.name),
         }
     }
@@ -27,30 +27,30 @@ fn agree(target: &'static Target, wish: Wish, seeds: std::ops::Range<u64>, misfi
 #[test]
 fn bits() {
     for target in TARGETS {
-        agree(target, Wish::BITS, 0..60, 0);
-        agree(target, Wish { bits: 30, depth: 4, steps: 14, ..Wish::BITS }, 200..220, 0);
+        agree(target, IrLimits::BITS, 0..60, 0);
+        agree(target, IrLimits { bits: 30, depth: 4, steps: 14, ..IrLimits::BITS }, 200..220, 0);
     }
 }
 
 #[test]
 fn integers_of_two_bytes() {
     for target in TARGETS {
-        agree(target, Wish::WORDS, 0..60, 0);
-        agree(target, Wish { depth: 4, ..Wish::WORDS }, 200..212, 6);
+        agree(target, IrLimits::WORDS, 0..60, 0);
+        agree(target, IrLimits { depth: 4, ..IrLimits::WORDS }, 200..212, 6);
     }
 }
 
 #[test]
 fn integers_of_every_width() {
     for target in TARGETS {
-        agree(target, Wish { rungs: 4, ..Wish::WIDTHS }, 0..60, 6);
+        agree(target, IrLimits { rungs: 4, ..IrLimits::WIDTHS }, 0..60, 6);
     }
 }
 
 #[test]
 fn plain_translation() {
     for target in TARGETS {
-        agree(target, Wish { ops: ops::LOGIC | ops::IF | ops::MOVE, ..Wish::WORDS }, 0..30, 0);
+        agree(target, IrLimits { ops: ops::LOGIC | ops::IF | ops::MOVE, ..IrLimits::WORDS }, 0..30, 0);
     }
 }
 
@@ -58,7 +58,7 @@ fn plain_translation() {
 fn bits_without_an_address_of_their_own() {
     for target in TARGETS {
         let wish =
-            Wish { bits: 240, rungs: 3, steps: 40, ops: ops::IF | ops::ADD | ops::LOGIC, words: 3, ..Wish::BITS };
+            IrLimits { bits: 240, rungs: 3, steps: 40, ops: ops::IF | ops::ADD | ops::LOGIC, words: 3, ..IrLimits::BITS };
         agree(target, wish, 0..16, 2);
     }
 }
@@ -66,8 +66,8 @@ fn bits_without_an_address_of_their_own() {
 #[test]
 fn words_above_7f() {
     for target in TARGETS.iter().filter(|target| target.chip.ram_len > 128) {
-        agree(target, Wish { words: 80, ..Wish::WORDS }, 0..25, 5);
-        agree(target, Wish { words: 70, rungs: 4, ..Wish::WIDTHS }, 100..125, 8);
+        agree(target, IrLimits { words: 80, ..IrLimits::WORDS }, 0..25, 5);
+        agree(target, IrLimits { words: 70, rungs: 4, ..IrLimits::WIDTHS }, 100..125, 8);
     }
 }
 
@@ -76,7 +76,7 @@ fn bytes_sent() {
     for target in TARGETS {
         agree(
             target,
-            Wish { ops: ops::SEND | ops::RECEIVE | ops::ADD | ops::IF | ops::COMPARE, ..Wish::WORDS },
+            IrLimits { ops: ops::SEND | ops::RECEIVE | ops::ADD | ops::IF | ops::COMPARE, ..IrLimits::WORDS },
             0..30,
             0,
         );

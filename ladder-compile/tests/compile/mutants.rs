@@ -5,9 +5,9 @@
 
 use std::collections::BTreeSet;
 
-use crate::common::{Chip, cases, options, pairs, program};
+use crate::common::{CompiledChip, cases, options, pairs, program};
 use emu_core::RamInit;
-use ladder_compile::{Compiled, MutantKind, compile, compile_mutant, mutants};
+use ladder_compile::{CompiledProgram, MutantKind, compile, compile_mutant, mutants};
 
 #[test]
 fn faults_are_many_and_the_tables_find_most() {
@@ -31,7 +31,7 @@ fn faults_are_many_and_the_tables_find_most() {
                 let hit = !agrees(&faulty, &sections[1]);
                 found += u32::from(hit);
                 if !hit {
-                    println!("not found: {name}, {:?}: {}", mutant.element, mutant.what);
+                    println!("not found: {name}, {:?}: {}", mutant.element, mutant.description);
                 }
             }
             let unknown = compile_mutant(&program, &options(), list.len() as u32).expect("compiles");
@@ -44,8 +44,8 @@ fn faults_are_many_and_the_tables_find_most() {
     assert!(found * 100 >= all * 85, "{found} of {all}");
 }
 
-fn agrees(compiled: &Compiled, scans: &str) -> bool {
-    let mut chip = Chip::new(compiled, RamInit::Random(7));
+fn agrees(compiled: &CompiledProgram, scans: &str) -> bool {
+    let mut chip = CompiledChip::new(compiled, RamInit::Random(7));
     scans.lines().filter(|l| !l.trim().is_empty()).all(|line| {
         let (given, wanted) = line.split_once("->").expect("an arrow");
         chip.scan(&pairs(given));

@@ -1,15 +1,15 @@
 //! The timer on the emulated chip: the k-th scan starts between the k-th match, at floor(k P) within one tick, and the
 //! longest turn of the loop that waits for it; for ever.
 
-use crate::common::{Chip, program};
+use crate::common::{CompiledChip, program};
 use emu_core::{Cpu, RamInit};
-use ladder_compile::{Options, compile};
+use ladder_compile::{CompileOptions, compile};
 
 /// Clock in Hz, cycle in us, clocks per tick, whole ticks per period, fraction of a tick more.
-type Case = (u64, u64, u32, u32, Option<(u32, u32)>);
+type PacingCase = (u64, u64, u32, u32, Option<(u32, u32)>);
 
 #[rustfmt::skip]
-const CASES: &[Case] = &[
+const CASES: &[PacingCase] = &[
     ( 4_000_000,      10_000,    1, 40_000, None),
     // 65,536 clocks are the most without prescaler, one more takes the next.
     ( 1_000_000,      65_536,    1, 65_536, None),
@@ -33,8 +33,8 @@ const CASES: &[Case] = &[
 #[test]
 fn the_timer_is_set_as_the_table_says() {
     for &(clock, cycle, prescale, ticks, fraction) in CASES {
-        let pace = ladder_compile::avr::pace::pace(clock, cycle, 2).expect("can be paced");
-        let found = (pace.prescale, pace.ticks, pace.fraction.map(|f| (f.rest, f.whole)));
+        let pace = ladder_compile::avr::pacing::plan_pacing(clock, cycle, 2).expect("can be paced");
+        let found = (pace.prescale, pace.ticks, pace.fraction.map(|f| (f.numerator, f.denominator)));
         assert_eq!(found, (prescale, ticks, fraction), "{clock} Hz, {cycle} us");
     }
 }
@@ -44,17 +44,17 @@ fn the_timer_is_set_as_the_table_says() {
 fn scans_start_with_their_match_without_drift() {
     for mcu in ["atmega328p", "atmega8", "atmega128", "atmega162"] {
         for &(clock, cycle, ..) in CASES {
-            follow(mcu, clock, cycle);
+            check_scan_starts(mcu, clock, cycle);
         }
     }
 }
 
-fn follow(mcu: &str, clock: u64, cycle: u64) {
+fn check_scan_starts(mcu: &str, clock: u64, cycle: u64) {
     let text = format!(
         "LDmicro0.1\nCYCLE={cycle}\nCRYSTAL={clock}\nIO LIST\nEND\nPROGRAM\nRUNG\nCONTACTS Xa 0\nDIV a b c\nEND\n"
     );
-    let compiled = compile(&program(&text), &Options { mcu: mcu.to_owned(), ..Options::default() }).expect("compiles");
-    let mut chip = Chip::new(&compiled, RamInit::Random(1));
+    let compiled = compile(&program(&text), &CompileOptions { mcu: mcu.to_owned(), ..CompileOptions::default() }).expect("compiles");
+    let mut chip = CompiledChip::new(&compiled, RamInit::Random(1));
     let map = chip.map.clone();
     // Every turn of the loop is executed, so there are fewer scans of slow ones, and none where one takes over 2,000,000
     // clocks: those stand in the table above only.

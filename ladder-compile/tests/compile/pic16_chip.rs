@@ -2,13 +2,13 @@
 //! PWM do at their pins, and what is refused.
 
 use crate::common::program;
-use emu_core::{Cpu, Event, Level, Probe, RamInit, Time};
+use emu_core::{Cpu, ChipEvent, PinLevel, Probe, RamInit, CycleTime};
 use emu_pic16::Pic16;
-use ladder_compile::{Compiled, Map, Options, Place, Special, compile};
+use ladder_compile::{CompiledProgram, ImageMap, CompileOptions, CellLocation, SpecialPin, compile};
 
-fn compiled(text: &str, mcu: &str, pins: &[(&str, &str)]) -> Compiled {
+fn compiled(text: &str, mcu: &str, pins: &[(&str, &str)]) -> CompiledProgram {
     let pins = pins.iter().map(|&(name, pin)| (name.to_owned(), pin.to_owned())).collect();
-    let options = Options { mcu: mcu.to_owned(), pins, ..Options::default() };
+    let options = CompileOptions { mcu: mcu.to_owned(), pins, ..CompileOptions::default() };
     compile(&program(text), &options).unwrap_or_else(|errors| {
         panic!("{mcu}\n{text}\n{}", errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
     })
@@ -16,42 +16,42 @@ fn compiled(text: &str, mcu: &str, pins: &[(&str, &str)]) -> Compiled {
 
 /// What leaves the chip.
 #[derive(Default)]
-struct Seen {
-    edges: Vec<(u64, emu_core::PinId, Level)>,
+struct TimedEdgesAndBytes {
+    edges: Vec<(u64, emu_core::PinId, PinLevel)>,
     sent: Vec<(u64, u8)>,
 }
 
-impl Probe for Seen {
+impl Probe for TimedEdgesAndBytes {
     const EVENTS: bool = true;
 
-    fn event(&mut self, event: Event) -> bool {
+    fn on_event(&mut self, event: ChipEvent) -> bool {
         match event {
-            Event::Edge { at, pin, level } => self.edges.push((at.cycle, pin, level)),
-            Event::Sent { at, byte, .. } => self.sent.push((at.cycle, byte)),
-            Event::Contention { .. } | Event::Reset { .. } => {}
+            ChipEvent::Edge { at, pin, level } => self.edges.push((at.cycle, pin, level)),
+            ChipEvent::Sent { at, byte, .. } => self.sent.push((at.cycle, byte)),
+            ChipEvent::Contention { .. } | ChipEvent::Reset { .. } => {}
         }
         false
     }
 }
 
-struct Chip {
+struct Pic16Image {
     cpu: Pic16,
-    map: Map,
-    seen: Seen,
+    map: ImageMap,
+    seen: TimedEdgesAndBytes,
 }
 
-impl Chip {
-    fn new(compiled: &Compiled) -> Chip {
+impl Pic16Image {
+    fn new(compiled: &CompiledProgram) -> Pic16Image {
         let chip = emu_pic16::chips::chip(&compiled.map.mcu).expect("a known chip");
-        let loaded = emu_core::image::load_hex("image", compiled.hex.as_bytes(), chip.hex).expect("a sound image");
+        let loaded = emu_core::image::load_hex("image", compiled.hex.as_bytes(), chip.hex_spaces).expect("a sound image");
         let options = emu_pic16::Options { hz: compiled.map.clock_hz, ..emu_pic16::Options::default() };
         let cpu = Pic16::with(chip, &loaded.image, RamInit::Random(7), options);
-        Chip { cpu, map: compiled.map.clone(), seen: Seen::default() }
+        Pic16Image { cpu, map: compiled.map.clone(), seen: TimedEdgesAndBytes::default() }
     }
 
     fn run_to(&mut self, byte: u32) {
         let at = byte / 2;
-        self.cpu.trap(at, true);
+        self.cpu.set_breakpoint(at, true);
         let limit = self.cpu.cycle() + 100_000_000;
         loop {
             let stop = self.cpu.run(limit, &mut self.seen);
@@ -60,7 +60,7 @@ impl Chip {
             }
             assert!(self.cpu.cycle() < limit, "{stop:?} before 0x{at:04X}");
         }
-        self.cpu.trap(at, false);
+        self.cpu.set_breakpoint(at, false);
     }
 
     fn scan(&mut self) {
@@ -72,21 +72,21 @@ impl Chip {
         let found = self.map.symbols.iter().find(|s| s.name == name).expect("a symbol");
         let peek = |addr| self.cpu.peek("data", addr).expect("a place in memory");
         match found.place {
-            Place::Bit { addr, bit, .. } => i32::from(peek(addr) >> bit & 1),
-            Place::Word { addr, .. } => i16::from_le_bytes([peek(addr), peek(addr + 1)]).into(),
+            CellLocation::Bit { addr, bit, .. } => i32::from(peek(addr) >> bit & 1),
+            CellLocation::Word { addr, .. } => i16::from_le_bytes([peek(addr), peek(addr + 1)]).into(),
         }
     }
 
     fn set(&mut self, name: &str, value: i32) {
         let found = self.map.symbols.iter().find(|s| s.name == name).expect("a symbol").place.clone();
-        let Place::Word { addr, .. } = found else { panic!("{name} is no integer") };
+        let CellLocation::Word { addr, .. } = found else { panic!("{name} is no integer") };
         for (addr, byte) in (addr..).zip((value as i16).to_le_bytes()) {
             assert!(self.cpu.poke("data", addr, byte));
         }
     }
 
-    fn drive(&mut self, pin: &str, level: Level) {
-        let (now, pin) = (Time::at(self.cpu.cycle()), self.cpu.chip().pin(pin).expect("a pin"));
+    fn drive(&mut self, pin: &str, level: PinLevel) {
+        let (now, pin) = (CycleTime::at(self.cpu.cycle()), self.cpu.chip().pin(pin).expect("a pin"));
         self.cpu.drive(now, pin, level);
     }
 }
@@ -165,7 +165,7 @@ fn follow(mcu: &str, clock: u64, cycle: u64, tick: u32, poll: u64, scans: u64, e
     let text = format!(
         "LDmicro0.1\nCYCLE={cycle}\nCRYSTAL={clock}\nIO LIST\nEND\nPROGRAM\nRUNG\nCONTACTS Xa 0\nPARALLEL\n{element}\nCOIL Yc 0 0 0\nEND\nEND\n"
     );
-    let mut chip = Chip::new(&compiled(&text, mcu, &[]));
+    let mut chip = Pic16Image::new(&compiled(&text, mcu, &[]));
     let map = chip.map.clone();
     let case = format!("{mcu}, {clock} Hz, {cycle} us");
     assert_eq!((map.tick, u64::from(map.poll_cycles)), (tick, poll), "{case}");
@@ -192,8 +192,8 @@ fn pins_arithmetic_and_timers_on_every_chip() {
         "RUNG\nCONTACTS Xa 0\nTON Ta 30000\nCOIL Yb 0 0 0\nEND\nRUNG\nPARALLEL\nMUL c Ta -300\nDIV d c 7\nEND\nEND\n";
     for target in ladder_compile::pic16::TARGETS {
         let mut chip =
-            Chip::new(&compiled(&format!("{HEAD}{rungs}"), target.chip.name, &[("Xa", "RB0"), ("Yb", "RB5")]));
-        chip.drive("RB0", Level::High);
+            Pic16Image::new(&compiled(&format!("{HEAD}{rungs}"), target.chip.name, &[("Xa", "RB0"), ("Yb", "RB5")]));
+        chip.drive("RB0", PinLevel::High);
         let pin = chip.cpu.chip().pin("RB5").expect("a pin");
         // Outputs change only with the last instructions of a scan: RB5 is high from the third scan on.
         for scan in 1..=5 {
@@ -201,7 +201,7 @@ fn pins_arithmetic_and_timers_on_every_chip() {
             chip.run_to(chip.map.poll);
             let name = target.chip.name;
             assert_eq!(chip.get("Yb"), i32::from(scan >= 3), "{name}, scan {scan}");
-            assert_eq!(chip.cpu.level(pin), Level::of(scan >= 3), "{name}, scan {scan}");
+            assert_eq!(chip.cpu.pin_level(pin), PinLevel::from_bit(scan >= 3), "{name}, scan {scan}");
             assert_eq!(
                 (chip.get("c"), chip.get("d")),
                 (scan.min(2) * -300, scan.min(2) * -300 / 7),
@@ -209,8 +209,8 @@ fn pins_arithmetic_and_timers_on_every_chip() {
             );
         }
         // Low when it becomes an output, high once: no glitch.
-        let levels: Vec<Level> = chip.seen.edges.iter().filter(|edge| edge.1 == pin).map(|edge| edge.2).collect();
-        assert_eq!(levels, [Level::Low, Level::High], "{}", target.chip.name);
+        let levels: Vec<PinLevel> = chip.seen.edges.iter().filter(|edge| edge.1 == pin).map(|edge| edge.2).collect();
+        assert_eq!(levels, [PinLevel::Low, PinLevel::High], "{}", target.chip.name);
     }
 }
 
@@ -219,16 +219,16 @@ fn the_serial_line_sends_and_receives() {
     let rungs = "RUNG\nUART_RECV got\nPARALLEL\nADD next got 1\nCOIL Rgot 0 0 0\nEND\nEND\nRUNG\nCONTACTS Rgot 0\nUART_SEND next\nEND\n";
     for mcu in ["pic16f873", "pic16f877", "pic16f628", "pic16f88", "pic16f876a"] {
         let compiled = compiled(&format!("{HEAD}{rungs}"), mcu, &[]);
-        let mut chip = Chip::new(&compiled);
-        let target = ladder_compile::target(mcu).expect("a target");
+        let mut chip = Pic16Image::new(&compiled);
+        let target = ladder_compile::find_target(mcu).expect("a target");
         let (_, receive) = target.uart.expect("a serial line");
         let bit = compiled.map.specials.iter().find_map(|s| match s {
-            Special::Transmit { bit, .. } => Some(bit.num / bit.den),
+            SpecialPin::Transmit { bit, .. } => Some(bit.num / bit.den),
             _ => None,
         });
         let bit = bit.expect("the transmitter is in the map");
         let mut wanted = Vec::new();
-        chip.drive(receive, Level::High);
+        chip.drive(receive, PinLevel::High);
         chip.scan();
         for byte in [0x55u8, 0x00, 0xFE, 0x81] {
             // Start bit, eight bits, stop bit, from the middle of a scan's wait on.
@@ -236,7 +236,7 @@ fn the_serial_line_sends_and_receives() {
             let pin = chip.cpu.chip().pin(receive).expect("a pin");
             let bits = std::iter::once(false).chain((0..8).map(|n| byte >> n & 1 == 1)).chain([true]);
             for (n, level) in bits.enumerate() {
-                chip.cpu.drive(Time::at(from + n as u64 * bit), pin, Level::of(level));
+                chip.cpu.drive(CycleTime::at(from + n as u64 * bit), pin, PinLevel::from_bit(level));
             }
             chip.scan();
             assert_eq!((chip.get("got"), chip.get("Rgot")), (i32::from(byte), 1), "{mcu}, {byte:02X}");
@@ -264,16 +264,16 @@ fn the_pulse_is_as_wide_as_the_duty() {
     ] {
         let text = format!("{HEAD}RUNG\nSET_PWM duty {hertz}\nEND\n");
         let compiled = compiled(&text, mcu, &[]);
-        let mut chip = Chip::new(&compiled);
+        let mut chip = Pic16Image::new(&compiled);
         let pwm = compiled.map.specials.iter().find_map(|s| match s {
-            Special::Pwm { period, steps, pin, .. } => Some((period.num / period.den, u64::from(*steps), pin.clone())),
+            SpecialPin::Pwm { period, steps, pin, .. } => Some((period.num / period.den, u64::from(*steps), pin.clone())),
             _ => None,
         });
         let (period, steps, pin) = pwm.expect("the output is in the map");
         assert!((1_000_000 * 95..=1_000_000 * 105).contains(&(period * hertz * 100)), "{mcu}: {period}");
         let pin = chip.cpu.chip().pin(&pin).expect("a pin");
         chip.run_to(chip.map.scan_start);
-        assert_eq!(chip.cpu.level(pin), Level::Low, "{mcu} before the first duty");
+        assert_eq!(chip.cpu.pin_level(pin), PinLevel::Low, "{mcu} before the first duty");
         for duty in [0, 1, 2, 33, 50, 67, 98, 99, 100, 0, 100, -5, 140, -30000, 30000, 256] {
             chip.run_to(chip.map.scan_start);
             chip.set("duty", duty);
@@ -282,17 +282,17 @@ fn the_pulse_is_as_wide_as_the_duty() {
             let settled = chip.cpu.cycle() + 2 * period;
             chip.cpu.run(settled, &mut chip.seen);
             chip.seen.edges.clear();
-            let (mut level, mut last) = (chip.cpu.level(pin), chip.cpu.cycle());
+            let (mut level, mut last) = (chip.cpu.pin_level(pin), chip.cpu.cycle());
             let end = last + period;
             chip.cpu.run(end, &mut chip.seen);
             let end = chip.cpu.cycle();
             let mut high = 0;
             for &(at, edge, to) in chip.seen.edges.iter().filter(|(_, edge, _)| *edge == pin) {
                 assert_eq!(edge, pin);
-                high += if level == Level::High { at - last } else { 0 };
+                high += if level == PinLevel::High { at - last } else { 0 };
                 (level, last) = (to, at);
             }
-            high += if level == Level::High { end - last } else { 0 };
+            high += if level == PinLevel::High { end - last } else { 0 };
             let wanted = duty.clamp(0, 100) as u64;
             let all = end - (end - period);
             let edges = chip.seen.edges.iter().filter(|(_, edge, _)| *edge == pin).count();
@@ -317,17 +317,17 @@ fn the_converter_reads_beside_digital_inputs() {
         ("pic16f88", "RB6", "RA1"),
         ("pic16f819", "RA4", "RA1"),
     ] {
-        let mut chip = Chip::new(&compiled(
+        let mut chip = Pic16Image::new(&compiled(
             &format!("{HEAD}{rungs}"),
             mcu,
             &[("Aone", one), ("Atwo", two), ("Xa", "RA0"), ("Yb", "RA2")],
         ));
         for (scan, value) in [0u32, 1, 511, 512, 1022, 1023, 300].into_iter().enumerate() {
             for (pin, value) in [(one, value), (two, 1023 - value)] {
-                let (now, id) = (Time::at(chip.cpu.cycle()), chip.cpu.chip().pin(pin).expect("a pin"));
+                let (now, id) = (CycleTime::at(chip.cpu.cycle()), chip.cpu.chip().pin(pin).expect("a pin"));
                 assert!(chip.cpu.drive_volts(now, id, (value * 2 + 1) * 5000 / 2048));
             }
-            chip.drive("RA0", Level::of(scan % 2 == 0));
+            chip.drive("RA0", PinLevel::from_bit(scan % 2 == 0));
             chip.scan();
             let found = (chip.get("Aone"), chip.get("Atwo"), chip.get("Yb"));
             assert_eq!(found, (value as i32, 1023 - value as i32, i32::from(scan % 2 == 0)), "{mcu}, scan {scan}");
@@ -339,7 +339,7 @@ fn the_converter_reads_beside_digital_inputs() {
 #[test]
 fn what_the_chip_cannot_do_is_refused_with_the_figures() {
     let refused = |text: &str, mcu: &str| {
-        let options = Options { mcu: mcu.to_owned(), ..Options::default() };
+        let options = CompileOptions { mcu: mcu.to_owned(), ..CompileOptions::default() };
         let errors = compile(&program(text), &options).expect_err("it is refused");
         errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
     };
@@ -369,8 +369,8 @@ fn what_the_chip_cannot_do_is_refused_with_the_figures() {
 #[test]
 fn an_open_drain_is_told() {
     let compiled = compiled(&format!("{HEAD}RUNG\nCONTACTS Xa 0\nCOIL Yb 0 0 0\nEND\n"), "pic16f873", &[("Yb", "RA4")]);
-    let told: Vec<String> = compiled.notes.iter().map(ToString::to_string).collect();
-    assert!(told.iter().any(|note| note.contains("open drain")), "{told:?}");
+    let notes: Vec<String> = compiled.notes.iter().map(ToString::to_string).collect();
+    assert!(notes.iter().any(|note| note.contains("open drain")), "{notes:?}");
 }
 
 /// Clock in Hz, chip, configuration words: FOSC by the clock, no watchdog, no LVP, nothing protected.
@@ -390,7 +390,7 @@ fn configuration_words_stand_in_the_hex_file() {
         );
         let chip = emu_pic16::chips::chip(mcu).expect("a chip");
         let hex = compiled(&text, mcu, &[]).hex;
-        let image = emu_core::image::load_hex("image", hex.as_bytes(), chip.hex).expect("a sound image").image;
+        let image = emu_core::image::load_hex("image", hex.as_bytes(), chip.hex_spaces).expect("a sound image").image;
         let mut bytes = vec![0; 0x0E + 2 * wanted.len()];
         image.fill("config", &mut bytes);
         let found: Vec<u16> = bytes[0x0E..].chunks(2).map(|pair| u16::from_le_bytes([pair[0], pair[1]])).collect();
@@ -407,7 +407,7 @@ fn rungs_take_no_longer_than_the_map_says() {
              RUNG\nPARALLEL\nCTU Ca 3\nSERIES\nOSR\nCONTACTS Xa 0\nEND\nCTC Cb 9\nEND\nCOIL Ya 0 0 0\nEND\n"
         );
         let text = format!("LDmicro0.1\nCYCLE=10000\nCRYSTAL=11059200\nIO LIST\nEND\nPROGRAM\n{rungs}");
-        let mut chip = Chip::new(&compiled(&text, "pic16f873", &[]));
+        let mut chip = Pic16Image::new(&compiled(&text, "pic16f873", &[]));
         let map = chip.map.clone();
         for n in [0, 1, 50, 99, 100, 101, -1, 32767, -32768, 257] {
             chip.run_to(map.scan_start);

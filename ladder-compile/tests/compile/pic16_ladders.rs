@@ -1,12 +1,12 @@
 //! PIC16 images of random ladder programs on the emulated chips, against the interpreter: few names, deep branches, and mostly
 //! elements whose state changes on an edge, so that formulas wait across code that is not always executed.
 
-use crate::common::bench::{Bench, Failed};
+use crate::common::bench::{ImageBench, RunFailure};
 use emu_core::rng::Rng;
 use emu_pic16::Pic16;
 use ladder_compile::lower::lower;
 use ladder_compile::optimise::optimise;
-use ladder_compile::target::Refusal;
+use ladder_compile::target::BuildRefusal;
 
 const CHIPS: &[&str] = &["pic16f873", "pic16f877a", "pic16f628", "pic16f88"];
 
@@ -17,11 +17,11 @@ fn deep_branches_with_edges() {
         let text = ladder(&mut Rng::new(seed));
         let ir = optimise(lower(&crate::common::program(&text)));
         let chip = CHIPS[seed as usize % CHIPS.len()];
-        let target = ladder_compile::target(chip).expect("a target");
-        let bench = Bench { target, clock_hz: 4_000_000, cycle_us: 50_000, baud: Some(2400) };
+        let target = ladder_compile::find_target(chip).expect("a target");
+        let bench = ImageBench { target, clock_hz: 4_000_000, cycle_us: 50_000, baud: Some(2400) };
         match bench.run(&ir, seed, 30, Pic16::new) {
             Ok(_) => held += 1,
-            Err(Failed::Refused(refusal @ Refusal::Code { .. })) => println!("{chip}, seed {seed}: {refusal:?}"),
+            Err(RunFailure::Refused(refusal @ BuildRefusal::CodeTooLarge { .. })) => println!("{chip}, seed {seed}: {refusal:?}"),
             Err(how) => panic!("{chip}, seed {seed}: {how}\n{text}"),
         }
     }

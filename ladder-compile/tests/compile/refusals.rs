@@ -1,13 +1,13 @@
 //! Every refusal and every way to name pins: program, options, and what is told.
 
 use crate::common::{cases, program};
-use ladder_compile::{Options, compile};
+use ladder_compile::{CompileOptions, compile};
 
 #[test]
 fn every_refusal_says_what_the_table_says() {
     for (name, sections) in cases(include_str!("data/refusals.txt")) {
         let [text, given, wanted] = sections.as_slice() else { panic!("{name}: program, options, refusals") };
-        let mut options = Options { mcu: "atmega328p".to_owned(), ..Options::default() };
+        let mut options = CompileOptions { mcu: "atmega328p".to_owned(), ..CompileOptions::default() };
         for word in given.split_whitespace() {
             match word.split_once('=') {
                 Some(("mcu", mcu)) => options.mcu = mcu.to_owned(),

@@ -1,7 +1,7 @@
 //! Programs run on the emulated core scan by scan; the table says what every scan must leave behind, written by hand from
 //! the meaning of the elements.
 
-use crate::common::{Chip, cases, compiled, pairs, program};
+use crate::common::{CompiledChip, cases, compiled, pairs, program};
 use emu_core::RamInit;
 
 #[test]
@@ -10,7 +10,7 @@ fn every_scan_leaves_what_the_table_says() {
         for (name, sections) in cases(table) {
             let [text, scans] = sections.as_slice() else { panic!("{name}: a program and its scans") };
             let compiled = compiled(&program(text));
-            let mut chip = Chip::new(&compiled, RamInit::Random(7));
+            let mut chip = CompiledChip::new(&compiled, RamInit::Random(7));
             for symbol in &compiled.map.symbols {
                 assert_eq!(chip.get(&symbol.name), 0, "{name}: {} after reset", symbol.name);
             }

@@ -1,10 +1,10 @@
 //! The evaluator as its users see it: symbols, values from outside, what a watcher is told, what is refused.
 
 use crate::common::model::{coil, constant, contacts, leaf, parallel, program, var};
-use ladder::{CompareOp, CounterKind, Dialect, Element, ElementId, MathOp, Node, TimerKind};
-use ladder_eval::{Evaluator, Unsupported};
+use ladder::{CompareOp, CounterKind, LadderDialect, Element, ElementId, MathOp, RungNode, TimerKind};
+use ladder_eval::{Evaluator, UnsupportedElement};
 
-fn mv(dest: &str, value: i64) -> Element {
+fn move_constant(dest: &str, value: i64) -> Element {
     Element::Move { dest: dest.to_owned(), src: constant(value) }
 }
 
@@ -18,7 +18,7 @@ fn counter(name: &str, max: i64) -> Element {
 
 #[test]
 fn symbols_are_those_of_the_model_and_values_are_cut_to_their_kind() {
-    let program = program(vec![vec![leaf(contacts("Xa", false)), leaf(mv("n", 5)), leaf(coil("Yq"))]]);
+    let program = program(vec![vec![leaf(contacts("Xa", false)), leaf(move_constant("n", 5)), leaf(coil("Yq"))]]);
     let mut eval = Evaluator::new(&program).expect("simple elements");
     assert_eq!(eval.symbols(), program.symbols());
     for (i, symbol) in program.symbols().iter().enumerate() {
@@ -68,10 +68,10 @@ fn a_watcher_is_told_every_element_but_comments_in_text_order() {
         vec![leaf(Element::MasterRelay)],
     ]);
     let mut eval = Evaluator::new(&program).expect("simple elements");
-    let mut told = Vec::new();
+    let mut watched = Vec::new();
     for xa in [0, 1] {
         eval.set(eval.index("Xa").expect("Xa"), xa);
-        eval.scan_watched(&mut |ElementId { rung, index }, before, after| told.push((rung, index, before, after)));
+        eval.scan_watched(&mut |ElementId { rung, index }, before, after| watched.push((rung, index, before, after)));
     }
     #[rustfmt::skip]
     let wanted = [
@@ -80,13 +80,13 @@ fn a_watcher_is_told_every_element_but_comments_in_text_order() {
         (1, 1, true, true),  (1, 2, true, true),   (1, 3, true, true),   (1, 4, true, false),  (1, 5, true, true),
         (1, 6, true, true),  (3, 0, true, true),
     ];
-    assert_eq!(told, wanted);
+    assert_eq!(watched, wanted);
 }
 
 /// The refusal of `element`, which stands as the third element of the second rung.
-fn refusal(change: impl Fn(&mut ladder::Program), element: Element) -> Result<(), Unsupported> {
+fn refusal(change: impl Fn(&mut ladder::LadderProgram), element: Element) -> Result<(), UnsupportedElement> {
     let before = vec![leaf(Element::Comment("remark".to_owned())), parallel(vec![vec![leaf(Element::Short)]])];
-    let rungs: Vec<Vec<Node>> = vec![vec![leaf(contacts("Ra", false))], [before, vec![leaf(element)]].concat()];
+    let rungs: Vec<Vec<RungNode>> = vec![vec![leaf(contacts("Ra", false))], [before, vec![leaf(element)]].concat()];
     let mut program = program(rungs);
     change(&mut program);
     Evaluator::new(&program).map(|_| ())
@@ -173,9 +173,9 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         (count(Some(0), Some('/')),                                                 ""),
         (count(Some(1), None),                                                      "start value"),
         (count(None, Some('\\')),                                                   "input kind `\\`"),
-        (mv("n", 32_768),                                                           "an operand is 32768"),
-        (mv("n", -32_768),                                                          ""),
-        (mv("Ra", 1),                                                               "`Ra` is a bit"),
+        (move_constant("n", 32_768),                                                           "an operand is 32768"),
+        (move_constant("n", -32_768),                                                          ""),
+        (move_constant("Ra", 1),                                                               "`Ra` is a bit"),
         (Element::Res { name: "Ra".to_owned() },                                    "`Ra` is a bit"),
         (Element::Compare { op: CompareOp::Equ, op1: var("Ra"), op2: constant(0) }, "`Ra` is a bit"),
         (Element::Math { op: MathOp::Add, dest: name(), op1: var("n"), op2: constant(-40_000) }, "an operand is -40000"),
@@ -193,8 +193,8 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         expect(&element, reason, refusal(|_| {}, element.clone()));
     }
     let placeholder = refusal(|_| {}, Element::Placeholder).map_err(|e| e.to_string());
-    let told = "rung 2, element 3: `PLACEHOLDER`: an empty place: the rung is not complete";
-    assert_eq!(placeholder, Err(told.to_owned()));
+    let refusal_text = "rung 2, element 3: `PLACEHOLDER`: an empty place: the rung is not complete";
+    assert_eq!(placeholder, Err(refusal_text.to_owned()));
     #[rustfmt::skip]
     let in_dialect_5: Vec<(Element, &str)> = vec![
         (timer("Tt", 10_000),                                                       "10000 us / 10000 us - 1 = 0 scans, wanted 1 to 127"),
@@ -205,8 +205,8 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         (count(Some(1), Some('o')),                                                 ""),
         (count(Some(1), Some('?')),                                                 "input kind `?` has no meaning"),
         (counter("Cn", 1 << 31),                                                    "the limit of a counter is 2147483648"),
-        (mv("n", -1 << 31),                                                         ""),
-        (mv("n", 1 << 31),                                                          "an operand is 2147483648"),
+        (move_constant("n", -1 << 31),                                                         ""),
+        (move_constant("n", 1 << 31),                                                          "an operand is 2147483648"),
         (curve(&[(0, 0), (2, 16_384)]),                                             "does not fit -32767 to 32767"),
         (curve(&[(0, 0), (2, 16_384), (40_000, 0)]),                                ""),
         (curve(&[(0, 0), (70_000, 70_000)]),                                        "does not fit -2147483647 to 2147483647"),
@@ -215,9 +215,9 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
         (Element::UartSend { name: name(), rest: Some((2, 0)) },                    "2 byte(s)"),
     ];
     for (element, reason) in in_dialect_5 {
-        expect(&element, reason, refusal(|p| p.dialect = Dialect::Ldmicro5, element.clone()));
+        expect(&element, reason, refusal(|p| p.dialect = LadderDialect::Ldmicro5, element.clone()));
     }
-    let no_rate = |p: &mut ladder::Program| p.settings.baud = None;
+    let no_rate = |p: &mut ladder::LadderProgram| p.settings.baud = None;
     for element in [Element::UartSend { name: name(), rest: None }, text(None, "a")] {
         expect(&element, "BAUD= is missing", refusal(no_rate, element.clone()));
     }
@@ -229,7 +229,7 @@ fn what_has_no_meaning_is_refused_by_name_and_place() {
     expect(&timer("Tt", 50_000), "CYCLE is 0", free_running);
 }
 
-fn expect(element: &Element, reason: &str, found: Result<(), Unsupported>) {
+fn expect(element: &Element, reason: &str, found: Result<(), UnsupportedElement>) {
     match found {
         Ok(()) => assert!(reason.is_empty(), "{element:?}: accepted, wanted `{reason}`"),
         Err(refusal) => {

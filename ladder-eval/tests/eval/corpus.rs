@@ -5,7 +5,7 @@ use crate::common;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use ladder::Program;
+use ladder::LadderProgram;
 
 /// The programs that the corpus has traces of.
 const TRACED: &[&str] = &[
@@ -19,7 +19,7 @@ const TRACED: &[&str] = &[
 ];
 
 /// The other programs, which must have a meaning: sent bytes, PWM and EEPROM have no trace of LDmicro.
-const OTHERS: &[&str] = &[
+const UNTRACED: &[&str] = &[
     "sample-7seg-display",
     "sample-MasterRelay-Test",
     "sample-ctu_ctd_ctc",
@@ -42,7 +42,7 @@ fn traces_of_ldmicro_come_out_column_by_column() {
     for name in TRACED {
         trace(&folder, name);
     }
-    for name in OTHERS {
+    for name in UNTRACED {
         let mut eval = common::evaluator(&program(&folder, name));
         (0..1000).for_each(|_| eval.scan());
         assert_eq!(eval.scans(), 1000, "{name}");
@@ -53,7 +53,7 @@ fn read(path: PathBuf) -> String {
     fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-fn program(folder: &Path, name: &str) -> Program {
+fn program(folder: &Path, name: &str) -> LadderProgram {
     common::parse(name, &read(folder.join(format!("{name}.ld"))))
 }
 

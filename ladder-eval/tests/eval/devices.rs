@@ -28,58 +28,58 @@ fn the_serial_line_counts_down() {
         "LDmicro0.1\nCYCLE=10000\nCRYSTAL=1\nBAUD=200\nPROGRAM\nRUNG\nCONTACTS Xa 0\nUART_SEND n\nUART_RECV m\nEND\n";
     let mut eval = common::evaluator(&common::parse("t", text));
     let (x, n, m) = (common::index(&eval, "Xa"), common::index(&eval, "n"), common::index(&eval, "m"));
-    assert_eq!((eval.sent(), eval.uart_busy(), eval.waiting()), (None, 0, false));
-    assert!(eval.receive(7) && !eval.receive(8) && eval.waiting());
+    assert_eq!((eval.sent(), eval.uart_busy_scans(), eval.has_received_byte()), (None, 0, false));
+    assert!(eval.receive(7) && !eval.receive(8) && eval.has_received_byte());
     eval.set(x, 1);
     eval.set(n, 0x141);
     let before = eval.clone();
     eval.scan();
-    assert_eq!((eval.sent(), eval.uart_busy(), eval.waiting(), eval.get(m)), (Some(0x41), 5, false, 7));
-    assert_eq!((before.sent(), before.uart_busy(), before.waiting()), (None, 0, true), "a clone is a snapshot");
+    assert_eq!((eval.sent(), eval.uart_busy_scans(), eval.has_received_byte(), eval.get(m)), (Some(0x41), 5, false, 7));
+    assert_eq!((before.sent(), before.uart_busy_scans(), before.has_received_byte()), (None, 0, true), "a clone is a snapshot");
     eval.set(x, 0);
     for left in [4, 3, 2, 1, 0, 0] {
         eval.scan();
-        assert_eq!((eval.sent(), eval.uart_busy()), (None, left));
+        assert_eq!((eval.sent(), eval.uart_busy_scans()), (None, left));
     }
     // The longest byte: 10^7 us at 1 baud, in scans of 1 us.
     let text = text.replace("CYCLE=10000", "CYCLE=1").replace("BAUD=200", "BAUD=1");
     let mut slow = common::evaluator(&common::parse("t", &text));
     slow.set(x, 1);
     slow.scan();
-    assert_eq!(slow.uart_busy(), 10_000_000);
+    assert_eq!(slow.uart_busy_scans(), 10_000_000);
 }
 
 #[test]
 fn duty_and_frequency() {
     let mut eval = eval("RUNG\nCONTACTS Xa 0\nSET_PWM 30 1234\nEND");
     assert_eq!(
-        (eval.pwm(), eval.pwm_hz()),
+        (eval.pwm_percent(), eval.pwm_hz()),
         (None, Some(1234)),
         "the frequency is the program's, the duty is set by a scan"
     );
     eval.scan();
-    assert_eq!(eval.pwm(), None);
+    assert_eq!(eval.pwm_percent(), None);
     eval.set(common::index(&eval, "Xa"), 1);
     eval.scan();
-    assert_eq!(eval.pwm(), Some(30));
+    assert_eq!(eval.pwm_percent(), Some(30));
     assert_eq!(self::eval("RUNG\nOPEN\nEND").pwm_hz(), None);
 }
 
 #[test]
 fn cells_are_those_of_persist() {
     let mut eval = eval("RUNG\nPERSIST a\nEND\nRUNG\nPERSIST b\nEND");
-    assert_eq!((eval.eeprom(), eval.eeprom_busy()), ([255; 4].as_slice(), 0));
+    assert_eq!((eval.eeprom(), eval.eeprom_busy_scans()), ([255; 4].as_slice(), 0));
     for (addr, byte) in [(0, 1), (3, 128), (4, 9), (usize::MAX, 9)] {
         eval.set_eeprom(addr, byte);
     }
     assert_eq!(eval.eeprom(), [1, 255, 255, 128]);
     eval.scan();
     let (a, b) = (common::index(&eval, "a"), common::index(&eval, "b"));
-    assert_eq!((eval.get(a), eval.get(b), eval.eeprom_busy()), (-255, -32513, 0));
+    assert_eq!((eval.get(a), eval.get(b), eval.eeprom_busy_scans()), (-255, -32513, 0));
     eval.set(b, 0);
     let before = eval.clone();
     eval.scan();
-    assert_eq!((eval.eeprom(), eval.eeprom_busy()), ([1, 255, 0, 128].as_slice(), 1));
+    assert_eq!((eval.eeprom(), eval.eeprom_busy_scans()), ([1, 255, 0, 128].as_slice(), 1));
     assert_eq!(before.eeprom(), [1, 255, 255, 128], "a clone is a snapshot");
     assert!(self::eval("RUNG\nOPEN\nEND").eeprom().is_empty());
 }
@@ -88,14 +88,14 @@ fn cells_are_those_of_persist() {
 fn the_adjust_of_old_files_in_the_new_dialect() {
     // Header, dialect, scans until a TON of three cycles is true.
     for (header, dialect, wanted) in [
-        ("0.1", ladder::Dialect::Ldmicro23, 3),
-        ("0.1", ladder::Dialect::Ldmicro5, 3),
-        ("0.2", ladder::Dialect::Ldmicro5, 4),
-        ("0.2", ladder::Dialect::Ldmicro23, 3),
+        ("0.1", ladder::LadderDialect::Ldmicro23, 3),
+        ("0.1", ladder::LadderDialect::Ldmicro5, 3),
+        ("0.2", ladder::LadderDialect::Ldmicro5, 4),
+        ("0.2", ladder::LadderDialect::Ldmicro23, 3),
     ] {
         let text =
             format!("LDmicro{header}\nCYCLE=10000\nCRYSTAL=1\nPROGRAM\nRUNG\nTON Ta 30000\nCOIL Ya 0 0 0\nEND\n");
-        let options = ladder::Options { dialect: Some(dialect) };
+        let options = ladder::ParseOptions { dialect: Some(dialect) };
         let mut eval = common::evaluator(&ladder::parse_with("t", &text, options).expect("reads").program);
         let y = common::index(&eval, "Ya");
         let scans = (1..10).find(|_| {

@@ -3,11 +3,11 @@
 //! The wanted column is computed on truth tables (bit `i` is the value for inputs `i`): series is AND, parallel is OR.
 
 use crate::common::model::{coil, contacts, leaf, parallel, program};
-use ladder::{Element, Node};
+use ladder::{Element, RungNode};
 use ladder_eval::Evaluator;
 
 /// A series and its truth table.
-type Table = (Vec<Node>, u8);
+type SeriesTruthTable = (Vec<RungNode>, u8);
 
 /// Xa is bit 0 of the combination, Xb bit 1.
 const A: u8 = 0b1010;
@@ -24,10 +24,10 @@ fn every_nesting_of_up_to_four_elements() {
         (Element::Short, ALL),
         (Element::Open, 0),
     ];
-    let leaves: Vec<Table> = leaves.into_iter().map(|(e, t)| (vec![leaf(e)], t)).collect();
+    let leaves: Vec<SeriesTruthTable> = leaves.into_iter().map(|(e, t)| (vec![leaf(e)], t)).collect();
     // bodies[n]: all series of n leaves; groups[n]: all parallel groups of n leaves, each as a series of one node.
-    let mut bodies: Vec<Vec<Table>> = vec![Vec::new(), leaves.clone()];
-    let mut groups: Vec<Vec<Table>> = vec![Vec::new(), Vec::new()];
+    let mut bodies: Vec<Vec<SeriesTruthTable>> = vec![Vec::new(), leaves.clone()];
+    let mut groups: Vec<Vec<SeriesTruthTable>> = vec![Vec::new(), Vec::new()];
     for n in 2..=4 {
         let mut group = Vec::new();
         branches(&bodies, n, &mut Vec::new(), 0, &mut group);
@@ -53,7 +53,7 @@ fn every_nesting_of_up_to_four_elements() {
 }
 
 /// All groups of `left` leaves: at least two branches, each any series.
-fn branches(bodies: &[Vec<Table>], left: usize, so_far: &mut Vec<Vec<Node>>, table: u8, out: &mut Vec<Table>) {
+fn branches(bodies: &[Vec<SeriesTruthTable>], left: usize, so_far: &mut Vec<Vec<RungNode>>, table: u8, out: &mut Vec<SeriesTruthTable>) {
     if left == 0 {
         out.push((vec![parallel(so_far.clone())], table));
         return;
@@ -68,7 +68,7 @@ fn branches(bodies: &[Vec<Table>], left: usize, so_far: &mut Vec<Vec<Node>>, tab
     }
 }
 
-fn check(series: &[Node], table: u8) {
+fn check(series: &[RungNode], table: u8) {
     // The names are used by a rung of their own, so that all programs know all symbols.
     let known = vec![leaf(contacts("Xa", false)), leaf(contacts("Xb", false))];
     let rung = [series, &[leaf(coil("Yq"))]].concat();

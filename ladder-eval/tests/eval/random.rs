@@ -4,7 +4,7 @@
 use crate::common::model;
 use crate::common::model::{constant, leaf, parallel, program, var};
 use crate::naive;
-use ladder::{CompareOp, CounterKind, Dialect, Element, Format, MathOp, Node, Operand, Program, TimerKind, VarEntry};
+use ladder::{CompareOp, CounterKind, LadderDialect, Element, LdFormat, MathOp, RungNode, LadderOperand, LadderProgram, TimerKind, VarEntry};
 use ladder_eval::Evaluator;
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -27,7 +27,7 @@ fn integer() -> impl Strategy<Value = String> {
     select(INTEGERS).prop_map(str::to_owned)
 }
 
-fn operand() -> impl Strategy<Value = Operand> {
+fn operand() -> impl Strategy<Value = LadderOperand> {
     prop_oneof![
         select(INTEGERS).prop_map(var),
         select(VALUES).prop_map(constant),
@@ -127,7 +127,7 @@ fn device() -> impl Strategy<Value = Element> {
 }
 
 /// A program of the dialect, with widths for some of its integers, at a rate of 1 to 4 scans a byte.
-fn in_dialect(rungs: Vec<Vec<Node>>, five: bool, old: bool, widths: Vec<u8>, baud: u64) -> Program {
+fn in_dialect(rungs: Vec<Vec<RungNode>>, five: bool, old: bool, widths: Vec<u8>, baud: u64) -> LadderProgram {
     let mut program = program(rungs);
     program.settings.cycle_us = CYCLE as u64;
     program.settings.baud = Some(baud);
@@ -135,8 +135,8 @@ fn in_dialect(rungs: Vec<Vec<Node>>, five: bool, old: bool, widths: Vec<u8>, bau
         program.rungs.iter_mut().for_each(|rung| plain_counters(&mut rung.series));
         return program;
     }
-    program.dialect = Dialect::Ldmicro5;
-    program.format = if old { Format::V01 } else { Format::V02 };
+    program.dialect = LadderDialect::Ldmicro5;
+    program.format = if old { LdFormat::V01 } else { LdFormat::V02 };
     // A timer's width must hold P, so none is given.
     let names = ["Ca", "n", "m", "s0", "s2", "Ain"];
     let entries = widths.into_iter().zip(names).map(|(bytes, name)| VarEntry {
@@ -154,22 +154,22 @@ fn in_dialect(rungs: Vec<Vec<Node>>, five: bool, old: bool, widths: Vec<u8>, bau
 }
 
 /// Takes away what only ldmicro-5 gives a meaning.
-fn plain_counters(series: &mut [Node]) {
+fn plain_counters(series: &mut [RungNode]) {
     for node in series {
         match node {
-            Node::Parallel(branches, _) => branches.iter_mut().for_each(|branch| plain_counters(branch)),
-            Node::Leaf(Element::Counter { max, init, input, .. }, _) => {
+            RungNode::Parallel(branches, _) => branches.iter_mut().for_each(|branch| plain_counters(branch)),
+            RungNode::Leaf(Element::Counter { max, init, input, .. }, _) => {
                 (*init, *input) = (None, None);
-                if let Operand::Var(_) = max {
+                if let LadderOperand::Var(_) = max {
                     *max = constant(2);
                 }
             }
-            Node::Leaf(..) => {}
+            RungNode::Leaf(..) => {}
         }
     }
 }
 
-fn node() -> impl Strategy<Value = Node> {
+fn node() -> impl Strategy<Value = RungNode> {
     element().prop_map(leaf).prop_recursive(3, 12, 4, |inner| {
         let series = prop::collection::vec(inner, 1..4);
         prop::collection::vec(series, 1..4).prop_map(parallel)
@@ -177,9 +177,9 @@ fn node() -> impl Strategy<Value = Node> {
 }
 
 /// Before a scan: both inputs, and sometimes an integer or a relay written from outside, another analog level, a byte.
-type Stimulus = (bool, bool, Option<(&'static str, i64)>, Option<(&'static str, bool)>, Option<u16>, Option<u8>);
+type RandomStimulus = (bool, bool, Option<(&'static str, i64)>, Option<(&'static str, bool)>, Option<u16>, Option<u8>);
 
-fn stimulus() -> impl Strategy<Value = Vec<Stimulus>> {
+fn stimulus() -> impl Strategy<Value = Vec<RandomStimulus>> {
     let write = prop::option::weighted(0.3, (select(INTEGERS), select(VALUES)));
     let force = prop::option::weighted(0.1, (select(COILS), any::<bool>()));
     let level = prop::option::weighted(0.3, prop_oneof![select(vec![0u16, 1, 511, 512, 1023]), 0..1024u16]);
@@ -201,7 +201,7 @@ proptest! {
     ) {
         let program = in_dialect(rungs, five, old, widths, baud);
         let mut eval = Evaluator::new(&program).map_err(|e| TestCaseError::fail(e.to_string()))?;
-        let mut naive = naive::Naive::new(&program);
+        let mut naive = naive::NaiveInterpreter::new(&program);
         for (addr, &byte) in cells.iter().enumerate() {
             naive.cells.insert(addr, byte);
             eval.set_eeprom(addr, byte);
@@ -227,8 +227,8 @@ proptest! {
                 eval.index("Ain").iter().for_each(|&symbol| eval.set_adc(symbol, level));
             }
             if let Some(byte) = byte {
-                let free = naive.waiting.is_none();
-                naive.waiting.get_or_insert(byte);
+                let free = naive.received_byte.is_none();
+                naive.received_byte.get_or_insert(byte);
                 prop_assert_eq!(eval.receive(byte), free);
             }
             // A snapshot that scans unwatched must end in the same state as the watched original.
@@ -239,8 +239,8 @@ proptest! {
             prop_assert_eq!(seen, naive.scan(&program), "scan {}", scan + 1);
             prop_assert_eq!(eval.scans(), scan as u64 + 1);
             prop_assert_eq!(eval.sent(), naive.sent, "scan {}", scan + 1);
-            prop_assert_eq!(eval.waiting(), naive.waiting.is_some());
-            prop_assert_eq!(eval.pwm().map(i64::from), naive.duty);
+            prop_assert_eq!(eval.has_received_byte(), naive.received_byte.is_some());
+            prop_assert_eq!(eval.pwm_percent().map(i64::from), naive.duty);
             let cells: Vec<u8> = (0..eval.eeprom().len()).map(|a| naive.cells.get(&a).copied().unwrap_or(255)).collect();
             prop_assert_eq!(eval.eeprom(), cells, "scan {}", scan + 1);
             for (i, symbol) in symbols.iter().enumerate() {

@@ -5,7 +5,7 @@ use crate::table::{self, Column};
 use ladder_eval::Evaluator;
 
 /// Before a scan.
-fn give(eval: &mut Evaluator, column: &Column, value: i32) {
+fn set_column(eval: &mut Evaluator, column: &Column, value: i32) {
     match column {
         Column::Symbol(name) => eval.set(common::index(eval, name), value),
         Column::Level(name) => eval.set_adc(common::index(eval, name), value.try_into().expect("a level")),
@@ -16,11 +16,11 @@ fn give(eval: &mut Evaluator, column: &Column, value: i32) {
 }
 
 /// After a scan.
-fn found(eval: &Evaluator, column: &Column) -> Option<i32> {
+fn column_value(eval: &Evaluator, column: &Column) -> Option<i32> {
     match column {
         Column::Symbol(name) => Some(eval.get(common::index(eval, name))),
         Column::Sent => eval.sent().map(i32::from),
-        Column::Duty => eval.pwm().map(i32::from),
+        Column::Duty => eval.pwm_percent().map(i32::from),
         Column::Cell(cell) => eval.eeprom().get(*cell).copied().map(i32::from),
         Column::Level(_) | Column::Received => panic!("{column:?} is not wanted"),
     }
@@ -34,11 +34,11 @@ fn every_line_of_every_trace() {
         for row in &case.rows {
             for _ in 0..row.times {
                 for (column, value) in case.given.iter().zip(&row.given) {
-                    value.iter().for_each(|&value| give(&mut eval, column, value));
+                    value.iter().for_each(|&value| set_column(&mut eval, column, value));
                 }
                 eval.scan();
             }
-            let found: Vec<Option<i32>> = case.wanted.iter().map(|column| found(&eval, column)).collect();
+            let found: Vec<Option<i32>> = case.wanted.iter().map(|column| column_value(&eval, column)).collect();
             if found != row.wanted {
                 faults.push(format!("{}: {}: found {found:?}, wanted {:?}", case.name, row.text, row.wanted));
             }

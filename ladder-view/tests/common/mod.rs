@@ -2,19 +2,19 @@
 
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::load_hex;
-use emu_core::pins::{Level, Time};
-use emu_debug::debug::{Action, Options, Rig, Scope, Session, Target};
-use emu_debug::stimulus::{Drive, Put};
-use emu_debug::{Board, Clock};
-use ladder_view::View;
+use emu_core::pins::{PinLevel, CycleTime};
+use emu_debug::debug::{UserAction, SessionOptions, MachineWithDevices, NameScope, DebugSession, DynMachine};
+use emu_debug::stimulus::{TimedDrive, ExternalDrive};
+use emu_debug::{AttachedDevices, CycleClock};
+use ladder_view::LadderView;
 
-fn rig<C: Cpu + 'static>(cpu: C, clock: Clock) -> Box<dyn Target> {
-    Box::new(Rig::new(cpu, Board::new(Vec::new(), clock)))
+fn debug_machine<C: Cpu + 'static>(cpu: C, clock: CycleClock) -> Box<dyn DynMachine> {
+    Box::new(MachineWithDevices::new(cpu, AttachedDevices::new(Vec::new(), clock)))
 }
 
 /// Which chip, and how it is switched on.
 #[derive(Clone, Copy)]
-pub struct Setup {
+pub struct ChipSetup {
     pub mcu: &'static str,
     pub clock_hz: Option<u64>,
     /// The watchdog of a PIC16 is on.
@@ -22,43 +22,43 @@ pub struct Setup {
 }
 
 /// Compiles a program and switches the chip on, with all inputs low.
-pub fn open(text: &str, setup: Setup) -> (Session, View) {
-    let Setup { mcu, clock_hz, watchdog } = setup;
-    let program = ladder::parse_bytes("program.ld", text.as_bytes(), ladder::Options::default());
+pub fn open(text: &str, setup: ChipSetup) -> (DebugSession, LadderView) {
+    let ChipSetup { mcu, clock_hz, watchdog } = setup;
+    let program = ladder::parse_bytes("program.ld", text.as_bytes(), ladder::ParseOptions::default());
     let program = program.expect("a program").program;
-    let options = ladder_compile::Options { mcu: mcu.to_owned(), clock_hz, ..Default::default() };
+    let options = ladder_compile::CompileOptions { mcu: mcu.to_owned(), clock_hz, ..Default::default() };
     let compiled = ladder_compile::compile(&program, &options).expect("an image");
-    let chip = ladder_compile::chip(mcu).expect("a chip");
-    let image = load_hex("program", compiled.hex.as_bytes(), chip.hex).expect("a HEX file").image;
-    let clock = Clock { hz: compiled.map.clock_hz, clocks_per_cycle: 1 };
+    let chip = ladder_compile::find_chip(mcu).expect("a chip");
+    let image = load_hex("program", compiled.hex.as_bytes(), chip.hex_spaces).expect("a HEX file").image;
+    let clock = CycleClock { hz: compiled.map.clock_hz, clocks_per_cycle: 1 };
     let target = match chip.family {
-        emu_core::chip::Family::Avr => rig(emu_avr::Avr::new(chip, &image, RamInit::Zero), clock),
-        emu_core::chip::Family::Mcs51 => {
-            rig(emu_8051::Mcs51::with(chip, &image, RamInit::Zero, emu_8051::Options::default()), clock)
+        emu_core::chip::ChipFamily::Avr => debug_machine(emu_avr::Avr::new(chip, &image, RamInit::Zero), clock),
+        emu_core::chip::ChipFamily::Mcs51 => {
+            debug_machine(emu_8051::Mcs51::with(chip, &image, RamInit::Zero, emu_8051::Options::default()), clock)
         }
-        emu_core::chip::Family::Pic16 => {
+        emu_core::chip::ChipFamily::Pic16 => {
             let options = emu_pic16::Options { hz: clock.hz, ..Default::default() };
             let config = watchdog.then_some(0x3FFF);
-            rig(emu_pic16::Pic16::with(chip, &image, RamInit::Zero, emu_pic16::Options { config, ..options }), clock)
+            debug_machine(emu_pic16::Pic16::with(chip, &image, RamInit::Zero, emu_pic16::Options { config, ..options }), clock)
         }
-        emu_core::chip::Family::Ap101 => rig(emu_ap101::Ap101::with(&image, emu_ap101::Options::default()), clock),
+        emu_core::chip::ChipFamily::Ap101 => debug_machine(emu_ap101::Ap101::with(&image, emu_ap101::Options::default()), clock),
     };
-    let view = View::new(program, compiled.map, chip).expect("they belong together");
-    let mut scope = Scope::new(chip);
+    let view = LadderView::new(program, compiled.map, chip).expect("they belong together");
+    let mut scope = NameScope::new(chip);
     scope.ladder = view.symbols();
-    let options = Options { clock, history: 64 << 20, follow: Some(view.follower()) };
-    let mut session = Session::new(target, scope, options);
+    let options = SessionOptions { clock, history_bytes: 64 << 20, follower: Some(view.follower()) };
+    let mut session = DebugSession::new(target, scope, options);
     // Inputs have pull-ups; these programs are easier to follow when all are low.
     for pin in view.map().pins.clone().iter().filter(|pin| pin.direction == "in") {
-        put(&mut session, &view, &pin.name, false);
+        drive_input(&mut session, &view, &pin.name, false);
     }
     (session, view)
 }
 
 /// Drives an input.
-pub fn put(session: &mut Session, view: &View, name: &str, high: bool) {
+pub fn drive_input(session: &mut DebugSession, view: &LadderView, name: &str, high: bool) {
     let pin = view.map().pins.iter().find(|pin| pin.name == name).expect("a pin of the program");
     let pin = session.scope.chip().pin(&pin.pin).expect("a pin of the chip");
-    let at = Time::at(session.target().cycle());
-    session.act(Action::Drive(Drive { at, put: Put::Level(pin, Level::of(high)) })).expect("a level");
+    let at = CycleTime::at(session.machine().cycle());
+    session.apply_action(UserAction::Drive(TimedDrive { at, drive: ExternalDrive::Level(pin, PinLevel::from_bit(high)) })).expect("a level");
 }

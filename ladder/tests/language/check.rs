@@ -3,7 +3,7 @@
 use crate::common;
 use std::collections::BTreeSet;
 
-use ladder::{Dialect, Options, parse, parse_with};
+use ladder::{LadderDialect, ParseOptions, parse, parse_with};
 
 const TABLE: &str = include_str!("tables/check.txt");
 
@@ -16,14 +16,14 @@ fn every_row_is_told_as_written() {
         let program = match parse("t.ld", &common::text(body)) {
             Ok(parsed) => parsed.program,
             Err(errors) => {
-                wrong.push(format!("line {number}: does not read: {}", common::told(&errors).join(" ")));
+                wrong.push(format!("line {number}: does not read: {}", common::diagnostic_codes(&errors).join(" ")));
                 continue;
             }
         };
         let found = ladder::check(&program);
         let expected: Vec<&str> = expected.split_whitespace().filter(|w| *w != "ok").collect();
-        if common::told(&found) != expected {
-            wrong.push(format!("line {number}: expected {expected:?}, found {:?}", common::told(&found)));
+        if common::diagnostic_codes(&found) != expected {
+            wrong.push(format!("line {number}: expected {expected:?}, found {:?}", common::diagnostic_codes(&found)));
         } else if !cause.is_empty() && !found.iter().any(|d| d.cause.contains(cause)) {
             wrong.push(format!("line {number}: no cause contains `{cause}`: {found:?}"));
         }
@@ -45,10 +45,10 @@ fn every_code_of_the_checks_has_a_row() {
 #[test]
 fn the_dialect_can_be_chosen() {
     let text = "LDmicro0.2\nCYCLE=10000\nCRYSTAL=4000000\nPROGRAM\nRUNG\nTON Ta 20000\nEND\n";
-    let program = |dialect| parse_with("t", text, Options { dialect }).expect("reads").program;
-    assert_eq!(program(None).dialect, Dialect::Ldmicro5);
-    assert_eq!(program(Some(Dialect::Ldmicro23)).dialect, Dialect::Ldmicro23);
-    assert!(ladder::check(&program(Some(Dialect::Ldmicro23))).is_empty());
-    let old = parse_with("t", &text.replace("0.2", "0.1"), Options::default()).expect("reads").program;
-    assert_eq!(old.dialect, Dialect::Ldmicro23);
+    let program = |dialect| parse_with("t", text, ParseOptions { dialect }).expect("reads").program;
+    assert_eq!(program(None).dialect, LadderDialect::Ldmicro5);
+    assert_eq!(program(Some(LadderDialect::Ldmicro23)).dialect, LadderDialect::Ldmicro23);
+    assert!(ladder::check(&program(Some(LadderDialect::Ldmicro23))).is_empty());
+    let old = parse_with("t", &text.replace("0.2", "0.1"), ParseOptions::default()).expect("reads").program;
+    assert_eq!(old.dialect, LadderDialect::Ldmicro23);
 }

@@ -12,13 +12,13 @@ fn words(text: &str) -> Vec<Vec<&str>> {
 }
 
 fn round_trip(name: &str, text: &str) {
-    let program = parse(name, text).unwrap_or_else(|e| panic!("{name}: {}", common::told(&e).join(" "))).program;
+    let program = parse(name, text).unwrap_or_else(|e| panic!("{name}: {}", common::diagnostic_codes(&e).join(" "))).program;
     let written = write(&program);
     assert_eq!(words(&written), words(text), "{name}");
     let again = parse(name, &written).unwrap_or_else(|e| panic!("{name}, written: {e:?}")).program;
     // Written text has a layout of its own; a third writing shows that all else is equal.
     assert_eq!(write(&again), written, "{name}");
-    let elements = |p: &ladder::Program| p.elements().map(|(id, e, _)| (id, e.clone())).collect::<Vec<_>>();
+    let elements = |p: &ladder::LadderProgram| p.elements().map(|(id, e, _)| (id, e.clone())).collect::<Vec<_>>();
     assert_eq!(elements(&again), elements(&program), "{name}");
     assert_eq!(again.settings, program.settings, "{name}");
     assert_eq!((again.format, again.dialect), (program.format, program.dialect), "{name}");

@@ -1,11 +1,11 @@
 //! The drawing, by golden text and by the places of the elements.
 
-use ladder::{Program, draw, draw_rung, parse};
+use ladder::{LadderProgram, draw, draw_rung, parse};
 
 const GROUPS: &str = include_str!("draw/groups.ld");
 const SYMBOLS: &str = include_str!("draw/symbols.ld");
 
-fn program(text: &str) -> Program {
+fn program(text: &str) -> LadderProgram {
     parse("t", text).expect("reads").program
 }
 
@@ -50,13 +50,13 @@ fn elements_are_found_in_the_lines() {
     for (rung, symbols) in expected {
         let drawing = draw_rung(&program, rung);
         let found: Vec<(usize, String)> = drawing
-            .cells
+            .elements
             .iter()
             .map(|c| (c.line, drawing.lines[c.line].chars().skip(c.column).take(c.width).collect()))
             .collect();
         let expected: Vec<(usize, String)> = symbols.iter().map(|(l, s)| (*l, (*s).to_owned())).collect();
         assert_eq!(found, expected, "rung {}", rung + 1);
-        let ids: Vec<u32> = drawing.cells.iter().map(|c| c.id.index).collect();
+        let ids: Vec<u32> = drawing.elements.iter().map(|c| c.id.index).collect();
         assert_eq!(ids, (0..symbols.len() as u32).collect::<Vec<_>>());
     }
     assert!(draw_rung(&program, 4).lines.is_empty());

@@ -108,7 +108,7 @@ fn widths_of_the_newer_dialect() {
 
 #[test]
 fn pieces_of_strings() {
-    use ladder::format::{Piece, pieces};
+    use ladder::format::{StringPiece, split_format_string};
     // Text, and its pieces: bytes, `-` and the weight of each place with `<` for the first and `>` for the last.
     #[rustfmt::skip]
     let cases = [
@@ -124,14 +124,14 @@ fn pieces_of_strings() {
         ("\t",          true,  "9"),
     ];
     for (text, quoted, wanted) in cases {
-        let shown = |piece: &Piece| match piece {
-            Piece::Byte(byte) => byte.to_string(),
-            Piece::Sign => "-".to_owned(),
-            Piece::Digit { divisor, first, last } => {
+        let shown = |piece: &StringPiece| match piece {
+            StringPiece::Byte(byte) => byte.to_string(),
+            StringPiece::Sign => "-".to_owned(),
+            StringPiece::Digit { divisor, first, last } => {
                 format!("{}{divisor}{}", if *first { "<" } else { "" }, if *last { ">" } else { "" })
             }
         };
-        let found = pieces(text, quoted).map(|p| p.iter().map(shown).collect::<Vec<_>>().join(" "));
+        let found = split_format_string(text, quoted).map(|p| p.iter().map(shown).collect::<Vec<_>>().join(" "));
         assert_eq!(found.as_deref(), Ok(wanted), "{text}");
     }
 }

@@ -3,7 +3,7 @@
 use crate::common;
 use diag::Pos;
 use ladder::{
-    CompareOp, CounterKind, Dialect, Element, Format, IoEntry, MathOp, Node, Operand, Program, Rung, Settings,
+    CompareOp, CounterKind, LadderDialect, Element, LdFormat, IoEntry, MathOp, RungNode, LadderOperand, LadderProgram, Rung, ProgramSettings,
     TimerKind, VarEntry,
 };
 use proptest::collection::vec;
@@ -14,18 +14,18 @@ fn integer() -> impl Strategy<Value = String> {
     "[ACTa-z][A-Za-z0-9_]{0,8}"
 }
 
-fn operand() -> impl Strategy<Value = Operand> {
-    let number = |value: i64, text: String| Operand::Const { value, text };
+fn operand() -> impl Strategy<Value = LadderOperand> {
+    let number = |value: i64, text: String| LadderOperand::Const { value, text };
     prop_oneof![
-        integer().prop_map(Operand::Var),
+        integer().prop_map(LadderOperand::Var),
         (-32768i64..=32767).prop_map(move |v| number(v, v.to_string())),
         (0i64..=32767).prop_map(move |v| number(v, format!("0x{v:X}"))),
         "[ -~&&[^\\\\]]".prop_map(move |c| number(c.bytes().map(i64::from).sum(), format!("'{c}'"))),
     ]
 }
 
-fn delay() -> impl Strategy<Value = Operand> {
-    (0i64..=1_000_000_000_000).prop_map(|value| Operand::Const { value, text: value.to_string() })
+fn delay() -> impl Strategy<Value = LadderOperand> {
+    (0i64..=1_000_000_000_000).prop_map(|value| LadderOperand::Const { value, text: value.to_string() })
 }
 
 fn boxed(strategy: impl Strategy<Value = Element> + 'static) -> BoxedStrategy<Element> {
@@ -106,7 +106,7 @@ fn element() -> impl Strategy<Value = Element> {
         boxed(("A[a-z0-9]{0,5}", option::of(0u32..=255)).prop_map(|(name, refs)| Element::ReadAdc { name, refs })),
         boxed((operand(), 1i64..=100_000_000, option::of(("[A-Z][a-z]{0,4}", "[0-9]-[0-9]"))).prop_map(
             |(duty, hertz, output)| {
-                let hertz = Operand::Const { value: hertz, text: hertz.to_string() };
+                let hertz = LadderOperand::Const { value: hertz, text: hertz.to_string() };
                 Element::SetPwm { duty, hertz, output }
             },
         )),
@@ -117,13 +117,13 @@ fn element() -> impl Strategy<Value = Element> {
     ])
 }
 
-fn node() -> impl Strategy<Value = Node> {
-    element().prop_map(|e| Node::Leaf(e, Pos::default())).prop_recursive(4, 24, 4, |inner| {
-        vec(vec(inner, 1..4), 1..4).prop_map(|branches| Node::Parallel(branches, Pos::default()))
+fn node() -> impl Strategy<Value = RungNode> {
+    element().prop_map(|e| RungNode::Leaf(e, Pos::default())).prop_recursive(4, 24, 4, |inner| {
+        vec(vec(inner, 1..4), 1..4).prop_map(|branches| RungNode::Parallel(branches, Pos::default()))
     })
 }
 
-fn program() -> impl Strategy<Value = Program> {
+fn program() -> impl Strategy<Value = LadderProgram> {
     let settings = (
         option::of("[A-Za-z0-9]([A-Za-z0-9 -]{0,20}[A-Za-z0-9])?"),
         0u64..1_000_000,
@@ -132,11 +132,11 @@ fn program() -> impl Strategy<Value = Program> {
     );
     let io = vec((0u8..3, option::of((0u32..=255, 0u32..=65535))), 0..5);
     (any::<bool>(), settings, io, option::of(vec(1u8..=4, 0..3)), vec(vec(node(), 1..5), 0..5)).prop_map(
-        |(new, (micro, cycle_us, crystal_hz, baud), io, vars, rungs)| Program {
+        |(new, (micro, cycle_us, crystal_hz, baud), io, vars, rungs)| LadderProgram {
             file: "t".to_owned(),
-            format: if new { Format::V02 } else { Format::V01 },
-            dialect: if new { Dialect::Ldmicro5 } else { Dialect::Ldmicro23 },
-            settings: Settings {
+            format: if new { LdFormat::V02 } else { LdFormat::V01 },
+            dialect: if new { LadderDialect::Ldmicro5 } else { LadderDialect::Ldmicro23 },
+            settings: ProgramSettings {
                 micro,
                 cycle_us,
                 cycle_rest: if new { "us at Timer1".to_owned() } else { String::new() },
@@ -168,12 +168,12 @@ fn program() -> impl Strategy<Value = Program> {
 }
 
 /// The program without its places.
-fn bare(mut program: Program) -> Program {
-    fn series(nodes: &mut [Node]) {
+fn bare(mut program: LadderProgram) -> LadderProgram {
+    fn series(nodes: &mut [RungNode]) {
         for node in nodes {
             match node {
-                Node::Leaf(_, pos) => *pos = Pos::default(),
-                Node::Parallel(branches, pos) => {
+                RungNode::Leaf(_, pos) => *pos = Pos::default(),
+                RungNode::Parallel(branches, pos) => {
                     *pos = Pos::default();
                     branches.iter_mut().for_each(|b| series(b));
                 }
@@ -190,7 +190,7 @@ fn bare(mut program: Program) -> Program {
 }
 
 /// Everything that takes a program, for its panics; and what the drawing promises.
-fn use_it(program: &Program) {
+fn use_it(program: &LadderProgram) {
     let _ = ladder::check(program);
     let _ = program.symbols();
     let drawing = ladder::draw(program);
@@ -199,7 +199,7 @@ fn use_it(program: &Program) {
         let drawing = ladder::draw_rung(program, index);
         let width = drawing.lines.first().map(|l| l.chars().count());
         assert!(drawing.lines.iter().all(|l| Some(l.chars().count()) == width), "{drawing:#?}");
-        assert!(!rung.series.is_empty() && !drawing.cells.is_empty());
+        assert!(!rung.series.is_empty() && !drawing.elements.is_empty());
     }
 }
 
@@ -239,7 +239,7 @@ proptest! {
 
     #[test]
     fn random_bytes_never_panic(bytes in vec(any::<u8>(), 0..200)) {
-        let _ = ladder::parse_bytes("t", &bytes, ladder::Options::default());
+        let _ = ladder::parse_bytes("t", &bytes, ladder::ParseOptions::default());
         let text = format!("{}RUNG\n{}", common::HEAD, String::from_utf8_lossy(&bytes).replace(char::is_control, "\n"));
         let _ = ladder::parse("t", &text);
     }

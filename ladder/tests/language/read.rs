@@ -4,7 +4,7 @@ use crate::common;
 use std::collections::BTreeSet;
 
 use diag::Diagnostic;
-use diag::text::Encoding;
+use diag::text::TextEncoding;
 
 const TABLE: &str = include_str!("tables/read.txt");
 
@@ -24,7 +24,7 @@ fn every_row_is_told_as_written() {
     for (number, row) in common::rows(TABLE) {
         let (expected, rest) = row.split_once('|').expect("a row has a bar");
         let found = diagnostics(&common::text(rest));
-        let mut found = common::told(&found);
+        let mut found = common::diagnostic_codes(&found);
         let expected: Vec<&str> = expected.split_whitespace().filter(|w| *w != "ok").collect();
         if !expected.iter().any(|e| e.starts_with("LD018")) {
             found.retain(|f| !f.starts_with("LD018"));
@@ -88,21 +88,21 @@ fn nesting_is_bounded() {
     assert!(ladder::parse("t", &nested(64)).is_ok());
     let errors = ladder::parse("t", &nested(65)).expect_err("65 groups");
     // The 65th group opens two lines after the 64th: line 6 holds the first.
-    assert_eq!(common::told(&errors), ["LD036@134:1+8"]);
+    assert_eq!(common::diagnostic_codes(&errors), ["LD036@134:1+8"]);
     // Nothing in the reader or in dropping its result may take a stack as deep as the file.
     assert!(ladder::parse("t", &nested(200_000)).is_err());
 }
 
 #[test]
 fn size_is_bounded() {
-    let told = |text: &str| common::told(&ladder::parse("t", text).expect_err("too large"));
+    let codes_of = |text: &str| common::diagnostic_codes(&ladder::parse("t", text).expect_err("too large"));
     let rung = "RUNG\nSHORT\nEND\n";
     assert!(ladder::parse("t", &format!("{}{}", common::HEAD, rung.repeat(2_000))).is_ok());
-    assert_eq!(told(&format!("{}{}", common::HEAD, rung.repeat(2_001))), ["LD005@6005:1+4"]);
+    assert_eq!(codes_of(&format!("{}{}", common::HEAD, rung.repeat(2_001))), ["LD005@6005:1+4"]);
     let many = |n: usize| format!("{}RUNG\n{}END\n", common::HEAD, "SHORT\n".repeat(n));
     assert!(ladder::parse("t", &many(20_000)).is_ok());
-    assert_eq!(told(&many(20_001)), ["LD005@20006:1+5"]);
-    assert_eq!(told(&" ".repeat((4 << 20) + 1)), ["LD005@0:0+0"]);
+    assert_eq!(codes_of(&many(20_001)), ["LD005@20006:1+5"]);
+    assert_eq!(codes_of(&" ".repeat((4 << 20) + 1)), ["LD005@0:0+0"]);
 }
 
 #[test]
@@ -123,18 +123,18 @@ fn any_number_of_warnings_is_no_error() {
 /// Comments in any encoding keep their bytes when they are written back, and can be read by people.
 #[test]
 fn a_program_may_be_in_any_code_page() {
-    let files: [(&[u8], Encoding, &str); 6] = [
-        (b"sem\xE1foro \x80", Encoding::Bytes, "sem\u{e1}foro \u{20ac}"),
-        ("bot\u{e3}o \u{219}".as_bytes(), Encoding::Utf8, "bot\u{e3}o \u{219}"),
-        (b"one \xC3\xA9 and another \xE9", Encoding::Bytes, "one \u{c3}\u{a9} and another \u{e9}"),
-        (b"undefined \x81\x8D\x8F\x90\x9D.", Encoding::Bytes, "undefined \u{81}\u{8d}\u{8f}\u{90}\u{9d}."),
-        (b"plain", Encoding::Utf8, "plain"),
-        (b"no\xA0break", Encoding::Bytes, "no\u{a0}break"),
+    let files: [(&[u8], TextEncoding, &str); 6] = [
+        (b"sem\xE1foro \x80", TextEncoding::Bytes, "sem\u{e1}foro \u{20ac}"),
+        ("bot\u{e3}o \u{219}".as_bytes(), TextEncoding::Utf8, "bot\u{e3}o \u{219}"),
+        (b"one \xC3\xA9 and another \xE9", TextEncoding::Bytes, "one \u{c3}\u{a9} and another \u{e9}"),
+        (b"undefined \x81\x8D\x8F\x90\x9D.", TextEncoding::Bytes, "undefined \u{81}\u{8d}\u{8f}\u{90}\u{9d}."),
+        (b"plain", TextEncoding::Utf8, "plain"),
+        (b"no\xA0break", TextEncoding::Bytes, "no\u{a0}break"),
     ];
     for (comment, encoding, shown) in files {
         let front = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\n\nIO LIST\nEND\n\nPROGRAM\nRUNG\n    COMMENT ";
         let file = [front.as_bytes(), comment, b"\nEND\n"].concat();
-        let parsed = ladder::parse_bytes("t", &file, ladder::Options::default()).expect("a program");
+        let parsed = ladder::parse_bytes("t", &file, ladder::ParseOptions::default()).expect("a program");
         let found = parsed.program.elements().find_map(|(_, element, _)| match element {
             ladder::Element::Comment(text) => Some(text.trim_end().to_owned()),
             _ => None,
@@ -149,13 +149,13 @@ fn a_program_may_be_in_any_code_page() {
 #[test]
 fn a_text_in_a_code_page_sends_its_bytes() {
     let file = b"LDmicro0.2\nCYCLE=10000\nCRYSTAL=4000000\nBAUD=9600\nPROGRAM\nRUNG\nFORMATTED_STRING (none) \"\x80\xE9\x81\"\nEND\n";
-    let program = ladder::parse_bytes("t", file, ladder::Options::default()).expect("a program").program;
+    let program = ladder::parse_bytes("t", file, ladder::ParseOptions::default()).expect("a program").program;
     let text = program.elements().find_map(|(_, element, _)| match element {
         ladder::Element::FormattedString { text, .. } => Some(text.clone()),
         _ => None,
     });
-    let wanted = [0x80, 0xE9, 0x81].map(ladder::format::Piece::Byte);
-    assert_eq!(ladder::format::pieces(&text.expect("a text"), true).as_deref(), Ok(&wanted[..]));
+    let wanted = [0x80, 0xE9, 0x81].map(ladder::format::StringPiece::Byte);
+    assert_eq!(ladder::format::split_format_string(&text.expect("a text"), true).as_deref(), Ok(&wanted[..]));
 }
 
 /// Marks and line ends of other systems; two bytes a character are refused with a hint.
@@ -171,15 +171,15 @@ fn a_program_may_come_from_any_system() {
     ];
     let wanted = ladder::parse("t", &text).expect("a program").program;
     for (text, note) in accepted {
-        let parsed = ladder::parse_bytes("t", text.as_bytes(), ladder::Options::default()).expect("a program");
+        let parsed = ladder::parse_bytes("t", text.as_bytes(), ladder::ParseOptions::default()).expect("a program");
         assert_eq!(parsed.program, wanted);
-        let told = parsed.warnings.iter().map(|d| d.code).find(|code| *code != ladder::REWRITTEN);
-        assert_eq!(told, note, "{text:?}");
+        let code = parsed.warnings.iter().map(|d| d.code).find(|code| *code != ladder::REWRITTEN);
+        assert_eq!(code, note, "{text:?}");
     }
     let wide: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
     for wide in [wide.clone(), [b"\xFF\xFE".to_vec(), wide].concat()] {
-        let errors = ladder::parse_bytes("t", &wide, ladder::Options::default()).expect_err("UTF-16");
-        assert_eq!(common::told(&errors), ["LD002@0:0+0"]);
+        let errors = ladder::parse_bytes("t", &wide, ladder::ParseOptions::default()).expect_err("UTF-16");
+        assert_eq!(common::diagnostic_codes(&errors), ["LD002@0:0+0"]);
     }
 }
 

@@ -2,30 +2,30 @@
 
 use std::sync::Arc;
 
-use super::{Ended, MOST, Player, too_many};
-use crate::ops::{Act, Op, Put};
-use crate::verdict::Outcome;
-use crate::world::World;
+use super::{PlayEnd, MAX_TASKS, ScenarioPlayer, too_many};
+use crate::play_ops::{PlayAction, PlayOp, InputWrite};
+use crate::verdict::ScenarioOutcome;
+use crate::world::ScenarioWorld;
 
 /// Something that goes on beside the steps.
 #[derive(Debug, Clone)]
-pub(super) struct Task {
+pub(super) struct BackgroundTask {
     pub next: u64,
     pub step: usize,
-    pub what: Again,
+    pub kind: TaskKind,
     /// It comes from something that goes on for ever: nobody waits for its end.
     pub endless: bool,
 }
 
 #[derive(Debug, Clone)]
-pub(super) enum Again {
-    Series {
-        values: Arc<[(u64, Vec<Put>)]>,
+pub(super) enum TaskKind {
+    Ramp {
+        values: Arc<[(u64, Vec<InputWrite>)]>,
         start: u64,
         done: usize,
     },
     /// The line of its op, and how often it is still done.
-    Every {
+    Repetition {
         line: usize,
         left: Option<u64>,
         until: Option<u64>,
@@ -34,7 +34,7 @@ pub(super) enum Again {
     Once(usize),
 }
 
-impl Player {
+impl ScenarioPlayer {
     /// The task that is next. One that is done between two instructions, and later than now, keeps nobody waiting who goes by nothing that
     /// it changes.
     pub(super) fn next_task(&self, now: u64) -> Option<(usize, u64)> {
@@ -43,87 +43,87 @@ impl Player {
     }
 
     /// The next step comes at a time that nobody knows: what it makes of a bit that toggles may come before what a task makes of it.
-    fn waits(&self) -> bool {
-        matches!(self.op(), Some(Op::Wait(..) | Op::Hear(..)))
+    fn is_waiting(&self) -> bool {
+        matches!(self.current_op(), Some(PlayOp::Wait(..) | PlayOp::ExpectBytes(..)))
     }
 
     /// The step of what is still to be done at its time beside the steps.
-    pub(super) fn first_once(&self) -> Option<usize> {
-        let once = self.tasks.iter().filter(|task| matches!(task.what, Again::Once(_)));
+    pub(super) fn first_single_step(&self) -> Option<usize> {
+        let once = self.tasks.iter().filter(|task| matches!(task.kind, TaskKind::Once(_)));
         once.min_by_key(|task| task.next).map(|task| task.step)
     }
 
     fn task_is_quiet(&self, task: usize) -> bool {
-        match self.tasks.get(task).map(|task| &task.what) {
-            Some(Again::Once(_)) => true,
-            Some(Again::Every { line, .. }) => match self.bound.lines.get(*line).map(|line| &line.op) {
-                Some(Op::Every { act, .. }) => act.is_quiet() || matches!(act, Act::Check(_)),
+        match self.tasks.get(task).map(|task| &task.kind) {
+            Some(TaskKind::Once(_)) => true,
+            Some(TaskKind::Repetition { line, .. }) => match self.bound.lines.get(*line).map(|line| &line.op) {
+                Some(PlayOp::Every { act, .. }) => act.is_independent() || matches!(act, PlayAction::Check(_)),
                 _ => false,
             },
             _ => false,
         }
     }
 
-    pub(super) fn task_ahead(&self, task: usize) -> bool {
-        match self.tasks.get(task).map(|task| &task.what) {
-            Some(Again::Series { values, done, .. }) => {
-                let free = |put: &Put| put.input.ahead && !(self.waits() && self.bound.shares_bit(put));
+    pub(super) fn can_task_be_queued(&self, task: usize) -> bool {
+        match self.tasks.get(task).map(|task| &task.kind) {
+            Some(TaskKind::Ramp { values, done, .. }) => {
+                let free = |put: &InputWrite| put.input.can_be_queued && !(self.is_waiting() && self.bound.writes_shared_bit(put));
                 values.get(*done).is_none_or(|(_, puts)| puts.iter().all(free))
             }
-            Some(Again::Every { line, .. }) => match self.bound.lines.get(*line).map(|line| &line.op) {
-                Some(Op::Every { act, .. }) => act.ahead(&self.bound.bits) && !(self.waits() && self.bound.shares(act)),
+            Some(TaskKind::Repetition { line, .. }) => match self.bound.lines.get(*line).map(|line| &line.op) {
+                Some(PlayOp::Every { act, .. }) => act.can_be_queued(&self.bound.toggled_inputs) && !(self.is_waiting() && self.bound.acts_on_shared_bit(act)),
                 _ => false,
             },
-            Some(Again::Once(_)) | None => false,
+            Some(TaskKind::Once(_)) | None => false,
         }
     }
 
     /// Does the next of a task, and removes it behind its last.
-    pub(super) fn run_task(&mut self, n: usize, world: &mut dyn World) -> Result<(), Ended> {
+    pub(super) fn run_task(&mut self, n: usize, world: &mut dyn ScenarioWorld) -> Result<(), PlayEnd> {
         let bound = self.bound.clone();
-        let Some(Task { next: due, step, what, endless }) = self.tasks.get(n).cloned() else { return Ok(()) };
-        let (last, tasks) = (self.last, self.tasks.len());
+        let Some(BackgroundTask { next: due, step, kind: what, endless }) = self.tasks.get(n).cloned() else { return Ok(()) };
+        let (last, tasks) = (self.last_action_tick, self.tasks.len());
         let following = match what {
-            Again::Series { values, start, done } => {
+            TaskKind::Ramp { values, start, done } => {
                 if let Some((_, puts)) = values.get(done) {
-                    self.puts(puts, world, due, step)?;
+                    self.write_inputs(puts, world, due, step)?;
                 }
                 let next = values.get(done + 1).map(|(after, _)| start.saturating_add(*after));
-                next.map(|next| (next, Again::Series { values, start, done: done + 1 }))
+                next.map(|next| (next, TaskKind::Ramp { values, start, done: done + 1 }))
             }
-            Again::Every { line, left, until } => {
+            TaskKind::Repetition { line, left, until } => {
                 let op = bound.lines.get(line).map(|line| &line.op);
-                let Some(Op::Every { period, act, .. }) = op else { return Ok(()) };
+                let Some(PlayOp::Every { period, act, .. }) = op else { return Ok(()) };
                 if until.is_none_or(|until| due <= until) {
-                    self.act(act, world, due, step)?;
+                    self.execute_action(act, world, due, step)?;
                 }
                 let (next, left) = (due.saturating_add(*period), left.map(|left| left.saturating_sub(1)));
                 let more = left != Some(0) && until.is_none_or(|until| next <= until);
-                more.then_some((next, Again::Every { line, left, until }))
+                more.then_some((next, TaskKind::Repetition { line, left, until }))
             }
-            Again::Once(line) => {
-                if let Some(Op::Do(act)) = bound.lines.get(line).map(|line| &line.op) {
-                    self.act(act, world, due, step)?;
+            TaskKind::Once(line) => {
+                if let Some(PlayOp::Do(act)) = bound.lines.get(line).map(|line| &line.op) {
+                    self.execute_action(act, world, due, step)?;
                 }
                 None
             }
         };
         if endless {
-            self.last = last;
+            self.last_action_tick = last;
             self.tasks.iter_mut().skip(tasks).for_each(|task| task.endless = true);
         }
         match (following, self.tasks.get_mut(n)) {
-            (Some((next, what)), Some(task)) => *task = Task { next, step, what, endless },
+            (Some((next, what)), Some(task)) => *task = BackgroundTask { next, step, kind: what, endless },
             _ => _ = self.tasks.remove(n),
         }
         Ok(())
     }
 
     /// Something goes on beside the steps.
-    pub(super) fn begin(&mut self, task: Task) -> Result<(), Ended> {
+    pub(super) fn start_task(&mut self, task: BackgroundTask) -> Result<(), PlayEnd> {
         // What is only told does not go on.
-        if self.tasks.iter().filter(|task| !matches!(task.what, Again::Once(_))).count() >= MOST {
-            return Err((Outcome::Failed, task.step, too_many()));
+        if self.tasks.iter().filter(|task| !matches!(task.kind, TaskKind::Once(_))).count() >= MAX_TASKS {
+            return Err((ScenarioOutcome::Failed, task.step, too_many()));
         }
         self.tasks.push(task);
         Ok(())

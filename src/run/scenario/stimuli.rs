@@ -1,27 +1,27 @@
 //! What `emu run` is asked for in scenarios: flags, files, and what is known before the first cycle.
 
 use clap::Args;
-use emu_core::chip::Family;
+use emu_core::chip::ChipFamily;
 use emu_core::cpu::Cpu;
-use emu_core::pins::{PinId, Time};
-use emu_debug::Source;
-use emu_debug::scene::{ChipSite, Table};
-use emu_debug::stimulus::{Put, can, pin, supplies};
-use emu_debug::text::unescape;
-use scenario::{Done, Recorder, Value, bind};
+use emu_core::pins::{PinId, CycleTime};
+use emu_debug::ProgramSource;
+use emu_debug::chip_scenario::{ChipResolver, ChipBindings};
+use emu_debug::stimulus::{ExternalDrive, check_drive_supported, find_pin, supply_changes};
+use emu_debug::text_escapes::unescape;
+use scenario::{RecordedAction, Recorder, ScenarioValue, bind};
 
 use super::super::RunArgs;
-use super::super::plan::Planned;
-use super::Cast;
-use crate::fail::Failure;
-use crate::report::{Terminal, Texts, report};
-use crate::scenarios::{self, File};
-use crate::snapshots::Shelf;
+use super::super::plan::PlannedRun;
+use super::ScenarioSetup;
+use crate::fail::VerbFailure;
+use crate::report::{MessageStyle, FileTexts, report_diagnostics};
+use crate::scenarios::{self, ScenarioFile};
+use crate::snapshots::SnapshotWriter;
 use crate::{avr, family};
 
 /// Flags of scenarios.
 #[derive(Debug, Args)]
-pub struct Asked {
+pub struct ScenarioFlags {
     /// Play a scenario (docs/scenario.md): the run ends with it, with exit code 1 where an expectation was not met and 5 where
     /// something was still waited for at its limit. --for and --cycles are its limit.
     #[arg(long, value_name = "FILE")]
@@ -37,38 +37,38 @@ pub struct Asked {
     pub record: Option<String>,
 }
 
-impl Asked {
+impl ScenarioFlags {
     /// Anything of it.
-    pub fn any(&self) -> bool {
+    pub fn is_any_given(&self) -> bool {
         self.scenario.is_some() || self.stimulus.is_some() || self.record.is_some()
     }
 
     /// Reads the files and looks their names up on a machine.
-    pub fn cast<C: Cpu>(
+    pub fn scenario_setup<C: Cpu>(
         &self,
         cpu: &C,
-        source: &Source<'_>,
-        (args, job, file): (&RunArgs, &Planned, Option<&File>),
-        (shelf, terminal): (&Shelf, &Terminal),
-    ) -> Result<Cast, Failure> {
+        source: &ProgramSource<'_>,
+        (args, job, file): (&RunArgs, &PlannedRun, Option<&ScenarioFile>),
+        (shelf, terminal): (&SnapshotWriter, &MessageStyle),
+    ) -> Result<ScenarioSetup, VerbFailure> {
         let there = |space: &str, addr: u32| cpu.peek(space, addr).is_some();
         let has_pin = |pin: PinId| cpu.has_pin(pin);
         let deaf = (!args.machine.uart_in.is_empty()).then(|| "--uart-in has the line already".to_owned());
         let devices = || "a snapshot holds no state of the devices of --attach".to_owned();
         let stateless = (!args.machine.attach.is_empty()).then(devices);
         let chip = cpu.chip();
-        let own = |name: &str| avr::own_name(chip, name);
-        let mut site = ChipSite {
+        let own = |name: &str| avr::chip_pin_text(chip, name);
+        let mut site = ChipResolver {
             names: source.names,
             clock: job.clock,
-            there: &there,
+            has_byte: &there,
             has_pin: &has_pin,
-            can: &|put| can(cpu, put),
-            own: &own,
+            check_drive: &|put| check_drive_supported(cpu, put),
+            canonical_pin_name: &own,
             serial: (family::has_uart(chip), family::receive_pin(chip)),
-            stateless,
-            deaf,
-            table: Table::default(),
+            no_snapshots: stateless,
+            no_serial_input: deaf,
+            bindings: ChipBindings::default(),
         };
         let clocks = u64::from(job.clock.clocks_per_cycle.max(1));
         let main = match file {
@@ -76,69 +76,69 @@ impl Asked {
                 let bound = bind(&file.scenario, &mut site, Some(&args.image), Some(chip.name));
                 let asked = args.time.is_some() || args.cycles.is_some();
                 let limit = asked.then(|| job.plan.limit.saturating_mul(clocks));
-                Some(bound.map_err(|faults| file.refused(faults))?.limited(limit))
+                Some(bound.map_err(|faults| file.binding_failure(faults))?.with_limit(limit))
             }
             None => None,
         };
         let mut beside = Vec::new();
         if let Some(name) = &self.stimulus {
-            let wave = scenarios::waveform(name)?;
+            let wave = scenarios::read_waveform(name)?;
             for wire in &self.drive {
-                if !wave.has(wire) {
-                    return Err(Failure::value("--drive <PIN>", wire, "the waveform has no wire of this name"));
+                if !wave.has_wire(wire) {
+                    return Err(VerbFailure::invalid_flag_value("--drive <PIN>", wire, "the waveform has no wire of this name"));
                 }
             }
             let wanted = |wire: &str| {
                 let asked = self.drive.is_empty() || self.drive.iter().any(|name| name == wire);
-                let own = avr::own_name(chip, &source.names.with_channel(wire));
-                asked && pin(chip, &own).is_ok_and(|pin| cpu.has_pin(pin))
+                let own = avr::chip_pin_text(chip, &source.names.replace_channel_name(wire));
+                asked && find_pin(chip, &own).is_ok_and(|pin| cpu.has_pin(pin))
             };
             let (stimuli, told) = wave.scenario(&mut { wanted })?;
             // Wires that were left out on purpose are no news.
             if self.drive.is_empty() {
-                report(terminal, &told, Texts::NONE);
+                report_diagnostics(terminal, &told, FileTexts::NONE);
             }
-            let bound = bind(&stimuli, &mut site, None, None).map_err(|faults| wave.refused(faults))?;
-            beside.push(bound.limited(Some(u64::MAX)));
+            let bound = bind(&stimuli, &mut site, None, None).map_err(|faults| wave.binding_failure(faults))?;
+            beside.push(bound.with_limit(Some(u64::MAX)));
         }
         let recorder = self.record.as_ref().map(|_| {
             let mut recorder = Recorder::new(Some(job.clock.clocks_per_cycle.max(1)));
-            recorder.program = (args.image != "-").then(|| last(&args.image));
+            recorder.program = (args.image != "-").then(|| file_name(&args.image));
             recorder.mcu = Some(chip.name.to_owned());
             // There what is driven acts as its cycle begins.
-            recorder.whole = chip.family == Family::Mcs51;
+            recorder.align_to_cycles = chip.family == ChipFamily::Mcs51;
             recorder.baud = (!args.machine.uart_in.is_empty()).then_some(args.machine.baud);
-            given(args, job, clocks).into_iter().for_each(|(tick, done)| recorder.push(tick, done));
+            recorded_flags(args, job, clocks).into_iter().for_each(|(tick, done)| recorder.push(tick, done));
             recorder
         });
-        let (table, shelf) = (std::mem::take(&mut site.table), shelf.clone());
-        let supplies = supplies(&job.drives);
-        Ok(Cast { table, supplies, main, beside, baud: args.machine.baud, recorder, shelf })
+        let (table, shelf) = (std::mem::take(&mut site.bindings), shelf.clone());
+        let supplies = supply_changes(&job.drives);
+        Ok(ScenarioSetup { table, supplies, deciding: main, stimuli: beside, baud: args.machine.baud, recorder, snapshot_writer: shelf })
     }
 }
 
 /// A path without its folders.
-fn last(path: &str) -> String {
+fn file_name(path: &str) -> String {
     path.rsplit(['/', '\\']).next().unwrap_or(path).to_owned()
 }
 
 /// What --set, --at and --uart-in do.
-fn given(args: &RunArgs, job: &Planned, clocks: u64) -> Vec<(u64, Done)> {
+fn recorded_flags(args: &RunArgs, job: &PlannedRun, clocks: u64) -> Vec<(u64, RecordedAction)> {
     let at = args.machine.at.iter().map(|text| text.split_once(':').map_or(text.as_str(), |(_, put)| put));
     let texts = args.machine.set.iter().map(String::as_str).chain(at);
-    let tick = |at: Time| at.cycle.saturating_mul(clocks).saturating_add(at.phase.into());
-    let mut done: Vec<(u64, bool, Done)> = Vec::new();
+    let tick = |at: CycleTime| at.cycle.saturating_mul(clocks).saturating_add(at.phase.into());
+    let mut done: Vec<(u64, bool, RecordedAction)> = Vec::new();
     for (text, drive) in texts.zip(&job.drives) {
         let Some((name, value)) = text.split_once('=') else { continue };
         let value = value.trim();
-        let value = value.parse().map_or_else(|_| Value::Text(value.to_owned()), Value::Number);
-        let pin = !matches!(drive.put, Put::Supply(_));
-        done.push((tick(drive.at), pin, Done::Set(name.trim().to_owned(), value)));
+        let value = value.parse().map_or_else(|_| ScenarioValue::Text(value.to_owned()), ScenarioValue::Number);
+        let pin = !matches!(drive.drive, ExternalDrive::Supply(_));
+        done.push((tick(drive.at), pin, RecordedAction::Set(name.trim().to_owned(), value)));
     }
     let texts = args.machine.uart_in.iter().filter_map(|text| text.split_once(':'));
     for (time, text) in texts {
-        if let (Ok(at), Ok(bytes)) = (job.clock.moment(time), unescape(text)) {
-            done.push((tick(at), true, Done::Send(bytes)));
+        if let (Ok(at), Ok(bytes)) = (job.clock.parse_moment(time), unescape(text)) {
+            done.push((tick(at), true, RecordedAction::Send(bytes)));
         }
     }
     // As they are queued: the supply before the pins.

@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use emu_core::Chip;
-use emu_core::table::find;
+use emu_core::table::find_row;
 
 use crate::folder;
 use crate::judges::{Cells, Judge, home};
@@ -72,8 +72,8 @@ impl Source {
 
 /// Where two fillings differ. A cell that one does not have is taken as erased.
 pub fn differences(chip: &Chip, theirs: &Cells, ours: &Cells) -> Vec<String> {
-    let erased = |&(space, addr): &(&str, u32)| match space == chip.code {
-        true => (chip.isa.erased >> (8 * (addr % chip.word_bytes))) as u8,
+    let erased = |&(space, addr): &(&str, u32)| match space == chip.code_space {
+        true => (chip.isa.erased_word >> (8 * (addr % chip.word_bytes))) as u8,
         false => 0xFF,
     };
     let all: BTreeSet<_> = theirs.keys().chain(ours.keys()).collect();
@@ -121,10 +121,10 @@ fn every_source_gives_the_bytes_of_its_assembler() {
 /// The rows of a table that stand in a program from address 0 on, read as an unbroken row of instructions where it has bytes.
 fn rows_in(chip: &Chip, cells: &Cells) -> BTreeSet<usize> {
     let bytes: Vec<(u32, u8)> =
-        cells.iter().filter(|((s, _), _)| *s == chip.code).map(|((_, a), b)| (*a, *b)).collect();
+        cells.iter().filter(|((s, _), _)| *s == chip.code_space).map(|((_, a), b)| (*a, *b)).collect();
     let step = chip.word_bytes;
     let word = |addr: u32| {
-        let cell = |a: u32| cells.get(&(chip.code, a)).copied().map(u16::from);
+        let cell = |a: u32| cells.get(&(chip.code_space, a)).copied().map(u16::from);
         if step == 2 { Some(cell(addr)? | cell(addr + 1)? << 8) } else { cell(addr) }
     };
     let mut found = BTreeSet::new();
@@ -133,7 +133,7 @@ fn rows_in(chip: &Chip, cells: &Cells) -> BTreeSet<usize> {
     while at < end {
         let words: Vec<u16> = (0..3).map_while(|i| word(at + i * step)).collect();
         at += step
-            * match find(chip.isa.rows, chip.isa.word_bits, &words) {
+            * match find_row(chip.isa.rows, chip.isa.word_bits, &words) {
                 Some((row, _)) if !words.is_empty() => {
                     found.insert(row);
                     chip.isa.rows[row].len()

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use emu_core::chip::Family;
-use ladder_compile::{Options, assembly, compile, targets};
+use emu_core::chip::ChipFamily;
+use ladder_compile::{CompileOptions, assembly, compile, targets};
 
 use crate::folder;
 use crate::judges::{Judge, cells};
@@ -23,18 +23,18 @@ fn sources_assemble_elsewhere_too() {
     for path in &programs {
         let text = std::fs::read_to_string(path).expect("a program");
         let program = ladder::parse("program.ld", &text).expect("reads").program;
-        for target in targets().filter(|target| target.chip.family != Family::Ap101) {
+        for target in targets().filter(|target| target.chip.family != ChipFamily::Ap101) {
             for optimise in [true, false] {
-                let options = Options { mcu: target.chip.name.to_owned(), optimise, ..Options::default() };
+                let options = CompileOptions { mcu: target.chip.name.to_owned(), optimise, ..CompileOptions::default() };
                 let Ok(compiled) = compile(&program, &options) else { continue };
                 let source = assembly(&program, target.chip, &compiled.built, &compiled.map);
                 let wanted =
-                    emu_core::image::load_hex("image", compiled.hex.as_bytes(), target.chip.hex).expect("sound");
+                    emu_core::image::load_hex("image", compiled.hex.as_bytes(), target.chip.hex_spaces).expect("sound");
                 for (n, judge) in Judge::ALL.into_iter().enumerate() {
                     let fits = match judge {
-                        Judge::As31 | Judge::Sdas => target.chip.family == Family::Mcs51,
-                        Judge::Gpasm => target.chip.family == Family::Pic16,
-                        Judge::Avr => target.chip.family == Family::Avr,
+                        Judge::As31 | Judge::Sdas => target.chip.family == ChipFamily::Mcs51,
+                        Judge::Gpasm => target.chip.family == ChipFamily::Pic16,
+                        Judge::Avr => target.chip.family == ChipFamily::Avr,
                     };
                     if !fits {
                         continue;

@@ -40,13 +40,13 @@ fn faults_of_the_assemblers_are_as_listed() {
         let dir = folder("asm-faults");
         std::fs::write(dir.join(&source.name), &source.text).expect("a source");
         let found = judge.assemble(&dir, &source.name, chip, &dir);
-        let found = found.cells.map_or("-".to_owned(), |cells| shown(&cells, chip.code));
+        let found = found.cells.map_or("-".to_owned(), |cells| shown(&cells, chip.code_space));
         if found != *theirs {
             wrong.push(format!("{line}: {} now makes {found}", judge.name()));
         }
         match ours::cells(&source) {
-            Ok(cells) if shown(&cells, chip.code) == *ours => {}
-            Ok(cells) => wrong.push(format!("{line}: ours is {}", shown(&cells, chip.code))),
+            Ok(cells) if shown(&cells, chip.code_space) == *ours => {}
+            Ok(cells) => wrong.push(format!("{line}: ours is {}", shown(&cells, chip.code_space))),
             Err(faults) => wrong.push(format!("{line}: refused:\n{faults}")),
         }
     }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use emu_core::Chip;
-use emu_core::chip::Family;
+use emu_core::chip::ChipFamily;
 use emu_core::image::{ElfMachine, Image, load};
 
 /// Cells of the memories of a chip that a program fills: memory and byte address.
@@ -92,7 +92,7 @@ impl Judge {
             }
             Judge::Gpasm => call("gpasm", &["-o", &at(&product), source]),
             Judge::Avr => {
-                let core = match chip.flash {
+                let core = match chip.flash_bytes {
                     ..=0x2000 => "avr4",
                     0x2001..=0x1_0000 => "avr5",
                     _ => "avr51",
@@ -112,7 +112,7 @@ impl Judge {
         }
         said.retain(|line| !is_chatter(line));
         let cells = std::fs::read(&product).ok().filter(|bytes| !bytes.is_empty()).map(|bytes| {
-            let spaces = if chip.family == Family::Avr { chip.elf } else { chip.hex };
+            let spaces = if chip.family == ChipFamily::Avr { chip.elf_spaces } else { chip.hex_spaces };
             let loaded = load(source, &bytes, spaces, spaces, ElfMachine(chip.elf_machine));
             let loaded = loaded.unwrap_or_else(|e| panic!("{}: {source}: {e:?}", self.name()));
             cells(&loaded.image)

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use emu_asm::{Options, assemble};
+use emu_asm::{AssembleOptions, assemble};
 use emu_core::rng::Rng;
 
 use crate::corpus::differences;
@@ -31,16 +31,16 @@ fn theirs(home: &Path, source: &str) -> Option<Cells> {
     if bytes.is_empty() {
         return Some(Cells::new());
     }
-    let image = emu_core::image::load_hex(source, &bytes, chip.hex).unwrap_or_else(|e| panic!("{source}: {e:?}"));
+    let image = emu_core::image::load_hex(source, &bytes, chip.hex_spaces).unwrap_or_else(|e| panic!("{source}: {e:?}"));
     Some(cells(&image.image))
 }
 
 fn ours(text: &str) -> Result<Cells, String> {
-    let source = emu_asm::Source { name: "module.asm", bytes: text.as_bytes() };
-    match assemble(&source, Judge::Sdas.chip("at89s52"), &Options::default(), &mut ()) {
+    let source = emu_asm::SourceText { name: "module.asm", bytes: text.as_bytes() };
+    match assemble(&source, Judge::Sdas.chip("at89s52"), &AssembleOptions::default(), &mut ()) {
         Ok(assembled) => Ok(cells(&assembled.image)),
         Err(refused) => {
-            let first = refused.faults.iter().find(|fault| fault.is_error());
+            let first = refused.diagnostics.iter().find(|fault| fault.is_error());
             Err(first.map_or(String::new(), |f| format!("{}:{}: {}: {}", f.pos.line, f.pos.column, f.code, f.cause)))
         }
     }

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use emu_asm::{Files, Options, assemble};
+use emu_asm::{IncludeFiles, AssembleOptions, assemble};
 
 use crate::corpus::Source;
 use crate::judges::{Cells, cells as cells_of, home};
@@ -11,7 +11,7 @@ use crate::judges::{Cells, cells as cells_of, home};
 /// The files of a folder.
 struct Folder<'p>(&'p Path);
 
-impl Files for Folder<'_> {
+impl IncludeFiles for Folder<'_> {
     fn open(&mut self, name: &str, _: &str) -> io::Result<(String, Vec<u8>)> {
         Ok((name.to_owned(), std::fs::read(self.0.join(name))?))
     }
@@ -20,11 +20,11 @@ impl Files for Folder<'_> {
 /// What our assembler fills, or all its errors.
 pub fn cells(source: &Source) -> Result<Cells, String> {
     let home = home(source.judge);
-    let text = emu_asm::Source { name: &source.name, bytes: source.text.as_bytes() };
-    match assemble(&text, source.chip, &Options::default(), &mut Folder(&home)) {
+    let text = emu_asm::SourceText { name: &source.name, bytes: source.text.as_bytes() };
+    match assemble(&text, source.chip, &AssembleOptions::default(), &mut Folder(&home)) {
         Ok(assembled) => Ok(cells_of(&assembled.image)),
         Err(refused) => {
-            let shown = refused.faults.iter().filter(|f| f.is_error()).take(30);
+            let shown = refused.diagnostics.iter().filter(|f| f.is_error()).take(30);
             let lines = shown.map(|f| format!("  {}:{}:{}: {}: {}", f.file, f.pos.line, f.pos.column, f.code, f.cause));
             Err(lines.collect::<Vec<_>>().join("\n"))
         }

@@ -4,9 +4,9 @@
 use std::fmt::Write;
 
 use emu_core::Chip;
-use emu_core::chip::Family;
+use emu_core::chip::ChipFamily;
 use emu_core::rng::Rng;
-use emu_core::table::{Row, Slot};
+use emu_core::table::{InstructionRow, OperandSlot};
 
 use crate::corpus::{Source, differences};
 use crate::folder;
@@ -55,7 +55,7 @@ impl Judge {
     }
 
     /// The location counter, and how far behind the address of its instruction it stands.
-    fn here(self, row: &Row) -> (&'static str, i32) {
+    fn here(self, row: &InstructionRow) -> (&'static str, i32) {
         match self {
             Judge::As31 => ("*", 0),
             Judge::Sdas => (".", 0),
@@ -97,18 +97,18 @@ fn number(judge: Judge, n: i32, rng: &mut Rng) -> String {
 }
 
 /// The text of an operand.
-fn operand(judge: Judge, chip: &Chip, row: &Row, slot: &Slot, value: i32, pc: i32, rng: &mut Rng) -> String {
-    let width = row.pattern.field(slot.letter, 0).1;
+fn operand(judge: Judge, chip: &Chip, row: &InstructionRow, slot: &OperandSlot, value: i32, pc: i32, rng: &mut Rng) -> String {
+    let width = row.pattern.extract_field(slot.letter, 0).1;
     match slot.kind.name {
         name if name.starts_with("register") => format!("{}{value}", if rng.one_in(2) { "r" } else { "R" }),
-        "target" if width < 14 && chip.family != Family::Pic16 => {
+        "target" if width < 14 && chip.family != ChipFamily::Pic16 => {
             let bytes = chip.word_bytes as i32;
             let (here, behind) = judge.here(row);
             // The way round the end of memory is not one that all of them know.
             let distance = (value - pc) * bytes - behind;
             format!("{here}{distance:+}")
         }
-        "target" if chip.family == Family::Avr => number(judge, value * 2, rng),
+        "target" if chip.family == ChipFamily::Avr => number(judge, value * 2, rng),
         // Constants may be negative.
         "constant" if width == 8 && rng.one_in(8) && value > 128 => number(judge, value - 256, rng),
         // as31 takes no expression for a bit.
@@ -119,20 +119,20 @@ fn operand(judge: Judge, chip: &Chip, row: &Row, slot: &Slot, value: i32, pc: i3
 
 /// The text of an instruction of `row` at `pc`, in words, with random operands; `None` where they come out as what the
 /// assembler does not know.
-fn instruction(judge: Judge, chip: &Chip, row: &Row, pc: u32, rng: &mut Rng) -> Option<String> {
-    let site = (chip.isa.site)(pc, row.len());
+fn instruction(judge: Judge, chip: &Chip, row: &InstructionRow, pc: u32, rng: &mut Rng) -> Option<String> {
+    let site = (chip.isa.locate)(pc, row.len());
     let mut bits = row.pattern.value;
-    for slot in row.operands.iter().filter(|s| row.pattern.has(s.letter)) {
-        let width = row.pattern.field(slot.letter, 0).1;
+    for slot in row.operands.iter().filter(|s| row.pattern.has_letter(s.letter)) {
+        let width = row.pattern.extract_field(slot.letter, 0).1;
         let most = (1u64 << width) - 1;
         let raw = match rng.below(8) {
             0 => 0,
             1 => most,
             _ => rng.below(most + 1),
         };
-        bits |= row.pattern.place(slot.letter, raw as u32);
+        bits |= row.pattern.insert_field(slot.letter, raw as u32);
     }
-    let values: Vec<i32> = row.operands_of(bits, &site).collect();
+    let values: Vec<i32> = row.operand_values(bits, &site).collect();
     let mut text = String::from(row.mnemonic);
     text.push(' ');
     for c in row.syntax.bytes() {
@@ -141,8 +141,8 @@ fn instruction(judge: Judge, chip: &Chip, row: &Row, pc: u32, rng: &mut Rng) -> 
                 let mut value = values[i];
                 let kind = row.operands[i].kind.name;
                 if kind == "target" {
-                    let end = (chip.flash / chip.word_bytes) as i32;
-                    let near = row.pattern.field(c, 0).1 < 14 && chip.family != Family::Pic16;
+                    let end = (chip.flash_bytes / chip.word_bytes) as i32;
+                    let near = row.pattern.extract_field(c, 0).1 < 14 && chip.family != ChipFamily::Pic16;
                     if value >= end || near && (value - pc as i32).abs() > end / 2 {
                         return None;
                     }
@@ -172,9 +172,9 @@ fn program(judge: Judge, rng: &mut Rng) -> (Source, usize) {
     let mut text = format!("; chip: {}\n{head}", chip.name);
     let (mut pc, mut written) = (0, 0);
     let rows = chip.isa.rows;
-    while written < lines && pc + 3 < chip.flash / chip.word_bytes {
+    while written < lines && pc + 3 < chip.flash_bytes / chip.word_bytes {
         let row = rng.below(rows.len() as u64) as usize;
-        if (chip.isa.lacks)(row) {
+        if (chip.isa.is_missing)(row) {
             continue;
         }
         if let Some(line) = instruction(judge, chip, &rows[row], pc, rng) {

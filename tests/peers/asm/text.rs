@@ -1,6 +1,6 @@
 //! Texts of any encoding: every byte of a string, a character or a comment goes to the chip as each assembler has it.
 
-use emu_asm::{Options, assemble};
+use emu_asm::{AssembleOptions, assemble};
 
 use crate::corpus::differences;
 use crate::folder;
@@ -86,8 +86,8 @@ fn texts_of_any_encoding() {
                 else {
                     continue;
                 };
-                let ours = emu_asm::Source { name: "text.s", bytes: &source };
-                match assemble(&ours, chip, &Options::default(), &mut ()) {
+                let ours = emu_asm::SourceText { name: "text.s", bytes: &source };
+                match assemble(&ours, chip, &AssembleOptions::default(), &mut ()) {
                     Ok(ours) if differences(chip, &theirs, &cells(&ours.image)).is_empty() => same += 1,
                     ours => wrong.push(format!("{} {line} {text:02X?}: {ours:?}", judge.name())),
                 }

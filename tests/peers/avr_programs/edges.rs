@@ -4,7 +4,7 @@ use std::path::Path;
 
 use emu_avr::{Avr, chips};
 use emu_core::image::{ElfMachine, load};
-use emu_core::{Cpu, Event, Level, PinId, Probe, RamInit, Stop};
+use emu_core::{Cpu, ChipEvent, PinLevel, PinId, Probe, RamInit, StopReason};
 
 use super::MCU;
 
@@ -16,11 +16,11 @@ struct Edges {
 
 impl Probe for Edges {
     const EVENTS: bool = true;
-    fn event(&mut self, event: Event) -> bool {
-        if let Event::Edge { at, pin, level } = event
+    fn on_event(&mut self, event: ChipEvent) -> bool {
+        if let ChipEvent::Edge { at, pin, level } = event
             && pin == self.pin
         {
-            self.edges.push((at.cycle, level == Level::High));
+            self.edges.push((at.cycle, level == PinLevel::High));
         }
         false
     }
@@ -31,10 +31,10 @@ pub fn edges(image: &Path, pin: &str) -> Vec<(u64, bool)> {
     let chip = chips::chip(MCU).expect("the chip");
     let bytes = std::fs::read(image).unwrap_or_else(|e| panic!("{}: {e}", image.display()));
     let name = image.to_string_lossy();
-    let loaded = load(&name, &bytes, chip.hex, chip.elf, ElfMachine(chip.elf_machine)).expect("an image");
+    let loaded = load(&name, &bytes, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine)).expect("an image");
     let mut seen = Edges { pin: chip.pin(pin).expect("a pin"), edges: Vec::new() };
     let stop = Avr::new(chip, &loaded.image, RamInit::Random(1)).run(20_000_000, &mut seen);
-    assert_eq!(stop, Stop::Halted, "{name}");
+    assert_eq!(stop, StopReason::Halted, "{name}");
     seen.edges
 }
 

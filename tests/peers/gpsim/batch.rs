@@ -5,11 +5,11 @@ use std::fmt::Write;
 
 use emu_core::image::write_hex;
 use emu_core::rng::Rng;
-use emu_core::table::Row;
+use emu_core::table::InstructionRow;
 use emu_core::{Chip, Cpu};
 use emu_pic16::Pic16;
-use emu_pic16::chips::{self, Place};
-use emu_pic16::isa::{KINDS, ROWS, encode, row_of};
+use emu_pic16::chips::{self, FileSlot};
+use emu_pic16::isa::{KINDS, ROWS, encode, find_row};
 
 use crate::drive::{self, LATER, VIEW, View};
 
@@ -120,9 +120,9 @@ impl Batch {
                 Do::Goto(to) => machine.set_pc(to.into()),
                 Do::Step(count) => (0..count).for_each(|_| _ = machine.step(&mut ())),
                 Do::Wake(to) => {
-                    machine.trap(to.into(), true);
+                    machine.set_breakpoint(to.into(), true);
                     machine.run(machine.cycle() + 1_000_000, &mut ());
-                    machine.trap(to.into(), false);
+                    machine.set_breakpoint(to.into(), false);
                 }
                 Do::View => views.push(drive::view(machine, &there)),
                 Do::Later => views.last_mut().expect("a view before").later.push(machine.pc() as u16),
@@ -151,7 +151,7 @@ pub fn kinds() -> Vec<Kind> {
             });
             let none = word(row, |_| 0);
             let open = (0..14).map(|bit| 1 << bit).filter(|bit| {
-                let other = row_of(none ^ bit).is_some_and(|(found, _)| found.name == ROWS[row].name);
+                let other = find_row(none ^ bit).is_some_and(|(found, _)| found.name == ROWS[row].name);
                 other && (all ^ none) & bit == 0
             });
             Kind { row, open: open.sum() }
@@ -178,7 +178,7 @@ fn one_of<T: Copy>(list: &[T], rng: &mut Rng) -> T {
 pub fn batch(chip: &Chip, kinds: &[Kind], watchdog: bool, seed: u64) -> Batch {
     let mut rng = Rng::new(seed);
     let part = chips::part(chip.name).expect("a chip of the family");
-    let ram: Vec<u16> = (0..0x200).filter(|&a| matches!(part.place(a), Place::Ram(_))).collect();
+    let ram: Vec<u16> = (0..0x200).filter(|&a| matches!(part.file_slot(a), FileSlot::Ram(_))).collect();
     let mut maker = Maker { batch: Batch { words: vec![SEA; 0x2000], watchdog, cases: vec![], orders: vec![] }, ram };
     let mut slots: Vec<u16> = (0..CASES as u16).map(|i| i * SLOT).collect();
     for i in (1..slots.len()).rev() {
@@ -215,7 +215,7 @@ impl Maker {
     }
 
     fn case(&mut self, kind: Kind, slot: u16, callers: &mut Vec<u16>, rng: &mut Rng) {
-        let row: &Row = &ROWS[kind.row];
+        let row: &InstructionRow = &ROWS[kind.row];
         let has = |letter: u8| row.operands.iter().any(|slot| slot.letter == letter);
         let (setup, site) = (slot + SETUP, slot + SITE);
         let reach = self.reach(rng);

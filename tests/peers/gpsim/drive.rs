@@ -111,7 +111,7 @@ pub fn view(machine: &Pic16, there: &[bool; 0x200]) -> View {
 /// Which addresses of data memory a chip implements.
 pub fn there(chip: &Chip) -> [bool; 0x200] {
     let part = emu_pic16::chips::part(chip.name).expect("a chip of the family");
-    part.places().map(|place| place != emu_pic16::chips::Place::None)
+    part.file_slots().map(|place| place != emu_pic16::chips::FileSlot::None)
 }
 
 /// Our machine in the wiring that gpsim has.
@@ -122,5 +122,5 @@ pub fn machine(chip: &'static Chip, image: &Image) -> Pic16 {
 
 /// Reads a HEX file as the image of a chip.
 pub fn image(chip: &Chip, name: &str, text: &str) -> Image {
-    load_hex(name, text.as_bytes(), chip.hex).unwrap_or_else(|e| panic!("{name}: {e:?}")).image
+    load_hex(name, text.as_bytes(), chip.hex_spaces).unwrap_or_else(|e| panic!("{name}: {e:?}")).image
 }

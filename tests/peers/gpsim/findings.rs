@@ -3,7 +3,7 @@
 //! too, so that a line goes when gpsim is repaired.
 
 use emu_core::image::{Image, Segment, write_hex};
-use emu_core::{Cpu, Stop};
+use emu_core::{Cpu, StopReason};
 use emu_pic16::chips;
 
 use crate::drive::{VIEW, View, gpsim, machine, there, view};
@@ -45,7 +45,7 @@ fn lines() -> Vec<Line> {
 }
 
 /// `0030 nop; movwf FSR`, `nop*5` for five of them; decimal numbers.
-fn segment(part: &'static chips::Part, text: &str) -> Segment {
+fn segment(part: &'static chips::Pic16Part, text: &str) -> Segment {
     let (addr, lines) = text.split_once(' ').expect("an address and instructions");
     let addr = u32::from_str_radix(addr, 16).expect("an address in hexadecimal");
     let mut text = format!(" radix dec\n org {addr}\n");
@@ -55,7 +55,7 @@ fn segment(part: &'static chips::Part, text: &str) -> Segment {
             None => text.push_str(&format!(" {line}\n")),
         }
     }
-    emu_asm::image(&part.chip, &text).unwrap_or_else(|e| panic!("{text}: {e}")).segments.swap_remove(0)
+    emu_asm::assemble_text(&part.chip, &text).unwrap_or_else(|e| panic!("{text}: {e}")).segments.swap_remove(0)
 }
 
 /// What of a view `wanted` names, in the form of `wanted`: `W=07 PC=0012 20=01`, addresses of data memory in hexadecimal.
@@ -84,7 +84,7 @@ fn our_machine_does_what_the_sheets_say() {
         let mut machine = machine(line.chip, &Image { segments, ..Image::default() });
         let stop = machine.run(line.cycles, &mut ());
         let found = values(line.here, &view(&machine, &there(line.chip)));
-        if found != line.here || !matches!(stop, Stop::Limit | Stop::Halted) {
+        if found != line.here || !matches!(stop, StopReason::Limit | StopReason::Halted) {
             wrong.push(format!("{}: {found}, not {} ({stop:?})", line.what, line.here));
         }
     }

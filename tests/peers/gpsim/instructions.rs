@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use emu_core::Chip;
-use emu_pic16::chips::{self, Place};
+use emu_pic16::chips::{self, FileSlot};
 use emu_pic16::isa::{ROWS, disassemble};
 
 use crate::batch::{Batch, CASES, CLRW, CORE, Case, Kind, STORAGE, batch, kinds};
@@ -52,8 +52,8 @@ fn left_out(case: &Case) -> Option<(usize, bool, u8, u8)> {
 /// What is compared: addresses and their bits.
 fn looked_at(chip: &Chip) -> Vec<(usize, u8)> {
     let part = chips::part(chip.name).expect("a chip of the family");
-    let mask = |addr: u16| match part.place(addr) {
-        Place::Ram(_) => 0xFF,
+    let mask = |addr: u16| match part.file_slot(addr) {
+        FileSlot::Ram(_) => 0xFF,
         // The program counter is compared by itself; gpsim shows the address of the instruction after next here.
         _ if addr & 0x7F == PCL => 0,
         // TRIS writes the two bits that do not exist there (DS39582, table 4-2).

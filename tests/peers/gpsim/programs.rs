@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use emu_core::pins::{Level, PinId, Time};
+use emu_core::pins::{PinLevel, PinId, CycleTime};
 use emu_core::{Chip, Cpu};
 use emu_pic16::{Pic16, chips};
 
@@ -107,11 +107,11 @@ fn theirs(chip: &Chip, program: &Program, folder: &Path) -> Vec<u8> {
 fn ours(chip: &'static Chip, program: &Program, hex: &str) -> Vec<u8> {
     let mut machine = machine(chip, &image(chip, &program.name, hex));
     let pin = |name: &String| chip.pin(name).unwrap_or_else(|| panic!("{name}"));
-    let drive = |machine: &mut Pic16, to: PinId, level: Level| machine.drive(Time::at(machine.cycle()), to, level);
+    let drive = |machine: &mut Pic16, to: PinId, level: PinLevel| machine.drive(CycleTime::at(machine.cycle()), to, level);
     let wires: Vec<(PinId, PinId)> = program.wires.iter().map(|(from, to)| (pin(from), pin(to))).collect();
-    let mut levels: Vec<Level> = vec![Level::Float; wires.len()];
+    let mut levels: Vec<PinLevel> = vec![PinLevel::Float; wires.len()];
     for name in &program.pullups {
-        drive(&mut machine, pin(name), Level::High);
+        drive(&mut machine, pin(name), PinLevel::High);
     }
     while machine.cycle() < program.cycles {
         if wires.is_empty() {
@@ -120,7 +120,7 @@ fn ours(chip: &'static Chip, program: &Program, hex: &str) -> Vec<u8> {
         }
         machine.step(&mut ());
         for ((from, to), last) in wires.iter().zip(&mut levels) {
-            let level = machine.level(*from);
+            let level = machine.pin_level(*from);
             if level != *last {
                 *last = level;
                 drive(&mut machine, *to, level);

@@ -40,7 +40,7 @@ fn segment(text: &str) -> Segment {
     let addr = u32::from_str_radix(addr, 16).expect("an address in hexadecimal");
     let text = format!(".org {addr}\n{}", lines.replace(';', "\n"));
     let chip = chips::chip("8052").expect("a chip");
-    emu_asm::image(chip, &text).unwrap_or_else(|e| panic!("{text}: {e}")).segments.swap_remove(0)
+    emu_asm::assemble_text(chip, &text).unwrap_or_else(|e| panic!("{text}: {e}")).segments.swap_remove(0)
 }
 
 /// The values of the registers that `wanted` names, in the form of `wanted`: `R7=01 PSW=00`.

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use emu_8051::isa::disassemble;
 use emu_8051::{Mcs51, chips};
 use emu_core::image::{Image, Segment};
-use emu_core::{Cpu, RamInit, Stop};
+use emu_core::{Cpu, RamInit, StopReason};
 
 use crate::batch::{Batch, CASES, Case, EACH, batch};
 use crate::drive::{Run, s51};
@@ -64,10 +64,10 @@ fn ours(batch: &Batch) -> Run {
     let code = Segment { space: "code", addr: 0, bytes: batch.code.clone() };
     let mut machine = Mcs51::new(chip, &Image { segments: vec![code], ..Image::default() }, RamInit::Zero);
     machine.set_pc(batch.program.start.into());
-    machine.trap(batch.program.stop.into(), true);
+    machine.set_breakpoint(batch.program.stop.into(), true);
     let before = machine.cycle();
     let stop = machine.run(before + LIMIT, &mut ());
-    assert_eq!(stop, Stop::Trap { pc: batch.program.stop.into() }, "our machine comes to the end of the program");
+    assert_eq!(stop, StopReason::Breakpoint { pc: batch.program.stop.into() }, "our machine comes to the end of the program");
     let memory = |space: &str, from: usize, len: usize| {
         (from..from + len).map(|a| machine.peek(space, a as u32).expect("memory")).collect::<Vec<u8>>()
     };

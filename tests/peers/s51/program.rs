@@ -198,7 +198,7 @@ pub struct Program {
 pub fn program(records: u16) -> Program {
     let text = format!(".org {COLLECT}\n{}", text(records));
     let chip = emu_8051::chips::chip("8052").expect("a chip");
-    let image = emu_asm::image(chip, &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
+    let image = emu_asm::assemble_text(chip, &text).unwrap_or_else(|e| panic!("{e}\n{text}"));
     let of = |name: &str| image.symbols.iter().find(|s| s.name == name).map_or(0, |s| s.addr as u16);
     let bytes = image.segments.iter().flat_map(|s| s.bytes.iter().copied()).collect();
     Program { start: of("start"), stop: of("stop"), bytes }

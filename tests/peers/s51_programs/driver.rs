@@ -8,7 +8,7 @@ use std::process::Command;
 
 use emu_8051::{Mcs51, chips};
 use emu_core::image::{Image, load_hex};
-use emu_core::{Chip, Cpu, Event, Probe, RamInit, Stop};
+use emu_core::{Chip, Cpu, ChipEvent, Probe, RamInit, StopReason};
 
 use crate::tools::{folder, run, source};
 
@@ -81,7 +81,7 @@ pub fn theirs(hex: &str) -> Outcome {
 /// Reads a HEX file as the image of [`chip`].
 fn image(hex: &str) -> Image {
     let bytes = std::fs::read(hex).unwrap_or_else(|e| panic!("{hex}: {e}"));
-    load_hex(hex, &bytes, chip().hex).unwrap_or_else(|e| panic!("{hex}: {e:?}")).image
+    load_hex(hex, &bytes, chip().hex_spaces).unwrap_or_else(|e| panic!("{hex}: {e:?}")).image
 }
 
 /// Keeps what is sent, and stops at the read that ends a program.
@@ -93,11 +93,11 @@ struct Watch {
 impl Probe for Watch {
     const DATA: bool = true;
     const EVENTS: bool = true;
-    fn data(&mut self, _: u64, space: u8, addr: u16, _: u8, write: bool) -> bool {
+    fn on_data_access(&mut self, _: u64, space: u8, addr: u16, _: u8, write: bool) -> bool {
         space == self.xdata && addr == END && !write
     }
-    fn event(&mut self, event: Event) -> bool {
-        if let Event::Sent { byte, .. } = event {
+    fn on_event(&mut self, event: ChipEvent) -> bool {
+        if let ChipEvent::Sent { byte, .. } = event {
             self.text.push(byte);
         }
         false
@@ -110,7 +110,7 @@ pub fn ours(hex: &str) -> Outcome {
     let mut watch = Watch { xdata, text: Vec::new() };
     let mut machine = Mcs51::new(chip(), &image(hex), RamInit::Random(1));
     let stop = machine.run(LIMIT, &mut watch);
-    assert_eq!(stop, Stop::Probe, "{hex}: {:?}", String::from_utf8_lossy(&watch.text));
+    assert_eq!(stop, StopReason::Probe, "{hex}: {:?}", String::from_utf8_lossy(&watch.text));
     let cycles = machine.cycle();
     // The stop bit of the last byte, which s51 counts as gone.
     let _ = machine.run(cycles + 500, &mut watch);

@@ -1,44 +1,44 @@
 //! Random intermediate code as C and as byte code: every operation at every width does what its documents say.
 
-use emu_check::via::script::{Record, Script, Slots};
-use emu_check::via::serve::{Form, interpreted, native, on_chip};
+use emu_check::via::script::{ScanRecord, ServeScript, SlotNumbering};
+use emu_check::via::serve::{ServedForm, run_interpreted, run_native, run_on_chip};
 use emu_core::rng::Rng;
-use ladder_compile::emit::{Source, bytecode, c};
+use ladder_compile::emit::{EmittedSource, bytecode, c};
 use ladder_compile::ir::{BitRole, Ir, WordRole};
 
-use crate::ir::interp::{Machine, boundary};
-use crate::ir::programs::{Wish, ops, random};
+use crate::ir::interp::{IrInterpreter, boundary_value};
+use crate::ir::programs::{IrLimits, ops, random_ir};
 
 const ALL: u32 = ops::INTEGERS | ops::LOGIC | ops::ADC | ops::PWM | ops::SEND | ops::RECEIVE | ops::EEPROM;
 
 /// What the programs are like, in turn.
-const WISHES: [Wish; 5] = [
-    Wish::BITS,
-    Wish::WORDS,
-    Wish::WIDTHS,
-    Wish { ops: ALL, adcs: 3, byte_scans: 2, eeprom_scans: 3, ..Wish::WIDTHS },
-    Wish { bits: 60, words: 30, rungs: 10, steps: 20, depth: 4, ops: ALL, adcs: 1, ..Wish::WIDTHS },
+const WISHES: [IrLimits; 5] = [
+    IrLimits::BITS,
+    IrLimits::WORDS,
+    IrLimits::WIDTHS,
+    IrLimits { ops: ALL, adcs: 3, byte_scans: 2, eeprom_scans: 3, ..IrLimits::WIDTHS },
+    IrLimits { bits: 60, words: 30, rungs: 10, steps: 20, depth: 4, ops: ALL, adcs: 1, ..IrLimits::WIDTHS },
 ];
 
 /// A program without rungs, which gives its name to code that comes from no program.
-fn nameless() -> ladder::Program {
+fn nameless() -> ladder::LadderProgram {
     let text = "LDmicro0.1\nCYCLE=1000\nCRYSTAL=1000000\nBAUD=9600\nIO LIST\nEND\nPROGRAM\n";
     ladder::parse("random", text).unwrap_or_else(|e| panic!("{e:?}")).program
 }
 
 /// A script of so many scans, and what the interpreter of the intermediate code says to it.
-fn script(ir: &Ir, source: &Source, slots: Slots, seed: u64, scans: u32) -> (Script, Vec<Record>) {
-    let shape = slots.shape(source);
+fn script(ir: &Ir, source: &EmittedSource, slots: SlotNumbering, seed: u64, scans: u32) -> (ServeScript, Vec<ScanRecord>) {
+    let shape = slots.record_shape(source);
     let mut rng = Rng::new(seed ^ 0x5C21);
-    let (mut script, mut wanted) = (Script::new(), Vec::new());
+    let (mut script, mut wanted) = (ServeScript::new(), Vec::new());
     let lasting: Vec<usize> = (0..ir.bits.len()).filter(|&n| ir.bits[n].role != BitRole::Temporary).collect();
     let integers: Vec<usize> = (0..ir.words.len()).filter(|&n| ir.words[n].role != WordRole::Temporary).collect();
     let of = |role| lasting.iter().copied().filter(move |&n| ir.bits[n].role == role);
-    let mut model = Machine::new(ir);
+    let mut model = IrInterpreter::new(ir);
     for scan in 0..scans {
         if scan % 40 == 0 {
             script.reset(rng.next_u64() as u8);
-            model = Machine::new(ir);
+            model = IrInterpreter::new(ir);
         }
         for (bit, n) in of(BitRole::Input).zip(0..) {
             model.bits[bit] = rng.one_in(2);
@@ -53,7 +53,7 @@ fn script(ir: &Ir, source: &Source, slots: Slots, seed: u64, scans: u32) -> (Scr
             model.received = Some(byte);
             script.receive(byte);
         }
-        for cell in 0..ir.eeprom {
+        for cell in 0..ir.eeprom_bytes {
             if rng.one_in(20) {
                 let byte = rng.next_u64() as u8;
                 model.eeprom[usize::from(cell)] = byte;
@@ -72,7 +72,7 @@ fn script(ir: &Ir, source: &Source, slots: Slots, seed: u64, scans: u32) -> (Scr
                 }
                 None => {}
                 Some(n) if matches!(ir.words[integers[n]].role, WordRole::Symbol(_)) => {
-                    let value = boundary(&mut rng, ir.words[integers[n]].bytes);
+                    let value = boundary_value(&mut rng, ir.words[integers[n]].bytes);
                     model.words[integers[n]] = value;
                     script.write(*slot, value);
                 }
@@ -83,7 +83,7 @@ fn script(ir: &Ir, source: &Source, slots: Slots, seed: u64, scans: u32) -> (Scr
         model.scan();
         script.scan();
         let bits = lasting.iter().map(|&n| i32::from(model.bits[n]));
-        wanted.push(Record {
+        wanted.push(ScanRecord {
             cells: bits.chain(integers.iter().map(|&n| model.words[n])).collect(),
             outputs: of(BitRole::Output).map(|n| model.bits[n]).collect(),
             sent: (model.sent.len() as u8, model.sent.last().copied().unwrap_or(0)),
@@ -103,10 +103,10 @@ struct Case {
 fn cases(count: u64) -> Vec<Case> {
     let first = crate::seed() * 1000;
     let wish = |seed: u64| WISHES[(seed % WISHES.len() as u64) as usize];
-    (first..first + count).map(|seed| Case { seed, ir: random(&mut Rng::new(seed), wish(seed)) }).collect()
+    (first..first + count).map(|seed| Case { seed, ir: random_ir(&mut Rng::new(seed), wish(seed)) }).collect()
 }
 
-fn compare(case: &Case, source: &Source, found: &[Record], wanted: &[Record]) {
+fn compare(case: &Case, source: &EmittedSource, found: &[ScanRecord], wanted: &[ScanRecord]) {
     assert_eq!(found.len(), wanted.len(), "seed {}", case.seed);
     for (scan, (found, wanted)) in found.iter().zip(wanted).enumerate() {
         let differing = source.cells.iter().zip(found.cells.iter().zip(&wanted.cells)).filter(|(_, (f, w))| f != w);
@@ -117,9 +117,9 @@ fn compare(case: &Case, source: &Source, found: &[Record], wanted: &[Record]) {
 }
 
 fn both(
-    emit: fn(&ladder::Program, &Ir) -> Source,
-    slots: Slots,
-    run: impl Fn(&[(Source, Script)]) -> Vec<Vec<Record>>,
+    emit: fn(&ladder::LadderProgram, &Ir) -> EmittedSource,
+    slots: SlotNumbering,
+    run: impl Fn(&[(EmittedSource, ServeScript)]) -> Vec<Vec<ScanRecord>>,
 ) {
     let cases = cases(60);
     let mut wanted = Vec::new();
@@ -141,24 +141,24 @@ fn both(
 #[ignore = "needs gcc: .ci/peers installs it"]
 fn random_code_does_the_same_in_c() {
     for portable in [false, true] {
-        both(c::from_ir, Slots::InOrder, |programs| native(programs, portable).unwrap_or_else(|e| panic!("{e}")));
+        both(c::emit_ir, SlotNumbering::InOrder, |programs| run_native(programs, portable).unwrap_or_else(|e| panic!("{e}")));
     }
 }
 
 #[test]
 #[ignore = "needs gcc: .ci/peers installs it"]
 fn random_code_does_the_same_as_byte_code() {
-    both(bytecode::from_ir, Slots::Interpreter, |programs| interpreted(programs).unwrap_or_else(|e| panic!("{e}")));
+    both(bytecode::emit_ir, SlotNumbering::Interpreter, |programs| run_interpreted(programs).unwrap_or_else(|e| panic!("{e}")));
 }
 
-fn on(mcu: &str, form: Form, cases: Vec<Case>) {
+fn on(mcu: &str, form: ServedForm, cases: Vec<Case>) {
     for case in cases {
         let (source, slots) = match form {
-            Form::C => (c::from_ir(&nameless(), &case.ir), Slots::InOrder),
-            Form::Bytecode => (bytecode::from_ir(&nameless(), &case.ir), Slots::Interpreter),
+            ServedForm::C => (c::emit_ir(&nameless(), &case.ir), SlotNumbering::InOrder),
+            ServedForm::Bytecode => (bytecode::emit_ir(&nameless(), &case.ir), SlotNumbering::Interpreter),
         };
         let (script, wanted) = script(&case.ir, &source, slots, case.seed, 80);
-        let found = on_chip(&source, &script, form, mcu).unwrap_or_else(|e| panic!("seed {}: {e}", case.seed));
+        let found = run_on_chip(&source, &script, form, mcu).unwrap_or_else(|e| panic!("seed {}: {e}", case.seed));
         compare(&case, &source, &found, &wanted);
     }
 }
@@ -166,13 +166,13 @@ fn on(mcu: &str, form: Form, cases: Vec<Case>) {
 #[test]
 #[ignore = "needs avr-gcc: .ci/peers installs it"]
 fn random_code_does_the_same_in_c_on_an_avr() {
-    on("atmega328p", Form::C, cases(25));
+    on("atmega328p", ServedForm::C, cases(25));
 }
 
 #[test]
 #[ignore = "needs avr-gcc: .ci/peers installs it"]
 fn random_code_does_the_same_as_byte_code_on_an_avr() {
-    on("atmega328p", Form::Bytecode, cases(25));
+    on("atmega328p", ServedForm::Bytecode, cases(25));
 }
 
 #[test]
@@ -180,5 +180,5 @@ fn random_code_does_the_same_as_byte_code_on_an_avr() {
 fn random_code_does_the_same_in_c_on_an_8051() {
     // SDCC takes minutes for the large ones.
     let small = cases(15).into_iter().filter(|case| case.seed % WISHES.len() as u64 != 4);
-    on("8051", Form::C, small.collect());
+    on("8051", ServedForm::C, small.collect());
 }

@@ -2,8 +2,8 @@
 
 use emu_avr::{Avr, chips::ATMEGA328P};
 use emu_core::image::{ElfMachine, load};
-use emu_core::{Cpu, Level, RamInit, Stop, Time};
-use ladder_compile::emit::arduino::{Options, emit};
+use emu_core::{Cpu, PinLevel, RamInit, StopReason, CycleTime};
+use ladder_compile::emit::arduino::{SketchOptions, emit};
 
 use crate::tools::{folder, run, source};
 
@@ -28,20 +28,20 @@ fn inputs_are_debounced() {
         let fields: Vec<&str> = case.split('|').map(str::trim).collect();
         let debounce_ms = fields[0].parse().unwrap_or_else(|e| panic!("{case}: {e}"));
         let pins = vec![("Xa".to_owned(), "PD2".to_owned()), ("Ya".to_owned(), "PB0".to_owned())];
-        let sketch = emit(&program, &Options { pins, debounce_ms }).unwrap_or_else(|e| panic!("{e:?}"));
+        let sketch = emit(&program, &SketchOptions { pins, debounce_ms }).unwrap_or_else(|e| panic!("{e:?}"));
         std::fs::write(dir.join("follow.ino"), &sketch.source.text).unwrap_or_else(|e| panic!("{e}"));
         run(&source("tests/peers/arduino.sh"), &["follow.ino", "./follow.elf"], &dir);
         let bytes = std::fs::read(dir.join("follow.elf")).unwrap_or_else(|e| panic!("{e}"));
-        let loaded = load("follow.elf", &bytes, ATMEGA328P.hex, ATMEGA328P.elf, ElfMachine::AVR);
+        let loaded = load("follow.elf", &bytes, ATMEGA328P.hex_spaces, ATMEGA328P.elf_spaces, ElfMachine::AVR);
         let mut cpu = Avr::new(&ATMEGA328P, &loaded.unwrap_or_else(|e| panic!("{e:?}")).image, RamInit::Random(1));
         cpu.set_clock_hz(16_000_000);
         let pin = |name| ATMEGA328P.pin(name).expect("a pin");
         let mut found = Vec::new();
         // Scan k begins soon after k cycles; its outputs, and the next inputs, are looked at in the middle of the wait behind it.
         for (scan, level) in (1..).zip(fields[1].split(' ')) {
-            cpu.drive(Time::at(cpu.cycle()), pin("PD2"), Level::of(level == "1"));
-            assert_eq!(cpu.run(scan * SCAN + SCAN / 2, &mut ()), Stop::Limit, "{case}");
-            found.push(if cpu.level(pin("PB0")) == Level::High { "1" } else { "0" });
+            cpu.drive(CycleTime::at(cpu.cycle()), pin("PD2"), PinLevel::from_bit(level == "1"));
+            assert_eq!(cpu.run(scan * SCAN + SCAN / 2, &mut ()), StopReason::Limit, "{case}");
+            found.push(if cpu.pin_level(pin("PB0")) == PinLevel::High { "1" } else { "0" });
         }
         assert_eq!(found.join(" "), fields[2], "{case}");
     }

@@ -8,7 +8,7 @@ use ladder_compile::emit::{bytecode, c};
 use crate::tools::{folder, run, source};
 
 /// The welder in a folder of its own: the arc comes after a second of the trigger, the motor stays on for a second.
-fn welder(name: &str, file: &str, text: impl Fn(&ladder::Program) -> String) -> std::path::PathBuf {
+fn welder(name: &str, file: &str, text: impl Fn(&ladder::LadderProgram) -> String) -> std::path::PathBuf {
     let ld = std::fs::read_to_string(source("examples/welder.ld")).unwrap_or_else(|e| panic!("{e}"));
     let program = ladder::parse("welder.ld", &ld).unwrap_or_else(|e| panic!("{e:?}")).program;
     let dir = folder(name);
@@ -62,7 +62,7 @@ fn c_on_a_computer() {
 #[test]
 #[ignore = "needs gcc: .ci/peers installs it"]
 fn byte_code_on_a_computer() {
-    let emit = |program: &ladder::Program| bytecode::emit(program).unwrap_or_else(|e| panic!("{e:?}")).text;
+    let emit = |program: &ladder::LadderProgram| bytecode::emit(program).unwrap_or_else(|e| panic!("{e:?}")).text;
     let dir = welder("sources/bytecode", "welder.inc", emit);
     let (main, plc) = (example("bytecode/pc.c"), example("bytecode/plc.c"));
     let mut args = STRICT.to_vec();

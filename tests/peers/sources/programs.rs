@@ -2,16 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use emu_check::Options;
-use emu_check::via::serve::Form;
-use emu_check::via::{Report, Via, check, check_many};
-use ladder::Program;
+use emu_check::CheckOptions;
+use emu_check::via::serve::ServedForm;
+use emu_check::via::{SourceCheckReport, SourceRoute, check, check_many};
+use ladder::LadderProgram;
 
 use crate::random::Generator;
 use crate::seed;
 use crate::text::texts;
 
-fn parse(file: &str, text: &str) -> Program {
+fn parse(file: &str, text: &str) -> LadderProgram {
     match ladder::parse(file, text) {
         Ok(parsed) => parsed.program,
         Err(faults) => panic!("{}\n{text}", faults.iter().map(|d| format!("{d}\n")).collect::<String>()),
@@ -19,7 +19,7 @@ fn parse(file: &str, text: &str) -> Program {
 }
 
 /// The programs of a folder of the workspace, by name.
-fn folder(name: &str) -> Vec<Program> {
+fn folder(name: &str) -> Vec<LadderProgram> {
     let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
     let entries = std::fs::read_dir(&dir).unwrap_or_else(|e| panic!("{}: {e}", dir.display()));
     let mut paths: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
@@ -29,32 +29,32 @@ fn folder(name: &str) -> Vec<Program> {
     paths.iter().map(|path| parse(&path.display().to_string(), &read(path))).collect()
 }
 
-fn written() -> Vec<Program> {
+fn written() -> Vec<LadderProgram> {
     let mut programs = folder("examples");
     programs.extend(folder("emu-check/tests/programs"));
     programs
 }
 
-fn tables() -> Vec<Program> {
+fn tables() -> Vec<LadderProgram> {
     texts().iter().map(|(name, program, _)| parse(name, program)).collect()
 }
 
-fn random(count: u64) -> Vec<Program> {
+fn random(count: u64) -> Vec<LadderProgram> {
     let first = seed() * 10_000;
     (first..first + count).map(|seed| parse(&format!("random {seed}"), &Generator::program(seed))).collect()
 }
 
-fn options(scans: u64) -> Options {
-    Options { seed: seed(), scans, ..Options::default() }
+fn options(scans: u64) -> CheckOptions {
+    CheckOptions { seed: seed(), scans, ..CheckOptions::default() }
 }
 
-fn agreed(program: &Program, report: &Report) {
+fn agreed(program: &LadderProgram, report: &SourceCheckReport) {
     assert!(report.agreed, "{}\n{}", ladder::write(program), report.text());
 }
 
 /// All of `programs` in one executable. What the language itself refuses is left out: an element in the middle of a rung that
 /// must end it, which the traces of `tests/ladder` show all the same.
-fn many(programs: &[Program], form: Form, scans: u64) {
+fn many(programs: &[LadderProgram], form: ServedForm, scans: u64) {
     let reports = check_many(programs, form, &options(scans)).unwrap_or_else(|e| panic!("{e}"));
     let mut compared = 0;
     for (program, report) in programs.iter().zip(&reports) {
@@ -73,32 +73,32 @@ fn many(programs: &[Program], form: Form, scans: u64) {
 #[test]
 #[ignore = "needs gcc: .ci/peers installs it"]
 fn programs_agree_in_c() {
-    many(&written(), Form::C, 1000);
-    many(&tables(), Form::C, 400);
+    many(&written(), ServedForm::C, 1000);
+    many(&tables(), ServedForm::C, 400);
 }
 
 #[test]
 #[ignore = "needs gcc: .ci/peers installs it"]
 fn programs_agree_as_byte_code() {
-    many(&written(), Form::Bytecode, 1000);
-    many(&tables(), Form::Bytecode, 400);
+    many(&written(), ServedForm::Bytecode, 1000);
+    many(&tables(), ServedForm::Bytecode, 400);
 }
 
 #[test]
 #[ignore = "needs gcc: .ci/peers installs it"]
 fn random_programs_agree_in_c() {
-    many(&random(300), Form::C, 300);
+    many(&random(300), ServedForm::C, 300);
 }
 
 #[test]
 #[ignore = "needs gcc: .ci/peers installs it"]
 fn random_programs_agree_as_byte_code() {
-    many(&random(300), Form::Bytecode, 300);
+    many(&random(300), ServedForm::Bytecode, 300);
 }
 
-fn each(programs: &[Program], via: Via, mcu: &str, scans: u64) {
+fn each(programs: &[LadderProgram], via: SourceRoute, mcu: &str, scans: u64) {
     for program in programs {
-        let options = Options { mcu: mcu.to_owned(), ..options(scans) };
+        let options = CheckOptions { mcu: mcu.to_owned(), ..options(scans) };
         match check(program, via, &options) {
             Ok(report) => agreed(program, &report),
             Err(faults) => {
@@ -111,27 +111,27 @@ fn each(programs: &[Program], via: Via, mcu: &str, scans: u64) {
 #[test]
 #[ignore = "needs avr-gcc: .ci/peers installs it"]
 fn programs_agree_in_c_on_an_avr() {
-    each(&written(), Via::C, "atmega328p", 300);
-    each(&random(10), Via::C, "atmega328p", 200);
+    each(&written(), SourceRoute::C, "atmega328p", 300);
+    each(&random(10), SourceRoute::C, "atmega328p", 200);
 }
 
 #[test]
 #[ignore = "needs avr-gcc: .ci/peers installs it"]
 fn programs_agree_as_byte_code_on_an_avr() {
-    each(&written(), Via::Bytecode, "atmega328p", 300);
-    each(&random(10), Via::Bytecode, "atmega328p", 200);
+    each(&written(), SourceRoute::Bytecode, "atmega328p", 300);
+    each(&random(10), SourceRoute::Bytecode, "atmega328p", 200);
 }
 
 #[test]
 #[ignore = "needs sdcc: .ci/peers installs it"]
 fn programs_agree_in_c_on_an_8051() {
-    each(&written(), Via::C, "8051", 150);
-    each(&random(4), Via::C, "8052", 100);
+    each(&written(), SourceRoute::C, "8051", 150);
+    each(&random(4), SourceRoute::C, "8052", 100);
 }
 
 #[test]
 #[ignore = "needs avr-g++ and the core of the Arduino: .ci/peers installs them"]
 fn programs_agree_as_sketches() {
-    each(&written(), Via::Arduino, "atmega328p", 100);
-    each(&random(5), Via::Arduino, "atmega328p", 100);
+    each(&written(), SourceRoute::Arduino, "atmega328p", 100);
+    each(&random(5), SourceRoute::Arduino, "atmega328p", 100);
 }

@@ -3,13 +3,13 @@
 use emu_core::state;
 
 /// Ticks from the edge to the vote on the tenth bit: stop bit of mode 1, ninth data bit of modes 2 and 3.
-const TAKEN: u8 = 9 * 16 + VOTE;
+const FRAME_TICKS: u8 = 9 * 16 + VOTE_TICK;
 /// Ticks of a bit at which its vote is complete.
-const VOTE: u8 = 9;
+const VOTE_TICK: u8 = 9;
 
 /// A frame that is coming in.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Frame {
+struct IncomingFrame {
     /// Ticks since the edge: bit number times 16 and the state of the counter.
     ticks: u8,
     /// High samples of this bit, of those in the counter's states 7, 8 and 9.
@@ -18,24 +18,24 @@ struct Frame {
     bits: u16,
 }
 
-state! { Frame { ticks, highs, bits } if |frame, _now| frame.ticks < 11 * 16 && frame.highs <= 3 }
+state! { IncomingFrame { ticks, highs, bits } if |frame, _now| frame.ticks < 11 * 16 && frame.highs <= 3 }
 
 /// The receiver.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Receiver {
+pub(super) struct SerialReceiver {
     /// The line now.
     level: bool,
     /// The line at the last tick.
     last: bool,
-    frame: Option<Frame>,
+    frame: Option<IncomingFrame>,
 }
 
-state! { Receiver { level, last, frame } }
+state! { SerialReceiver { level, last, frame } }
 
-impl Receiver {
-    pub(super) const IDLE: Receiver = Receiver { level: true, last: true, frame: None };
+impl SerialReceiver {
+    pub(super) const IDLE: SerialReceiver = SerialReceiver { level: true, last: true, frame: None };
 
-    pub(super) fn line(&mut self, level: bool) {
+    pub(super) fn set_level(&mut self, level: bool) {
         self.level = level;
     }
 
@@ -44,25 +44,25 @@ impl Receiver {
         self.frame = None;
     }
 
-    pub(super) fn receiving(&self) -> bool {
+    pub(super) fn is_receiving(&self) -> bool {
         self.frame.is_some()
     }
 
     /// Ticks to the next one that matters when the line rests: the edge, the vote on the start bit, the end of the frame.
-    pub(super) fn wait(&self, looking: bool) -> Option<u64> {
+    pub(super) fn ticks_to_next_step(&self, looking: bool) -> Option<u64> {
         let Some(frame) = self.frame else { return (looking && self.last && !self.level).then_some(1) };
-        let due = if frame.ticks < VOTE { VOTE } else { TAKEN };
+        let due = if frame.ticks < VOTE_TICK { VOTE_TICK } else { FRAME_TICKS };
         due.checked_sub(frame.ticks).filter(|&wait| wait != 0).map(u64::from)
     }
 
     /// `n` ticks with the line at rest, none of which matters.
-    pub(super) fn pass(&mut self, mut n: u64, looking: bool, mode_1: bool) {
-        debug_assert!(self.wait(looking).is_none_or(|wait| n < wait), "{n} ticks pass over an event: {self:?}");
+    pub(super) fn advance(&mut self, mut n: u64, looking: bool, mode_1: bool) {
+        debug_assert!(self.ticks_to_next_step(looking).is_none_or(|wait| n < wait), "{n} ticks pass over an event: {self:?}");
         while let Some(frame) = &mut self.frame {
             let state = frame.ticks & 15;
             let gap = if state < 7 {
                 7 - state
-            } else if state < VOTE {
+            } else if state < VOTE_TICK {
                 1
             } else {
                 23 - state
@@ -72,7 +72,7 @@ impl Receiver {
                 break;
             }
             frame.ticks += gap - 1;
-            self.step(self.level, looking, mode_1);
+            self.sample(self.level, looking, mode_1);
             n -= u64::from(gap);
         }
         if n > 0 {
@@ -81,22 +81,22 @@ impl Receiver {
     }
 
     /// One tick. Gives the nine bits after the start bit at the vote on the last of them.
-    pub(super) fn step(&mut self, sample: bool, looking: bool, mode_1: bool) -> Option<u16> {
+    pub(super) fn sample(&mut self, sample: bool, looking: bool, mode_1: bool) -> Option<u16> {
         let fell = self.last && !sample;
         self.last = sample;
         self.level = sample;
         let Some(frame) = &mut self.frame else {
             if looking && fell {
-                self.frame = Some(Frame { ticks: 0, highs: 0, bits: 0 });
+                self.frame = Some(IncomingFrame { ticks: 0, highs: 0, bits: 0 });
             }
             return None;
         };
         frame.ticks += 1;
         let state = frame.ticks & 15;
-        if (7..=VOTE).contains(&state) {
+        if (7..=VOTE_TICK).contains(&state) {
             frame.highs += u8::from(sample);
         }
-        if state != VOTE {
+        if state != VOTE_TICK {
             return None;
         }
         let high = frame.highs >= 2;

@@ -8,7 +8,7 @@ const BITS: u8 = 8;
 
 /// A byte on its way, in either direction.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Transfer {
+struct ShiftTransfer {
     byte: u8,
     /// Cycles done of those in which SEND or RECEIVE is active.
     done: u8,
@@ -16,15 +16,15 @@ struct Transfer {
     next: u64,
 }
 
-state! { Transfer { byte, done, next } if |of, _now| of.done <= BITS && of.next != NEVER }
+state! { ShiftTransfer { byte, done, next } if |of, _now| of.done <= BITS && of.next != NEVER }
 
-impl Transfer {
+impl ShiftTransfer {
     /// One full cycle lies between the write and the first active one.
-    fn after(byte: u8, cycle: u64) -> Transfer {
-        Transfer { byte, done: 0, next: cycle.saturating_add(2) }
+    fn start_after(byte: u8, cycle: u64) -> ShiftTransfer {
+        ShiftTransfer { byte, done: 0, next: cycle.saturating_add(2) }
     }
 
-    fn due(this: Option<Transfer>, cycle: u64) -> Option<Transfer> {
+    fn if_due(this: Option<ShiftTransfer>, cycle: u64) -> Option<ShiftTransfer> {
         this.filter(|transfer| transfer.next == cycle)
     }
 
@@ -36,16 +36,16 @@ impl Transfer {
 
 /// Both directions.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Shifter {
-    send: Option<Transfer>,
-    receive: Option<Transfer>,
+pub(super) struct ShiftRegister {
+    send: Option<ShiftTransfer>,
+    receive: Option<ShiftTransfer>,
 }
 
-state! { Shifter { send, receive } }
+state! { ShiftRegister { send, receive } }
 
 /// What a machine cycle did.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Shifted {
+pub(super) struct ShiftStep {
     /// The shift clock pulses in this cycle.
     pub(super) clock: bool,
     /// A byte was sent: TI.
@@ -54,51 +54,51 @@ pub(super) struct Shifted {
     pub(super) received: Option<u8>,
 }
 
-impl Shifter {
-    pub(super) const IDLE: Shifter = Shifter { send: None, receive: None };
+impl ShiftRegister {
+    pub(super) const IDLE: ShiftRegister = ShiftRegister { send: None, receive: None };
 
     /// A byte written at the end of `cycle`, in place of one that may be under way.
     pub(super) fn send(&mut self, byte: u8, cycle: u64) {
-        self.send = Some(Transfer::after(byte, cycle));
+        self.send = Some(ShiftTransfer::start_after(byte, cycle));
     }
 
     /// Reception begins by a write at the end of `cycle`, unless it is under way.
     pub(super) fn receive(&mut self, cycle: u64) {
-        self.receive.get_or_insert(Transfer::after(0, cycle));
+        self.receive.get_or_insert(ShiftTransfer::start_after(0, cycle));
     }
 
     /// Reception stops.
-    pub(super) fn deafen(&mut self) {
+    pub(super) fn stop_receiving(&mut self) {
         self.receive = None;
     }
 
-    pub(super) fn sending(&self) -> bool {
+    pub(super) fn is_sending(&self) -> bool {
         self.send.is_some()
     }
 
-    pub(super) fn receiving(&self) -> bool {
+    pub(super) fn is_receiving(&self) -> bool {
         self.receive.is_some()
     }
 
     pub(super) fn next(&self) -> u64 {
-        let next = |transfer: Option<Transfer>| transfer.map_or(NEVER, |t| t.next);
+        let next = |transfer: Option<ShiftTransfer>| transfer.map_or(NEVER, |t| t.next);
         next(self.send).min(next(self.receive))
     }
 
     /// The bit on RXD in the cycle stepped last.
-    pub(super) fn out(&self) -> Option<bool> {
+    pub(super) fn driven_level(&self) -> Option<bool> {
         self.send.filter(|t| t.done > 0).map(|t| t.byte >> (t.done - 1) & 1 != 0)
     }
 
     /// The shift clock pulsed in the cycle stepped last.
-    pub(super) fn clocked(&self) -> bool {
+    pub(super) fn is_clock_running(&self) -> bool {
         self.send.is_some_and(|t| t.done > 0) || self.receive.is_some_and(|t| t.done > 0)
     }
 
     /// The machine cycle that [`Shifter::next`] gave.
-    pub(super) fn step(&mut self, cycle: u64, rxd: bool) -> Shifted {
-        let mut did = Shifted::default();
-        if let Some(mut transfer) = Transfer::due(self.send, cycle) {
+    pub(super) fn step(&mut self, cycle: u64, rxd: bool) -> ShiftStep {
+        let mut did = ShiftStep::default();
+        if let Some(mut transfer) = ShiftTransfer::if_due(self.send, cycle) {
             if transfer.done == BITS {
                 did.sent = Some(transfer.byte);
                 self.send = None;
@@ -107,19 +107,19 @@ impl Shifter {
                 self.send = Some(transfer);
             }
         }
-        if let Some(mut transfer) = Transfer::due(self.receive, cycle) {
+        if let Some(mut transfer) = ShiftTransfer::if_due(self.receive, cycle) {
             if transfer.done == BITS {
                 did.received = Some(transfer.byte);
                 self.receive = None;
             } else {
                 // What the port itself puts on the line is on the pin, too.
-                let high = rxd && self.out() != Some(false);
+                let high = rxd && self.driven_level() != Some(false);
                 transfer.byte |= u8::from(high) << transfer.done;
                 transfer.advance();
                 self.receive = Some(transfer);
             }
         }
-        did.clock = self.clocked();
+        did.clock = self.is_clock_running();
         did
     }
 }

@@ -5,7 +5,7 @@ use emu_core::state;
 
 /// A byte with its way over the line still to go.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Frame {
+struct OutgoingFrame {
     byte: u8,
     /// What follows the bit on the line, the next one lowest: data, TB8 in modes 2 and 3, the stop bit.
     bits: u16,
@@ -13,24 +13,24 @@ struct Frame {
     left: u8,
 }
 
-state! { Frame { byte, bits, left } if |frame, _now| frame.left <= 10 }
+state! { OutgoingFrame { byte, bits, left } if |frame, _now| frame.left <= 10 }
 
 /// The transmitter.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Sender {
+pub(super) struct SerialSender {
     /// Ticks since the last rollover, 0 to 15.
     count: u8,
     /// Written, and begins at the next rollover.
-    next: Option<Frame>,
+    next: Option<OutgoingFrame>,
     /// On the line.
-    out: Option<Frame>,
+    out: Option<OutgoingFrame>,
 }
 
-state! { Sender { count, next, out } if |sender, _now| sender.count < 16 }
+state! { SerialSender { count, next, out } if |sender, _now| sender.count < 16 }
 
 /// What a rollover did.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Rollover {
+pub(super) struct SenderStep {
     /// The level that TXD takes.
     pub(super) line: Option<bool>,
     /// A stop bit begins: TI.
@@ -39,15 +39,15 @@ pub(super) struct Rollover {
     pub(super) sent: Option<u8>,
 }
 
-impl Sender {
-    pub(super) const IDLE: Sender = Sender { count: 0, next: None, out: None };
+impl SerialSender {
+    pub(super) const IDLE: SerialSender = SerialSender { count: 0, next: None, out: None };
 
     /// Loads a byte, and with modes 2 and 3 its ninth bit.
     pub(super) fn load(&mut self, byte: u8, ninth: Option<bool>) {
         let data = u16::from(byte);
         self.next = Some(match ninth {
-            None => Frame { byte, bits: data | 1 << 8, left: 9 },
-            Some(tb8) => Frame { byte, bits: data | u16::from(tb8) << 8 | 1 << 9, left: 10 },
+            None => OutgoingFrame { byte, bits: data | 1 << 8, left: 9 },
+            Some(tb8) => OutgoingFrame { byte, bits: data | u16::from(tb8) << 8 | 1 << 9, left: 10 },
         });
     }
 
@@ -57,40 +57,40 @@ impl Sender {
         self.out.take().filter(|frame| frame.left == 0).map(|frame| frame.byte)
     }
 
-    pub(super) fn busy(&self) -> bool {
+    pub(super) fn is_busy(&self) -> bool {
         self.next.is_some() || self.out.is_some()
     }
 
     /// The byte whose stop bit is on the line.
-    pub(super) fn stopping(&self) -> Option<u8> {
+    pub(super) fn byte_in_stop_bit(&self) -> Option<u8> {
         self.out.filter(|frame| frame.left == 0).map(|frame| frame.byte)
     }
 
-    pub(super) fn wait(&self) -> Option<u64> {
-        self.busy().then(|| 16 - u64::from(self.count))
+    pub(super) fn ticks_to_next_step(&self) -> Option<u64> {
+        self.is_busy().then(|| 16 - u64::from(self.count))
     }
 
-    pub(super) fn pass(&mut self, n: u64) {
-        debug_assert!(self.wait().is_none_or(|wait| n < wait), "{n} ticks pass over a rollover: {self:?}");
+    pub(super) fn advance(&mut self, n: u64) {
+        debug_assert!(self.ticks_to_next_step().is_none_or(|wait| n < wait), "{n} ticks pass over a rollover: {self:?}");
         self.count = (self.count + (n & 15) as u8) & 15;
     }
 
-    pub(super) fn rollover(&mut self) -> Rollover {
+    pub(super) fn step(&mut self) -> SenderStep {
         debug_assert!(self.count == 15, "no rollover is due: {self:?}");
         self.count = 0;
-        let over = self.stopping();
+        let over = self.byte_in_stop_bit();
         if let Some(frame) = self.next.take() {
             self.out = Some(frame);
-            return Rollover { line: Some(false), ti: false, sent: over };
+            return SenderStep { line: Some(false), ti: false, sent: over };
         }
-        let Some(frame) = &mut self.out else { return Rollover::default() };
+        let Some(frame) = &mut self.out else { return SenderStep::default() };
         if frame.left == 0 {
             self.out = None;
-            return Rollover { sent: over, ..Rollover::default() };
+            return SenderStep { sent: over, ..SenderStep::default() };
         }
         let bit = frame.bits & 1 != 0;
         frame.bits >>= 1;
         frame.left -= 1;
-        Rollover { line: Some(bit), ti: frame.left == 0, sent: None }
+        SenderStep { line: Some(bit), ti: frame.left == 0, sent: None }
     }
 }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 /// The memory of an area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) enum Memory {
+pub(super) enum AreaMemory {
     #[default]
     Code,
     Data,
@@ -18,7 +18,7 @@ pub(super) enum Memory {
 
 /// A segment of AX51: what its line says of its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Class {
+pub(super) struct SegmentClass {
     /// RAM that only pointers reach is as good.
     pub indirect: bool,
     /// Its bytes have bits with addresses.
@@ -31,31 +31,31 @@ pub(super) struct Class {
 
 /// An area as the linker sees it.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Shape {
+pub(super) struct AreaShape {
     pub name: String,
-    pub memory: Memory,
+    pub memory: AreaMemory,
     pub absolute: bool,
     pub overlaid: bool,
     pub paged: bool,
     /// It is a segment of AX51.
-    pub class: Option<Class>,
+    pub class: Option<SegmentClass>,
     /// Addresses that it takes where it is not absolute.
     pub size: i64,
     /// Parts of an absolute area: first address and size.
     pub parts: Vec<(i64, i64)>,
 }
 
-impl Shape {
+impl AreaShape {
     /// It has the same attributes.
-    pub fn is_like(&self, other: &Shape) -> bool {
-        let of = |shape: &Shape| (shape.memory, shape.absolute, shape.overlaid, shape.paged);
+    pub fn is_like(&self, other: &AreaShape) -> bool {
+        let of = |shape: &AreaShape| (shape.memory, shape.absolute, shape.overlaid, shape.paged);
         of(self) == of(other)
     }
 }
 
 /// What is wrong with the place of an area.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Complaint {
+pub(super) enum PlacementFault {
     /// No gap has so many addresses.
     Full(i64),
     /// From this address on it lies over another area or the end of RAM.
@@ -66,13 +66,13 @@ pub(super) enum Complaint {
 
 /// Where areas lie.
 #[derive(Debug, Default)]
-pub(super) struct Layout {
+pub(super) struct AreaLayout {
     /// First address of each.
     pub bases: Vec<i64>,
     /// `s_NAME` and `l_NAME`.
     pub limits: BTreeMap<String, i64>,
     /// Area and complaint.
-    pub complaints: Vec<(usize, Complaint)>,
+    pub complaints: Vec<(usize, PlacementFault)>,
 }
 
 /// Areas that sdld knows by name, in its order; all are in RAM but for BSEG.
@@ -80,22 +80,22 @@ const KNOWN: [&str; 10] =
     ["REG_BANK_0", "REG_BANK_1", "REG_BANK_2", "REG_BANK_3", "BSEG", "BIT_BANK", "DSEG", "OSEG", "ISEG", "SSEG"];
 
 /// Addresses of program memory and of XDATA.
-const LARGE: usize = 0x1_0000;
+const LARGE_MEMORY: usize = 0x1_0000;
 
 /// Addresses that sdld looks at together.
-const BLOCK: usize = 32;
+const SEARCH_BLOCK: usize = 32;
 
 /// Who has each address of a memory.
-struct Map(Vec<Option<usize>>);
+struct AddressOwners(Vec<Option<usize>>);
 
-impl Map {
+impl AddressOwners {
     fn take(&mut self, at: i64, size: i64, by: usize) {
         let from = usize::try_from(at).unwrap_or(usize::MAX);
         self.0.iter_mut().skip(from).take(size.max(0) as usize).for_each(|cell| *cell = Some(by));
     }
 
     /// The first gap of `size` addresses within `within`.
-    fn gap(&self, within: std::ops::Range<usize>, size: i64) -> Option<i64> {
+    fn first_gap(&self, within: std::ops::Range<usize>, size: i64) -> Option<i64> {
         let size = usize::try_from(size).ok().filter(|size| *size > 0)?;
         let mut free = 0;
         for (at, cell) in self.0.iter().enumerate().take(within.end).skip(within.start) {
@@ -109,7 +109,7 @@ impl Map {
 
     /// Where an area of `size` addresses begins that may begin at `start`. sdld looks at blocks of 32 addresses, and goes on behind the
     /// last address of a block that is taken.
-    fn behind(&self, start: i64, size: i64) -> Option<i64> {
+    fn first_free_from(&self, start: i64, size: i64) -> Option<i64> {
         let (mut start, size) = (usize::try_from(start).ok()?, usize::try_from(size).ok()?);
         loop {
             let end = start + size;
@@ -117,22 +117,22 @@ impl Map {
                 return None;
             }
             let taken = (start..end).find(|at| self.is_taken(*at));
-            let Some(block) = taken.map(|at| at / BLOCK) else { return i64::try_from(start).ok() };
-            let last = (block * BLOCK..(block + 1) * BLOCK).rev().find(|at| self.is_taken(*at))?;
+            let Some(block) = taken.map(|at| at / SEARCH_BLOCK) else { return i64::try_from(start).ok() };
+            let last = (block * SEARCH_BLOCK..(block + 1) * SEARCH_BLOCK).rev().find(|at| self.is_taken(*at))?;
             // In the block where the area ends sdld goes on from the block, in one before it from the begin of the area.
-            let from = if block == end / BLOCK { 0 } else { start % BLOCK };
+            let from = if block == end / SEARCH_BLOCK { 0 } else { start % SEARCH_BLOCK };
             start = last + 1 + from;
         }
     }
 
     /// The first gap that a segment may have.
-    fn fitting(&self, mut within: std::ops::Range<usize>, size: i64, class: Class) -> Option<i64> {
+    fn first_gap_for(&self, mut within: std::ops::Range<usize>, size: i64, class: SegmentClass) -> Option<i64> {
         loop {
-            let at = self.gap(within.clone(), size)?;
+            let at = self.first_gap(within.clone(), size)?;
             let up = |step: i64| (at + step - 1) / step * step;
             let next = match class {
-                Class { align, .. } if align > 0 && at % align != 0 => up(align),
-                Class { within, .. } if within > 0 && at / within != (at + size - 1) / within && at % within != 0 => {
+                SegmentClass { align, .. } if align > 0 && at % align != 0 => up(align),
+                SegmentClass { within, .. } if within > 0 && at / within != (at + size - 1) / within && at % within != 0 => {
                     up(within)
                 }
                 _ => return Some(at),
@@ -146,13 +146,13 @@ impl Map {
     }
 
     /// The size of the largest gap.
-    fn largest(&self, within: usize) -> i64 {
+    fn largest_gap(&self, within: usize) -> i64 {
         let cells: Vec<_> = self.0.iter().take(within).collect();
         cells.split(|cell| cell.is_some()).map(<[_]>::len).max().unwrap_or(0) as i64
     }
 
     /// The first address of these that another has, and who; none of what lies behind the end of the memory.
-    fn other(&self, at: i64, size: i64, own: usize) -> Option<(i64, Option<usize>)> {
+    fn first_conflict(&self, at: i64, size: i64, own: usize) -> Option<(i64, Option<usize>)> {
         (at..at + size).find_map(|addr| match self.0.get(usize::try_from(addr).ok()?) {
             Some(Some(by)) if *by != own => Some((addr, Some(*by))),
             Some(_) => None,
@@ -162,51 +162,51 @@ impl Map {
 }
 
 /// The work.
-struct Linker<'a> {
-    shapes: &'a [Shape],
-    ram: Map,
-    code: Map,
-    xdata: Map,
+struct AreaLinker<'a> {
+    shapes: &'a [AreaShape],
+    ram: AddressOwners,
+    code: AddressOwners,
+    xdata: AddressOwners,
     /// The address at which the next area would begin, by memory.
     next: [i64; 4],
-    out: Layout,
+    out: AreaLayout,
 }
 
 /// Places areas in a RAM of so many bytes. `fixed` are the parts of ASM51's absolute sections and `banks` the register banks in use, which
 /// segments of AX51 leave free.
-pub(super) fn layout(shapes: &[Shape], fixed: &[(Memory, i64, i64)], banks: u8, ram: usize) -> Layout {
-    let mut linker = Linker {
+pub(super) fn layout(shapes: &[AreaShape], fixed: &[(AreaMemory, i64, i64)], banks: u8, ram: usize) -> AreaLayout {
+    let mut linker = AreaLinker {
         shapes,
-        ram: Map(vec![None; ram.clamp(0x80, 0x100)]),
-        code: Map(vec![None; LARGE]),
-        xdata: Map(vec![None; LARGE]),
+        ram: AddressOwners(vec![None; ram.clamp(0x80, 0x100)]),
+        code: AddressOwners(vec![None; LARGE_MEMORY]),
+        xdata: AddressOwners(vec![None; LARGE_MEMORY]),
         next: [0; 4],
-        out: Layout { bases: vec![0; shapes.len()], ..Layout::default() },
+        out: AreaLayout { bases: vec![0; shapes.len()], ..AreaLayout::default() },
     };
     for (number, shape) in shapes.iter().enumerate().filter(|(_, shape)| shape.absolute) {
         for &(at, size) in &shape.parts {
             match shape.memory {
-                Memory::Code => linker.code.take(at, size, number),
-                Memory::Data => linker.ram.take(at, size, number),
-                Memory::Xdata => linker.xdata.take(at, size, number),
-                Memory::Bit => {}
+                AreaMemory::Code => linker.code.take(at, size, number),
+                AreaMemory::Data => linker.ram.take(at, size, number),
+                AreaMemory::Xdata => linker.xdata.take(at, size, number),
+                AreaMemory::Bit => {}
             }
         }
     }
     if shapes.iter().any(|shape| shape.class.is_some()) {
-        linker.segments(fixed, banks);
-        let Layout { bases, limits, .. } = &mut linker.out;
+        linker.place_segments(fixed, banks);
+        let AreaLayout { bases, limits, .. } = &mut linker.out;
         limits.extend(shapes.iter().zip(bases).map(|(shape, base)| (shape.name.to_ascii_lowercase(), *base)));
         return linker.out;
     }
     linker.bit_bytes();
     for (rank, name) in KNOWN.iter().enumerate() {
         let number = shapes.iter().position(|shape| shape.name == *name && !shape.absolute);
-        linker.known(rank, name, number);
+        linker.place_known_area(rank, name, number);
     }
     for (number, shape) in shapes.iter().enumerate() {
         if !shape.absolute && !KNOWN.contains(&shape.name.as_str()) {
-            linker.other(number, shape);
+            linker.place_other_area(number, shape);
         }
     }
     linker.check_bits();
@@ -216,13 +216,13 @@ pub(super) fn layout(shapes: &[Shape], fixed: &[(Memory, i64, i64)], banks: u8, 
     linker.out
 }
 
-impl Linker<'_> {
+impl AreaLinker<'_> {
     fn limit(&mut self, name: &str, base: i64, size: i64) {
         self.out.limits.insert(format!("s_{name}"), base);
         self.out.limits.insert(format!("l_{name}"), size);
     }
 
-    fn complain(&mut self, number: usize, complaint: Complaint) {
+    fn complain(&mut self, number: usize, complaint: PlacementFault) {
         self.out.complaints.push((number, complaint));
     }
 
@@ -238,18 +238,18 @@ impl Linker<'_> {
         let found = self.shapes.iter().position(|shape| shape.name == "BSEG" && !shape.absolute);
         let Some((number, shape)) = found.and_then(|number| Some((number, self.shapes.get(number)?))) else { return };
         let bytes = (shape.size + 7) / 8;
-        match self.ram.gap(0x20..0x30, bytes) {
+        match self.ram.first_gap(0x20..0x30, bytes) {
             Some(at) => {
                 self.ram.take(at, bytes, number);
                 self.limit("BSEG_BYTES", at, bytes);
             }
-            None if bytes > 0 => self.complain(number, Complaint::Full(bytes)),
+            None if bytes > 0 => self.complain(number, PlacementFault::Full(bytes)),
             None => {}
         }
     }
 
     /// An area that sdld knows by name; its place among them counts although the module has none.
-    fn known(&mut self, rank: usize, name: &str, number: Option<usize>) {
+    fn place_known_area(&mut self, rank: usize, name: &str, number: Option<usize>) {
         let mut size = number.and_then(|number| self.shapes.get(number)).map_or(0, |shape| shape.size);
         if name == "BSEG" {
             let [_, _, _, bit] = &mut self.next;
@@ -265,13 +265,13 @@ impl Linker<'_> {
             _ => 0..all.min(0x80),
         };
         if name == "SSEG" && size > 0 {
-            size = self.ram.largest(all);
+            size = self.ram.largest_gap(all);
         }
         let next = self.next[0];
         let base = match number {
             _ if rank < 4 => rank as i64 * 8,
-            Some(number) if size > 0 => self.ram.gap(within, size).unwrap_or_else(|| {
-                self.complain(number, Complaint::Full(size));
+            Some(number) if size > 0 => self.ram.first_gap(within, size).unwrap_or_else(|| {
+                self.complain(number, PlacementFault::Full(size));
                 next
             }),
             _ => next,
@@ -290,18 +290,18 @@ impl Linker<'_> {
     }
 
     /// An area of another name.
-    fn other(&mut self, number: usize, shape: &Shape) {
+    fn place_other_area(&mut self, number: usize, shape: &AreaShape) {
         let index = match shape.memory {
-            Memory::Data => 0,
-            Memory::Code => 1,
-            Memory::Xdata => 2,
-            Memory::Bit => 3,
+            AreaMemory::Data => 0,
+            AreaMemory::Code => 1,
+            AreaMemory::Xdata => 2,
+            AreaMemory::Bit => 3,
         };
         let next = self.next.get(index).copied().unwrap_or(0);
         let mut size = shape.size;
         let map = match shape.memory {
-            Memory::Code => Some(&self.code),
-            Memory::Xdata => Some(&self.xdata),
+            AreaMemory::Code => Some(&self.code),
+            AreaMemory::Xdata => Some(&self.xdata),
             _ => None,
         };
         // Areas of the start-up code stay together.
@@ -310,10 +310,10 @@ impl Linker<'_> {
             _ => size,
         };
         let base = match map {
-            Some(map) if wanted > 0 && !shape.overlaid => match map.behind(next, wanted) {
+            Some(map) if wanted > 0 && !shape.overlaid => match map.first_free_from(next, wanted) {
                 Some(base) => base,
                 None => {
-                    self.complain(number, Complaint::Full(size));
+                    self.complain(number, PlacementFault::Full(size));
                     next
                 }
             },
@@ -324,16 +324,16 @@ impl Linker<'_> {
             size = 0x100 - (base & 0xFF);
         }
         match shape.memory {
-            Memory::Data => {
+            AreaMemory::Data => {
                 self.check_shared(number, base, size);
                 self.ram.take(base, size, number);
             }
-            Memory::Code if !shape.overlaid => self.code.take(base, size, number),
-            Memory::Xdata if !shape.overlaid => self.xdata.take(base, size, number),
+            AreaMemory::Code if !shape.overlaid => self.code.take(base, size, number),
+            AreaMemory::Xdata if !shape.overlaid => self.xdata.take(base, size, number),
             _ => {}
         }
         if shape.paged && size > 0 && base >> 8 != (base + size - 1) >> 8 {
-            self.complain(number, Complaint::Page);
+            self.complain(number, PlacementFault::Page);
         }
         self.put(number, base);
         self.limit(&shape.name, base, size);
@@ -344,7 +344,7 @@ impl Linker<'_> {
 
     /// Segments of AX51 in the order in which BL51 takes them (its manual, "Locating segments"): bits and what has bits from 20h on, DATA, IDATA,
     /// the stack behind all others; each in the first gap.
-    fn segments(&mut self, fixed: &[(Memory, i64, i64)], banks: u8) {
+    fn place_segments(&mut self, fixed: &[(AreaMemory, i64, i64)], banks: u8) {
         // Nobody's: of no segment.
         let nobody = self.shapes.len();
         for bank in (0..4).filter(|bank| banks >> bank & 1 == 1) {
@@ -352,19 +352,19 @@ impl Linker<'_> {
         }
         for &(memory, at, size) in fixed {
             match memory {
-                Memory::Code => self.code.take(at, size, nobody),
-                Memory::Data => self.ram.take(at, size, nobody),
-                Memory::Xdata => self.xdata.take(at, size, nobody),
-                Memory::Bit if at < 0x80 => self.ram.take(0x20 + at / 8, (at + size - 1) / 8 - at / 8 + 1, nobody),
-                Memory::Bit => {}
+                AreaMemory::Code => self.code.take(at, size, nobody),
+                AreaMemory::Data => self.ram.take(at, size, nobody),
+                AreaMemory::Xdata => self.xdata.take(at, size, nobody),
+                AreaMemory::Bit if at < 0x80 => self.ram.take(0x20 + at / 8, (at + size - 1) / 8 - at / 8 + 1, nobody),
+                AreaMemory::Bit => {}
             }
         }
         let shapes = self.shapes;
-        let bits = || shapes.iter().enumerate().filter(|(_, shape)| shape.memory == Memory::Bit);
+        let bits = || shapes.iter().enumerate().filter(|(_, shape)| shape.memory == AreaMemory::Bit);
         let bytes = (bits().map(|(_, shape)| shape.size).sum::<i64>() + 7) / 8;
         if let (Some((first, _)), true) = (bits().next(), bytes > 0) {
-            let at = self.ram.gap(0x20..0x30, bytes).unwrap_or_else(|| {
-                self.complain(first, Complaint::Full(bytes));
+            let at = self.ram.first_gap(0x20..0x30, bytes).unwrap_or_else(|| {
+                self.complain(first, PlacementFault::Full(bytes));
                 0x20
             });
             self.ram.take(at, bytes, first);
@@ -374,49 +374,49 @@ impl Linker<'_> {
                 next += shape.size;
             }
         }
-        let rank = |shape: &Shape, class: Class| match shape.memory {
-            Memory::Data if class.bits => 0,
-            Memory::Data if !class.indirect => 1,
-            Memory::Data if !shape.name.to_ascii_uppercase().starts_with("?STACK") => 2,
+        let rank = |shape: &AreaShape, class: SegmentClass| match shape.memory {
+            AreaMemory::Data if class.bits => 0,
+            AreaMemory::Data if !class.indirect => 1,
+            AreaMemory::Data if !shape.name.to_ascii_uppercase().starts_with("?STACK") => 2,
             _ => 3,
         };
-        let mut order: Vec<(usize, &Shape, Class)> =
+        let mut order: Vec<(usize, &AreaShape, SegmentClass)> =
             shapes.iter().enumerate().filter_map(|(n, shape)| Some((n, shape, shape.class?))).collect();
-        order.retain(|(_, shape, _)| shape.memory != Memory::Bit && shape.size > 0);
+        order.retain(|(_, shape, _)| shape.memory != AreaMemory::Bit && shape.size > 0);
         order.sort_by_key(|(_, shape, class)| rank(shape, *class));
         for (number, shape, class) in order {
             let ram = self.ram.0.len();
             let (map, range) = match shape.memory {
-                Memory::Code => (&mut self.code, 0..LARGE),
-                Memory::Xdata => (&mut self.xdata, 0..LARGE),
+                AreaMemory::Code => (&mut self.code, 0..LARGE_MEMORY),
+                AreaMemory::Xdata => (&mut self.xdata, 0..LARGE_MEMORY),
                 _ if class.bits => (&mut self.ram, 0x20..0x30),
                 _ => (&mut self.ram, 0..if class.indirect { ram } else { ram.min(0x80) }),
             };
-            match map.fitting(range, shape.size, class) {
+            match map.first_gap_for(range, shape.size, class) {
                 Some(at) => {
                     map.take(at, shape.size, number);
                     self.put(number, at);
                 }
-                None => self.complain(number, Complaint::Full(shape.size)),
+                None => self.complain(number, PlacementFault::Full(shape.size)),
             }
         }
     }
 
     fn check_shared(&mut self, number: usize, base: i64, size: i64) {
-        if let Some((at, with)) = self.ram.other(base, size, number) {
+        if let Some((at, with)) = self.ram.first_conflict(base, size, number) {
             let with = with.and_then(|with| self.shapes.get(with));
             let with = with.map_or("the end of RAM".to_owned(), |shape| format!("the area {}", shape.name));
-            self.complain(number, Complaint::Shared(at, with));
+            self.complain(number, PlacementFault::Shared(at, with));
         }
     }
 
     /// Bits lie in bytes 20h to 2Fh, also where those are given to others.
     fn check_bits(&mut self) {
         let areas =
-            self.shapes.iter().enumerate().filter(|(_, s)| s.memory == Memory::Bit && !s.absolute && s.size > 0);
+            self.shapes.iter().enumerate().filter(|(_, s)| s.memory == AreaMemory::Bit && !s.absolute && s.size > 0);
         let areas: Vec<(usize, i64, i64)> =
             areas.filter_map(|(n, shape)| Some((n, *self.out.bases.get(n)?, shape.size))).collect();
-        let is_bits = |by: &usize| self.shapes.get(*by).is_some_and(|shape| shape.memory == Memory::Bit);
+        let is_bits = |by: &usize| self.shapes.get(*by).is_some_and(|shape| shape.memory == AreaMemory::Bit);
         let mut wrong = Vec::new();
         for (number, base, size) in areas {
             let taken = (base / 8..(base + size + 7) / 8).find_map(|byte| {
@@ -424,10 +424,10 @@ impl Linker<'_> {
                 (!is_bits(&by)).then_some((byte + 0x20, by))
             });
             match taken {
-                _ if base + size > 0x80 => wrong.push((number, Complaint::Full((size + 7) / 8))),
+                _ if base + size > 0x80 => wrong.push((number, PlacementFault::Full((size + 7) / 8))),
                 Some((byte, by)) => {
                     let with = self.shapes.get(by).map_or("", |shape| shape.name.as_str());
-                    wrong.push((number, Complaint::Shared(byte, format!("the area {with}"))));
+                    wrong.push((number, PlacementFault::Shared(byte, format!("the area {with}"))));
                 }
                 None => {}
             }

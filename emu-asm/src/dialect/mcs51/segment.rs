@@ -1,40 +1,40 @@
 //! Sections of ASM51 (`cseg at 0`), and segments of AX51 that BL51 places (`prog segment code`, `rseg prog`).
 
 use super::area;
-use super::layout::{Class, Memory, Shape};
-use crate::engine::{Asm, Call};
-use crate::fault::Fault;
-use crate::text::{begins_name, behind_name, byte, trim};
+use super::layout::{SegmentClass, AreaMemory, AreaShape};
+use crate::engine::{Assembler, DirectiveCall};
+use crate::fault::LineFault;
+use crate::lines::{begins_name, behind_name, byte, trim};
 
 /// `dseg`, `dseg at 30h`.
-pub(super) fn absolute(asm: &mut Asm<'_>, call: &Call<'_>, name: &str) {
-    area::leave(asm);
-    let _ = asm.out.switch(name);
+pub(super) fn absolute(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) {
+    area::leave_area(asm);
+    let _ = asm.out.enter_named(name);
     let rest = trim(call.text, call.rest.clone());
     let written = call.get(rest.clone());
     if let Some(at) = written.get(..2).filter(|at| at.eq_ignore_ascii_case("at"))
-        && let Some(n) = asm.place_of(call.text, rest.start + at.len()..rest.end)
+        && let Some(n) = asm.evaluate_address(call.text, rest.start + at.len()..rest.end)
     {
-        asm.out.go(n);
+        asm.out.set_address(n);
     }
     area::begin_fixed(asm);
 }
 
 /// `name segment code inpage`.
-pub(super) fn segment(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn segment(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let Some(label) = call.label.clone() else {
         let hint = "write `name segment code`";
-        return asm.tell(Fault::new("ASM023", call.word.clone(), "`segment` needs a name in front of it", hint));
+        return asm.report(LineFault::new("ASM023", call.word.clone(), "`segment` needs a name in front of it", hint));
     };
-    let mut shape = Shape { name: call.get(label.clone()).to_owned(), ..Shape::default() };
-    let (mut class, mut memory) = (Class::default(), None);
+    let mut shape = AreaShape { name: call.get(label.clone()).to_owned(), ..AreaShape::default() };
+    let (mut class, mut memory) = (SegmentClass::default(), None);
     for word in call.get(call.rest.clone()).split_whitespace() {
         match word.to_ascii_uppercase().as_str() {
-            "CODE" | "CONST" => memory = Some(Memory::Code),
-            "DATA" => memory = Some(Memory::Data),
-            "XDATA" | "PDATA" => memory = Some(Memory::Xdata),
-            "BIT" => memory = Some(Memory::Bit),
-            "IDATA" => (memory, class.indirect) = (Some(Memory::Data), true),
+            "CODE" | "CONST" => memory = Some(AreaMemory::Code),
+            "DATA" => memory = Some(AreaMemory::Data),
+            "XDATA" | "PDATA" => memory = Some(AreaMemory::Xdata),
+            "BIT" => memory = Some(AreaMemory::Bit),
+            "IDATA" => (memory, class.indirect) = (Some(AreaMemory::Data), true),
             "BITADDRESSABLE" => class.bits = true,
             "PAGE" => class.align = 0x100,
             "INPAGE" => class.within = 0x100,
@@ -43,13 +43,13 @@ pub(super) fn segment(asm: &mut Asm<'_>, call: &Call<'_>) {
             _ => {
                 let cause = format!("`{word}` is no class of a segment");
                 let hint = "there are CODE, DATA, IDATA, XDATA and BIT, with UNIT, PAGE, INPAGE, INBLOCK, BITADDRESSABLE, OVERLAYABLE";
-                return asm.tell(Fault::new("ASM023", trim(call.text, call.rest.clone()), cause, hint));
+                return asm.report(LineFault::new("ASM023", trim(call.text, call.rest.clone()), cause, hint));
             }
         }
     }
     let Some(memory) = memory else {
         let hint = "write CODE, DATA, IDATA, XDATA or BIT behind it";
-        return asm.tell(Fault::new("ASM023", call.word.clone(), "the segment has no class", hint));
+        return asm.report(LineFault::new("ASM023", call.word.clone(), "the segment has no class", hint));
     };
     (shape.memory, shape.class) = (memory, Some(class));
     if area::segment(asm, &shape.name).is_none() {
@@ -58,24 +58,24 @@ pub(super) fn segment(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 /// `rseg name`.
-pub(super) fn rseg(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn rseg(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let name = call.get(rest.clone());
     match area::segment(asm, name) {
         Some(number) => {
-            area::leave(asm);
-            area::enter(asm, number);
+            area::leave_area(asm);
+            area::enter_area(asm, number);
         }
         None => {
             let at = if rest.is_empty() { call.word.clone() } else { rest };
             let hint = "give it before, as in `prog segment code`";
-            asm.tell(Fault::new("ASM023", at, format!("there is no segment `{name}`"), hint));
+            asm.report(LineFault::new("ASM023", at, format!("there is no segment `{name}`"), hint));
         }
     }
 }
 
 /// `extrn code (a, b), bit (c)`: names of other modules.
-pub(super) fn extrn(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn extrn(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = call.get(call.rest.clone());
     let (mut at, mut open) = (0, !rest.contains('('));
     while at < rest.len() {
@@ -85,7 +85,7 @@ pub(super) fn extrn(asm: &mut Asm<'_>, call: &Call<'_>) {
             b')' => open = false,
             c if begins_name(c) && open => {
                 let name = rest.get(at..end).unwrap_or_default().to_ascii_lowercase();
-                asm.own.mcs51.declared.insert(name);
+                asm.family_state.mcs51.declared_externals.insert(name);
             }
             _ => {}
         }

@@ -8,17 +8,17 @@
 
 use std::ops::Range;
 
-use diag::text::encode;
+use diag::text::encode_text;
 
-use super::super::common::{bytes, value_of, wanted, words};
-use crate::engine::{Asm, Call};
-use crate::fault::Fault;
-use crate::number::byte_at;
-use crate::text::{BACKSLASH, Changed, Line, byte, cut, skip_space, step, trim};
+use super::super::common::{bytes, value_of, required_arguments, words};
+use crate::engine::{Assembler, DirectiveCall};
+use crate::fault::LineFault;
+use crate::number::read_byte;
+use crate::lines::{BACKSLASH, RewrittenText, AsmLine, byte, cut, skip_space, step, trim};
 
 /// What stands at the end of a text in memory.
 #[derive(Clone, Copy)]
-pub(super) enum End {
+pub(super) enum TextEnd {
     /// Nothing.
     Open,
     /// A byte of 0.
@@ -29,7 +29,7 @@ pub(super) enum End {
 
 /// What a value fills.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Size {
+pub(super) enum DataSize {
     Byte,
     Word,
 }
@@ -38,7 +38,7 @@ pub(super) enum Size {
 const TEXTS: &[&str] = &["ascii", "asciz", "ascis", "str", "strz", "strs", "fcc"];
 
 /// Where the text ends that such a directive gives in this line, its delimiter included.
-fn end(line: &str) -> Option<usize> {
+fn text_end(line: &str) -> Option<usize> {
     let mut at = skip_space(line, 0);
     loop {
         let rest = line.get(at..)?;
@@ -46,7 +46,7 @@ fn end(line: &str) -> Option<usize> {
         let word = rest.get(..len)?;
         if TEXTS.iter().any(|known| word.trim_start_matches('.').eq_ignore_ascii_case(known)) {
             let from = skip_space(line, at + len);
-            return close(line, from..line.len()).map(|close| close + 1);
+            return closing_delimiter(line, from..line.len()).map(|close| close + 1);
         }
         // A label stands in front.
         let behind = rest.get(len..)?.trim_start_matches(':');
@@ -59,7 +59,7 @@ fn end(line: &str) -> Option<usize> {
 
 /// Where the comment of a line begins in a source for any assembler.
 pub(super) fn any_code_end(line: &str) -> usize {
-    let mut at = end(line).unwrap_or(0);
+    let mut at = text_end(line).unwrap_or(0);
     while at < line.len() {
         if line.get(at..).is_some_and(|rest| rest.starts_with(';') || rest.starts_with("//")) {
             return at;
@@ -71,7 +71,7 @@ pub(super) fn any_code_end(line: &str) -> usize {
 
 /// Where the comment of a line begins in a source for sdas8051.
 pub(super) fn code_end(line: &str) -> usize {
-    let mut at = end(line).unwrap_or(0);
+    let mut at = text_end(line).unwrap_or(0);
     while at < line.len() {
         at = match byte(line, at) {
             b';' => return at,
@@ -88,7 +88,7 @@ pub(super) fn quoted_at(text: &str, at: usize) -> Option<(usize, u16)> {
 }
 
 /// Where the delimiter stands that ends the text that begins at the front of `range`. Within single quotes a doubled one is one.
-fn close(line: &str, range: Range<usize>) -> Option<usize> {
+fn closing_delimiter(line: &str, range: Range<usize>) -> Option<usize> {
     let mark = line.get(range.clone())?.chars().next().filter(char::is_ascii)?;
     let mut from = range.start + 1;
     loop {
@@ -102,7 +102,7 @@ fn close(line: &str, range: Range<usize>) -> Option<usize> {
 
 /// The line of a source for ASM51 and its like, where a backslash in quotes is a character like others. Lines with a directive of
 /// text, or with a dot in front, are as31's or sdas8051's; `'\n'` alone is a character of as31 in the operands of instructions.
-pub(super) fn plain_backslashes(line: &Line) -> Option<Line> {
+pub(super) fn plain_backslashes(line: &AsmLine) -> Option<AsmLine> {
     let text: &str = &line.text;
     if !text.contains('\\') {
         return None;
@@ -110,10 +110,10 @@ pub(super) fn plain_backslashes(line: &Line) -> Option<Line> {
     let between = |c: char| c.is_whitespace() || matches!(c, ':' | '"' | '\'');
     let words = || text.split(between).filter(|word| !word.is_empty()).take(2);
     let data = words().any(|word| DATA.iter().any(|known| word.eq_ignore_ascii_case(known)));
-    if end(text).is_some() || words().any(|word| word.starts_with(['.', '#', '$']) && word.len() > 1) {
+    if text_end(text).is_some() || words().any(|word| word.starts_with(['.', '#', '$']) && word.len() > 1) {
         return None;
     }
-    let (mut changed, mut done, mut at) = (Changed::default(), 0, 0);
+    let (mut changed, mut done, mut at) = (RewrittenText::default(), 0, 0);
     while at < text.len() {
         let mark = byte(text, at);
         if mark == b';' || text.get(at..).is_some_and(|rest| rest.starts_with("//")) {
@@ -162,7 +162,7 @@ fn character(bytes: &[u8]) -> Option<(usize, u8)> {
 
 /// The bytes that a text between its delimiters stands for.
 fn unescape(text: &str) -> Vec<u8> {
-    let bytes = encode(text);
+    let bytes = encode_text(text);
     let (mut out, mut rest) = (Vec::with_capacity(bytes.len()), bytes.as_slice());
     while let Some((len, code)) = character(rest) {
         out.push(code);
@@ -172,27 +172,27 @@ fn unescape(text: &str) -> Vec<u8> {
 }
 
 /// `.ascii /text/`; several in quotes with commas between them.
-pub(super) fn text(asm: &mut Asm<'_>, call: &Call<'_>, end: End) {
+pub(super) fn text(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, end: TextEnd) {
     let all = trim(call.text, call.rest.clone());
     if all.is_empty() {
-        wanted(asm, call);
+        required_arguments(asm, call);
         return;
     }
     let mut at = all.start;
     loop {
-        let Some(close) = close(call.text, at..all.end) else {
+        let Some(close) = closing_delimiter(call.text, at..all.end) else {
             let written = call.get(at..all.end);
             let mark: String = written.chars().take(1).collect();
             let cause = format!("`{written}` is no text: `{mark}` does not close it");
-            return asm.tell(Fault::new("ASM011", at..all.end, cause, "write it as \"text\" or /text/"));
+            return asm.report(LineFault::new("ASM011", at..all.end, cause, "write it as \"text\" or /text/"));
         };
         let mark = byte(call.text, at);
         let inside = call.get(at + 1..close);
         let mut bytes = if mark == b'\'' { unescape(&inside.replace("''", "'")) } else { unescape(inside) };
         match end {
-            End::Open => {}
-            End::Zero => bytes.push(0),
-            End::HighBit => bytes.iter_mut().next_back().into_iter().for_each(|last| *last |= 0x80),
+            TextEnd::Open => {}
+            TextEnd::Zero => bytes.push(0),
+            TextEnd::HighBit => bytes.iter_mut().next_back().into_iter().for_each(|last| *last |= 0x80),
         }
         asm.emit(&bytes, at..close + 1);
         let behind = skip_space(call.text, close + 1);
@@ -207,57 +207,57 @@ pub(super) fn text(asm: &mut Asm<'_>, call: &Call<'_>, end: End) {
                     true => "a backslash does not keep a delimiter from ending the text: take another, /a\"b/",
                     false => "one text, or several in quotes with commas between them; numbers are for .db",
                 };
-                return asm.tell(Fault::new("ASM011", behind..all.end, cause, hint));
+                return asm.report(LineFault::new("ASM011", behind..all.end, cause, hint));
             }
         }
     }
 }
 
 /// Bytes or words; `own` where as31 and ASM51 have no such directive with a dot, or take no characters there.
-pub(super) fn data(asm: &mut Asm<'_>, call: &Call<'_>, size: Size, own: bool) {
+pub(super) fn data(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, size: DataSize, own: bool) {
     let dotted = call.get(call.word.clone()).starts_with('.');
     let marked = || cut(call.text, call.rest.clone()).iter().any(|part| byte(call.text, part.start) == b'#');
     match size {
-        _ if dotted && (own || asm.d.hooks.is_sdas || marked()) => values(asm, call, size),
-        Size::Byte => bytes(asm, call),
-        Size::Word => words(asm, call),
+        _ if dotted && (own || asm.dialect.hooks.is_sdas || marked()) => values(asm, call, size),
+        DataSize::Byte => bytes(asm, call),
+        DataSize::Word => words(asm, call),
     }
 }
 
-fn values(asm: &mut Asm<'_>, call: &Call<'_>, size: Size) {
+fn values(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, size: DataSize) {
     let parts = cut_values(call.text, call.rest.clone());
     if parts.is_empty() {
-        wanted(asm, call);
+        required_arguments(asm, call);
     }
     for part in parts {
         // `#5` is 5.
         let from = if byte(call.text, part.start) == b'#' { skip_space(call.text, part.start + 1) } else { part.start };
         let value = match quoted(call.text, from..part.end) {
             Some((end, value)) if end == part.end => {
-                if size == Size::Byte && value > 0xFF {
+                if size == DataSize::Byte && value > 0xFF {
                     let cause = format!(
                         "`{}` is the number 0x{value:04X} here: its upper bits are left out",
                         call.get(part.clone())
                     );
-                    asm.tell(Fault::new("ASM030", part.clone(), cause, "write texts with .ascii").warning());
+                    asm.report(LineFault::new("ASM030", part.clone(), cause, "write texts with .ascii").warning());
                 }
                 value
             }
             Some((end, _)) if !begins_operator(byte(call.text, skip_space(call.text, end))) => {
                 let cause = format!("`{}` is no value: 'c has one character, \"cc has two", call.get(from..part.end));
-                asm.tell(Fault::new("ASM011", part.clone(), cause, "write texts with .ascii"));
+                asm.report(LineFault::new("ASM011", part.clone(), cause, "write texts with .ascii"));
                 0
             }
             None if byte(call.text, from) == b'"' => {
                 let cause = format!("`{}` is no value: \"cc has two characters", call.get(from..part.end));
-                asm.tell(Fault::new("ASM011", part.clone(), cause, "write one character as 'c"));
+                asm.report(LineFault::new("ASM011", part.clone(), cause, "write one character as 'c"));
                 0
             }
-            _ => value_of(asm, call.text, from..part.end, if size == Size::Byte { 8 } else { 16 }) as u16,
+            _ => value_of(asm, call.text, from..part.end, if size == DataSize::Byte { 8 } else { 16 }) as u16,
         };
         match size {
-            Size::Byte => asm.emit(&[value as u8], part),
-            Size::Word => asm.emit(&value.to_be_bytes(), part),
+            DataSize::Byte => asm.emit(&[value as u8], part),
+            DataSize::Word => asm.emit(&value.to_be_bytes(), part),
         }
     }
 }
@@ -281,7 +281,7 @@ fn quoted(text: &str, range: Range<usize>) -> Option<(usize, u16)> {
         }
         let (len, code) = match byte(text, at) {
             b'\\' => character(text.as_bytes().get(at..range.end)?)?,
-            _ => byte_at(text, at),
+            _ => read_byte(text, at),
         };
         (at, value) = (at + len, value << 8 | u16::from(code));
     }

@@ -5,12 +5,12 @@ use std::ops::Range;
 use emu_core::chip::Chip;
 
 use super::link::ABSOLUTE;
-use crate::dialect::Provided;
-use crate::dialect::common::{value_of, wanted};
-use crate::engine::{Asm, Call};
-use crate::fault::Fault;
-use crate::symbols::Kind;
-use crate::text::{Line, cut, trim};
+use crate::dialect::ProvidedInclude;
+use crate::dialect::common::{value_of, required_arguments};
+use crate::engine::{Assembler, DirectiveCall};
+use crate::fault::LineFault;
+use crate::symbols::AsmSymbolKind;
+use crate::lines::{AsmLine, cut, trim};
 
 /// Address of STATUS, and its bits that select a bank: RP0, RP1 for direct addresses, IRP for indirect ones.
 const STATUS: u16 = 0x03;
@@ -29,7 +29,7 @@ fn bit(file: u16, bit: u16, set: bool) -> u16 {
 }
 
 /// A chip's name without what some put in front of it: `16f873`.
-pub fn bare(name: &str) -> String {
+pub fn bare_chip_name(name: &str) -> String {
     let lower = name.trim().trim_matches('"').to_ascii_lowercase();
     let rest = lower.strip_prefix("pic").or_else(|| lower.strip_prefix('p'));
     rest.unwrap_or(&lower).to_owned()
@@ -37,11 +37,11 @@ pub fn bare(name: &str) -> String {
 
 /// Names that gpasm gives with the chip: the chip's own, where its memories begin and end, its vectors.
 pub(in crate::dialect) fn defines(chip: &Chip) -> Vec<(String, String)> {
-    let mut names = vec![(format!("__{}", bare(chip.name).to_ascii_uppercase()), 1)];
-    names.extend([("__CODE_START".to_owned(), 0), ("__CODE_END".to_owned(), chip.flash / chip.word_bytes.max(1) - 1)]);
+    let mut names = vec![(format!("__{}", bare_chip_name(chip.name).to_ascii_uppercase()), 1)];
+    names.extend([("__CODE_START".to_owned(), 0), ("__CODE_END".to_owned(), chip.flash_bytes / chip.word_bytes.max(1) - 1)]);
     names.extend([("__VECTOR_RESET".to_owned(), 0), ("__VECTOR_INT".to_owned(), 4)]);
-    if chip.eeprom > 0 {
-        let end = 0x2100 + u32::from(chip.eeprom) - 1;
+    if chip.eeprom_bytes > 0 {
+        let end = 0x2100 + u32::from(chip.eeprom_bytes) - 1;
         names.extend([("__EEPROM_START".to_owned(), 0x2100), ("__EEPROM_END".to_owned(), end)]);
     }
     if let Some((first, last)) = super::link::common_ram(chip) {
@@ -56,35 +56,35 @@ fn processor_of(part: &str) -> Option<&str> {
 }
 
 /// Tells where a source is for another chip.
-fn is_for(asm: &mut Asm<'_>, name: &str, call: &Call<'_>) {
-    let (named, here) = (bare(name), asm.chip.name);
-    if named != bare(here) {
+fn warn_other_chip(asm: &mut Assembler<'_>, name: &str, call: &DirectiveCall<'_>) {
+    let (named, here) = (bare_chip_name(name), asm.chip.name);
+    if named != bare_chip_name(here) {
         let cause = format!("the source is for the pic{named}, and is assembled for the {here}");
         let hint = format!("name that chip with --mcu pic{named}, or change the line");
-        asm.tell(Fault::new("ASM043", trim(call.text, call.rest.clone()), cause, hint).warning());
+        asm.report(LineFault::new("ASM043", trim(call.text, call.rest.clone()), cause, hint).warning());
     }
 }
 
 /// `processor 16f873`.
-pub(super) fn processor(asm: &mut Asm<'_>, call: &Call<'_>) {
-    is_for(asm, call.get(call.rest.clone()), call);
+pub(super) fn processor(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    warn_other_chip(asm, call.get(call.rest.clone()), call);
 }
 
 /// `list p=16f873, r=dec`; the rest is for listings.
-pub(super) fn list(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn list(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     for part in cut(call.text, call.rest.clone()) {
         let text = call.get(part.clone());
         if let Some(name) = processor_of(text) {
-            is_for(asm, name, call);
+            warn_other_chip(asm, name, call);
         }
         match text.split_once('=') {
             Some((key, value)) if key.trim().eq_ignore_ascii_case("r") => set_radix(asm, value, part),
             Some((key, value)) if key.trim().eq_ignore_ascii_case("f") => {
                 let form = value.trim().to_ascii_lowercase();
-                asm.own.pic16.is_inhx8m = form == "inhx8m";
+                asm.family_state.pic16.is_inhx8m = form == "inhx8m";
                 if !matches!(form.as_str(), "inhx8m" | "inhx32") {
                     let cause = format!("a HEX file is not written as `{form}`");
-                    asm.tell(Fault::new("ASM023", part, cause, "write f=inhx32, as without it, or f=inhx8m"));
+                    asm.report(LineFault::new("ASM023", part, cause, "write f=inhx32, as without it, or f=inhx8m"));
                 }
             }
             _ => {}
@@ -93,19 +93,19 @@ pub(super) fn list(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 /// `radix dec`.
-pub(super) fn radix(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn radix(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = trim(call.text, call.rest.clone());
     set_radix(asm, call.get(rest.clone()), rest);
 }
 
-fn set_radix(asm: &mut Asm<'_>, name: &str, at: Range<usize>) {
+fn set_radix(asm: &mut Assembler<'_>, name: &str, at: Range<usize>) {
     asm.radix = match name.trim().to_ascii_lowercase().as_str() {
         "hex" => 16,
         "dec" => 10,
         "oct" => 8,
         other => {
             let cause = format!("`{other}` is no radix");
-            return asm.tell(Fault::new("ASM023", at, cause, "there are hex, dec and oct"));
+            return asm.report(LineFault::new("ASM023", at, cause, "there are hex, dec and oct"));
         }
     };
 }
@@ -118,92 +118,92 @@ const MESSAGES: &[(u32, &str)] = &[
 ];
 
 /// `errorlevel -302`: a message is not told, `+302`: it is again; 0, 1 and 2 leave out nothing, notes, and warnings too.
-pub(super) fn errorlevel(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn errorlevel(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     for part in cut(call.text, call.rest.clone()) {
         let text = call.get(part.clone());
         let number = text.trim_start_matches(['-', '+']).trim().parse::<u32>();
         let Ok(number) = number else {
             let cause = format!("`{text}` is no number of a message");
-            asm.tell(Fault::new("ASM023", part, cause, "write 0, 1, 2, or a number with a sign as -302"));
+            asm.report(LineFault::new("ASM023", part, cause, "write 0, 1, 2, or a number with a sign as -302"));
             continue;
         };
         let ours = MESSAGES.iter().filter(|(theirs, _)| *theirs == number).map(|(_, ours)| *ours);
         match text.as_bytes().first() {
-            Some(b'-') => asm.quiet.extend(ours),
+            Some(b'-') => asm.suppressed_codes.extend(ours),
             Some(b'+') => ours.for_each(|code| {
-                asm.quiet.remove(code);
+                asm.suppressed_codes.remove(code);
             }),
-            _ => asm.least = number,
+            _ => asm.suppressed_below = number,
         }
     }
 }
 
 /// Gives words at an address of the image, and goes back to where the program was.
-pub(super) fn elsewhere(asm: &mut Asm<'_>, addr: i64, give: impl FnOnce(&mut Asm<'_>)) {
+pub(super) fn emit_at(asm: &mut Assembler<'_>, addr: i64, give: impl FnOnce(&mut Assembler<'_>)) {
     let current = std::mem::replace(&mut asm.out.current, ABSOLUTE);
-    let here = asm.out.here();
-    asm.out.go(addr);
+    let here = asm.out.next_address();
+    asm.out.set_address(addr);
     give(asm);
-    asm.out.go(here);
+    asm.out.set_address(here);
     asm.out.current = current;
 }
 
 /// `__config value` for the first configuration word, `__config address, value` for any.
-pub(super) fn config(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn config(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let parts = cut(call.text, call.rest.clone());
     let (addr, value) = match parts.as_slice() {
         [value] => (Some(CONFIG), value),
-        [addr, value] => (asm.place_of(call.text, addr.clone()), value),
+        [addr, value] => (asm.evaluate_address(call.text, addr.clone()), value),
         _ => {
             let hint = "write `__config value`, or `__config address, value`";
-            return asm.tell(Fault::new("ASM023", call.word.clone(), "a value is wanted", hint));
+            return asm.report(LineFault::new("ASM023", call.word.clone(), "a value is wanted", hint));
         }
     };
     let Some(addr) = addr else { return };
     let word = value_of(asm, call.text, value.clone(), 16) as u16;
-    elsewhere(asm, addr, |asm| asm.emit_words(&[word & 0x3FFF], value.clone()));
+    emit_at(asm, addr, |asm| asm.emit_words(&[word & 0x3FFF], value.clone()));
 }
 
 /// Settings that lie in the second configuration word, where a chip has two.
 const SECOND: [&str; 2] = ["fcmen", "ieso"];
 
 /// `config FOSC = HS, WDTE = OFF`: settings by the names of the makers' constants, here `_FOSC_HS` and `_WDTE_OFF`.
-pub(super) fn settings(asm: &mut Asm<'_>, call: &Call<'_>) {
-    for part in wanted(asm, call) {
+pub(super) fn settings(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    for part in required_arguments(asm, call) {
         let text = call.get(part.clone());
         let Some((name, value)) = text.split_once('=').map(|(name, value)| (name.trim(), value.trim())) else {
             let cause = format!("`{text}` is no setting");
-            asm.tell(Fault::new("ASM023", part, cause, "write `config NAME = VALUE`, as `config WDTE = OFF`"));
+            asm.report(LineFault::new("ASM023", part, cause, "write `config NAME = VALUE`, as `config WDTE = OFF`"));
             continue;
         };
         let constant = format!("_{name}_{value}");
-        match asm.known.get(&constant) {
+        match asm.chip_names.get(&constant) {
             Some(mask) => {
                 let second = SECOND.iter().any(|field| field.eq_ignore_ascii_case(name));
-                let [first, other] = asm.own.pic16.settings.get_or_insert([0x3FFF; 2]);
-                *(if second { other } else { first }) &= mask.n as u16;
+                let [first, other] = asm.family_state.pic16.settings.get_or_insert([0x3FFF; 2]);
+                *(if second { other } else { first }) &= mask.number as u16;
             }
             None => {
                 let cause = format!("the {} has no setting `{name}` with the value `{value}`", asm.chip.name);
                 let hint = format!("settings go by the constants of the chip, and there is no `{constant}`");
-                asm.tell(Fault::new("ASM006", part, cause, hint).near(&constant));
+                asm.report(LineFault::new("ASM006", part, cause, hint).with_similar_name(&constant));
             }
         }
     }
 }
 
 /// Gives the configuration words that `config` has put together.
-fn give_settings(asm: &mut Asm<'_>) {
-    let Some(words) = asm.own.pic16.settings.take() else { return };
-    let count = if asm.known.get("_CONFIG2").is_some() { 2 } else { 1 };
-    elsewhere(asm, CONFIG, |asm| words.iter().take(count).for_each(|word| asm.emit_words(&[*word], 0..0)));
+fn give_settings(asm: &mut Assembler<'_>) {
+    let Some(words) = asm.family_state.pic16.settings.take() else { return };
+    let count = if asm.chip_names.get("_CONFIG2").is_some() { 2 } else { 1 };
+    emit_at(asm, CONFIG, |asm| words.iter().take(count).for_each(|word| asm.emit_words(&[*word], 0..0)));
 }
 
 /// `__idlocs value`: its four hexadecimal digits, one in each word for the identity.
-pub(super) fn idlocs(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn idlocs(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let value = value_of(asm, call.text, rest.clone(), 16) as u16;
-    elsewhere(asm, ID, |asm| {
+    emit_at(asm, ID, |asm| {
         (0..4).rev().for_each(|digit| asm.emit_words(&[value >> (4 * digit) & 0xF], rest.clone()));
     });
 }
@@ -215,8 +215,8 @@ fn banks(chip: &Chip) -> u32 {
 }
 
 /// Selects the bank of an address.
-pub(super) fn banksel(asm: &mut Asm<'_>, call: &Call<'_>) {
-    let Some(addr) = asm.number(call.text, call.rest.clone()) else { return };
+pub(super) fn banksel(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    let Some(addr) = asm.evaluate_number(call.text, call.rest.clone()) else { return };
     asm.emit_words(&[bit(STATUS, RP0, addr & 0x80 != 0)], call.word.clone());
     if banks(asm.chip) > 2 {
         asm.emit_words(&[bit(STATUS, RP1, addr & 0x100 != 0)], call.word.clone());
@@ -224,36 +224,36 @@ pub(super) fn banksel(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 /// Selects the two banks of an address that FSR will have.
-pub(super) fn bankisel(asm: &mut Asm<'_>, call: &Call<'_>) {
-    let Some(addr) = asm.number(call.text, call.rest.clone()) else { return };
+pub(super) fn bankisel(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    let Some(addr) = asm.evaluate_number(call.text, call.rest.clone()) else { return };
     asm.emit_words(&[bit(STATUS, IRP, addr & 0x100 != 0)], call.word.clone());
 }
 
 /// Program words of the chip above one page; told where there are none.
-fn has_pages(asm: &mut Asm<'_>, call: &Call<'_>) -> bool {
-    let more = asm.chip.flash / asm.chip.word_bytes > 0x800;
+fn has_pages(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> bool {
+    let more = asm.chip.flash_bytes / asm.chip.word_bytes > 0x800;
     if !more {
         let cause = format!("the {} has one page, so nothing is written to select it", asm.chip.name);
-        asm.tell(Fault::new("ASM044", call.word.clone(), cause, "the line can go").note());
+        asm.report(LineFault::new("ASM044", call.word.clone(), cause, "the line can go").note());
     }
     more
 }
 
 /// Selects the page of an address with single bits.
-pub(super) fn pagesel(asm: &mut Asm<'_>, call: &Call<'_>) {
-    let Some(addr) = asm.number(call.text, call.rest.clone()) else { return };
+pub(super) fn pagesel(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    let Some(addr) = asm.evaluate_number(call.text, call.rest.clone()) else { return };
     if !has_pages(asm, call) {
         return;
     }
     asm.emit_words(&[bit(PCLATH, 3, addr & 0x800 != 0)], call.word.clone());
-    if asm.chip.flash / asm.chip.word_bytes > 0x1000 {
+    if asm.chip.flash_bytes / asm.chip.word_bytes > 0x1000 {
         asm.emit_words(&[bit(PCLATH, 4, addr & 0x1000 != 0)], call.word.clone());
     }
 }
 
 /// Selects the page of an address by way of W.
-pub(super) fn pageselw(asm: &mut Asm<'_>, call: &Call<'_>) {
-    let Some(addr) = asm.number(call.text, call.rest.clone()) else { return };
+pub(super) fn pageselw(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    let Some(addr) = asm.evaluate_number(call.text, call.rest.clone()) else { return };
     if has_pages(asm, call) {
         // movlw high address; movwf PCLATH
         asm.emit_words(&[0x3000 | (addr >> 8) as u16 & 0xFF, 0x0080 | PCLATH], call.word.clone());
@@ -261,11 +261,11 @@ pub(super) fn pageselw(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 /// `include <p16f873.inc>`: from here on the names of the chip are defined.
-pub(super) fn include(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn include(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let written = call.get(trim(call.text, call.rest.clone())).to_ascii_lowercase();
     let name = written.trim_matches(|c| matches!(c, '"' | '\'' | '<' | '>' | ' '));
     let base = name.rsplit(['/', '\\']).next().unwrap_or(name);
-    asm.own.pic16.includes_chip |= chip_of(base).is_some();
+    asm.family_state.pic16.includes_chip |= chip_of(base).is_some();
     super::super::common::include(asm, call);
 }
 
@@ -277,61 +277,61 @@ fn chip_of(include: &str) -> Option<&str> {
 
 /// A name that was not defined where the program asked for it.
 #[derive(Debug)]
-pub(super) struct Asked {
+pub(super) struct UndefinedCheck {
     name: String,
     at: Range<usize>,
-    line: Option<Line>,
+    line: Option<AsmLine>,
     /// By `ifdef`, not by `ifndef`.
     wanted: bool,
 }
 
 /// A name is defined or not, as it is wanted; the chip's own are from its include on.
-pub(super) fn is_defined(asm: &mut Asm<'_>, call: &Call<'_>, wanted: bool) -> bool {
+pub(super) fn is_defined(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, wanted: bool) -> bool {
     let at = trim(call.text, call.rest.clone());
     let name = call.get(at.clone());
-    let is_given = asm.symbols.get(name, asm.d.any_case).is_some_and(|symbol| symbol.pass == asm.pass);
-    let by_chip = asm.own.pic16.includes_chip && asm.known.get(name).is_some();
+    let is_given = asm.symbols.get(name, asm.dialect.ignores_case).is_some_and(|symbol| symbol.pass == asm.pass);
+    let by_chip = asm.family_state.pic16.includes_chip && asm.chip_names.get(name).is_some();
     let found = is_given || by_chip || asm.defines.contains_key(name);
     if !found {
         let line = asm.line.clone();
-        asm.own.pic16.asked.push(Asked { name: name.to_owned(), at, line, wanted });
+        asm.family_state.pic16.undefined_checks.push(UndefinedCheck { name: name.to_owned(), at, line, wanted });
     }
     found == wanted
 }
 
 /// Tells of names that are given behind the line which asks for them: gpasm knows them there, as it reads a source twice. A number
 /// that `ifndef` itself guards is the same in both, so labels alone count there.
-fn tell_late(asm: &mut Asm<'_>) {
-    for Asked { name, at, line, wanted } in std::mem::take(&mut asm.own.pic16.asked) {
-        let symbol = asm.symbols.get(&name, asm.d.any_case).filter(|symbol| symbol.pass == asm.pass);
-        let given = symbol.is_some_and(|symbol| wanted || matches!(symbol.kind, Kind::Label { .. }));
-        let by_chip = wanted && asm.own.pic16.includes_chip && asm.known.get(&name).is_some();
+fn warn_late_definitions(asm: &mut Assembler<'_>) {
+    for UndefinedCheck { name, at, line, wanted } in std::mem::take(&mut asm.family_state.pic16.undefined_checks) {
+        let symbol = asm.symbols.get(&name, asm.dialect.ignores_case).filter(|symbol| symbol.pass == asm.pass);
+        let given = symbol.is_some_and(|symbol| wanted || matches!(symbol.kind, AsmSymbolKind::Label { .. }));
+        let by_chip = wanted && asm.family_state.pic16.includes_chip && asm.chip_names.get(&name).is_some();
         if given || by_chip {
             asm.line = line;
             let cause = format!("`{name}` is given below this line and is not defined here, but would be for gpasm");
             let hint = "give it above, or ask for another name";
-            asm.tell(Fault::new("ASM052", at, cause, hint).warning());
+            asm.report(LineFault::new("ASM052", at, cause, hint).warning());
         }
     }
     asm.line = None;
 }
 
 /// What is done at the end of a pass.
-pub(super) fn finish(asm: &mut Asm<'_>) {
+pub(super) fn finish(asm: &mut Assembler<'_>) {
     give_settings(asm);
-    tell_late(asm);
+    warn_late_definitions(asm);
 }
 
 /// `p16f873.inc` gives the names that the chip has anyway; what `coff.inc` defines is for gpsim and debuggers.
-pub(super) fn provides(chip: &Chip, include: &str) -> Provided {
+pub(super) fn provides(chip: &Chip, include: &str) -> ProvidedInclude {
     if include == "coff.inc" {
-        return Provided::Chip;
+        return ProvidedInclude::Chip;
     }
-    let Some(named) = chip_of(include) else { return Provided::No };
-    if named == bare(chip.name) {
-        return Provided::Chip;
+    let Some(named) = chip_of(include) else { return ProvidedInclude::NotProvided };
+    if named == bare_chip_name(chip.name) {
+        return ProvidedInclude::Chip;
     }
     let cause = format!("`{include}` is for another chip than the {}", chip.name);
-    let hint = format!("name that chip with --mcu pic{named}, or include p{}.inc", bare(chip.name));
-    Provided::Named(format!("pic{named}"), cause, hint)
+    let hint = format!("name that chip with --mcu pic{named}, or include p{}.inc", bare_chip_name(chip.name));
+    ProvidedInclude::NamedChip(format!("pic{named}"), cause, hint)
 }

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use crate::dialect::common::{value_of, wanted};
-use crate::engine::{Asm, Call};
-use crate::fault::Fault;
-use crate::number::string;
-use crate::text::{behind_name, byte, trim};
+use crate::dialect::common::{value_of, required_arguments};
+use crate::engine::{Assembler, DirectiveCall};
+use crate::fault::LineFault;
+use crate::number::read_string;
+use crate::lines::{behind_name, byte, trim};
 
 /// Bits of a program word.
 const WORD: u32 = 14;
@@ -16,27 +16,27 @@ pub(super) const EEPROM: i64 = 0x2100;
 const RETLW: u16 = 0x3400;
 
 /// A text that is more than a character in single quotes, which is a number.
-fn text_in(call: &Call<'_>, part: &Range<usize>) -> Option<Vec<u8>> {
-    let text = string(call.text, part.start, part.end)?;
+fn text_in(call: &DirectiveCall<'_>, part: &Range<usize>) -> Option<Vec<u8>> {
+    let text = read_string(call.text, part.start, part.end)?;
     (byte(call.text, part.start) == b'"' || text.len() != 1).then_some(text)
 }
 
 /// Gives a word, cut to the bits that program memory has.
-fn give(asm: &mut Asm<'_>, word: u16, part: Range<usize>) {
+fn give(asm: &mut Assembler<'_>, word: u16, part: Range<usize>) {
     if word >> WORD != 0 {
         let cause = format!("0x{word:04X} has more than {WORD} bits: its upper bits are left out");
         let hint = "give the bits that are meant with &; for texts `da` has 7 bits for each character";
-        asm.tell(Fault::new("ASM045", part.clone(), cause, hint).note());
+        asm.report(LineFault::new("ASM045", part.clone(), cause, hint).note());
     }
     asm.emit_words(&[word & ((1 << WORD) - 1)], part);
 }
 
 /// Values one in a word, texts two characters in a word.
-pub(super) fn words(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn words(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if super::link::in_initial(asm) {
         return initial_words(asm, call);
     }
-    for part in wanted(asm, call) {
+    for part in required_arguments(asm, call) {
         match text_in(call, &part) {
             Some(text) => pairs(asm, &text, 8, part),
             None => {
@@ -48,8 +48,8 @@ pub(super) fn words(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 /// Words that variables begin with, low byte first; a text has one for each character and a 0 behind.
-fn initial_words(asm: &mut Asm<'_>, call: &Call<'_>) {
-    for part in wanted(asm, call) {
+fn initial_words(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    for part in required_arguments(asm, call) {
         let words = match text_in(call, &part) {
             Some(text) => text.into_iter().chain([0]).map(u16::from).collect(),
             None => vec![value_of(asm, call.text, part.clone(), 16) as u16],
@@ -58,13 +58,13 @@ fn initial_words(asm: &mut Asm<'_>, call: &Call<'_>) {
     }
 }
 
-fn give_initial_words(asm: &mut Asm<'_>, words: Vec<u16>) {
+fn give_initial_words(asm: &mut Assembler<'_>, words: Vec<u16>) {
     let bytes: Vec<u8> = words.into_iter().flat_map(u16::to_le_bytes).collect();
     super::link::give_initial(asm, &bytes);
 }
 
 /// Two characters in a word, the first above.
-fn pairs(asm: &mut Asm<'_>, text: &[u8], bits: u32, part: Range<usize>) {
+fn pairs(asm: &mut Assembler<'_>, text: &[u8], bits: u32, part: Range<usize>) {
     for pair in text.chunks(2) {
         let code = |i: usize| u16::from(pair.get(i).copied().unwrap_or(0)) & ((1 << bits) - 1);
         give(asm, code(0) << bits | code(1), part.clone());
@@ -72,9 +72,9 @@ fn pairs(asm: &mut Asm<'_>, text: &[u8], bits: u32, part: Range<usize>) {
 }
 
 /// The bytes of all values and texts, with their places.
-fn all_bytes(asm: &mut Asm<'_>, call: &Call<'_>) -> Vec<(u8, Range<usize>)> {
+fn all_bytes(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> Vec<(u8, Range<usize>)> {
     let mut bytes = Vec::new();
-    for part in wanted(asm, call) {
+    for part in required_arguments(asm, call) {
         match text_in(call, &part) {
             Some(text) => bytes.extend(text.into_iter().map(|byte| (byte, part.clone()))),
             None => bytes.push((value_of(asm, call.text, part.clone(), 8) as u8, part)),
@@ -84,12 +84,12 @@ fn all_bytes(asm: &mut Asm<'_>, call: &Call<'_>) -> Vec<(u8, Range<usize>)> {
 }
 
 /// Bytes two in a word, the first above; in the EEPROM one in a word.
-pub(super) fn bytes(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn bytes(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if super::link::in_initial(asm) {
         let bytes: Vec<u8> = all_bytes(asm, call).into_iter().map(|(byte, _)| byte).collect();
         return super::link::give_initial(asm, &bytes);
     }
-    if asm.out.here() >= EEPROM {
+    if asm.out.next_address() >= EEPROM {
         return cells(asm, call);
     }
     for pair in all_bytes(asm, call).chunks(2) {
@@ -100,11 +100,11 @@ pub(super) fn bytes(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 /// Values one in a word, texts two characters of 7 bits in a word.
-pub(super) fn packed(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn packed(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if super::link::in_initial(asm) {
         return initial_words(asm, call);
     }
-    for part in wanted(asm, call) {
+    for part in required_arguments(asm, call) {
         match text_in(call, &part) {
             Some(text) => pairs(asm, &text, 7, part),
             None => {
@@ -116,7 +116,7 @@ pub(super) fn packed(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 /// Bytes one in a word.
-pub(super) fn cells(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn cells(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if super::link::in_initial(asm) {
         let words = all_bytes(asm, call).into_iter().map(|(byte, _)| byte.into()).collect();
         return give_initial_words(asm, words);
@@ -127,7 +127,7 @@ pub(super) fn cells(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 /// A RETLW for each byte; where variables begin with them too, as gpasm has it.
-pub(super) fn table(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn table(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if super::link::in_initial(asm) {
         let words = all_bytes(asm, call).into_iter().map(|(byte, _)| RETLW | u16::from(byte)).collect();
         return give_initial_words(asm, words);
@@ -138,22 +138,22 @@ pub(super) fn table(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 /// `fill value, count`, and `fill (instruction), count`.
-pub(super) fn fill(asm: &mut Asm<'_>, call: &Call<'_>) {
-    let parts = wanted(asm, call);
+pub(super) fn fill(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    let parts = required_arguments(asm, call);
     let [what, count] = parts.as_slice() else {
         let hint = "write `fill value, count`, or an instruction in brackets for the value";
-        return asm.tell(Fault::new("ASM023", call.word.clone(), "a value and a count are wanted", hint));
+        return asm.report(LineFault::new("ASM023", call.word.clone(), "a value and a count are wanted", hint));
     };
-    let Some(n) = asm.number(call.text, count.clone()) else { return };
+    let Some(n) = asm.evaluate_number(call.text, count.clone()) else { return };
     if !(0..=0x1_0000).contains(&n) {
         let cause = format!("{n} words cannot be filled");
-        return asm.tell(Fault::new("ASM003", count.clone(), cause, "give a number from 0 to the size of the memory"));
+        return asm.report(LineFault::new("ASM003", count.clone(), cause, "give a number from 0 to the size of the memory"));
     }
     match instruction_in(asm, call, what) {
         Some((word, rest)) => {
             let mnemonic = call.get(word.clone()).to_ascii_lowercase();
             for _ in 0..n {
-                let Some(words) = asm.instruction(call.text, &mnemonic, word.clone(), rest.clone()) else { return };
+                let Some(words) = asm.assemble_instruction(call.text, &mnemonic, word.clone(), rest.clone()) else { return };
                 asm.emit_words(&words, what.clone());
             }
         }
@@ -169,7 +169,7 @@ pub(super) fn fill(asm: &mut Asm<'_>, call: &Call<'_>) {
 }
 
 /// Mnemonic and operands of an instruction in brackets.
-fn instruction_in(asm: &Asm<'_>, call: &Call<'_>, part: &Range<usize>) -> Option<(Range<usize>, Range<usize>)> {
+fn instruction_in(asm: &Assembler<'_>, call: &DirectiveCall<'_>, part: &Range<usize>) -> Option<(Range<usize>, Range<usize>)> {
     if byte(call.text, part.start) != b'(' || byte(call.text, part.end.checked_sub(1)?) != b')' {
         return None;
     }

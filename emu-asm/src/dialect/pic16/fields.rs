@@ -5,16 +5,16 @@
 
 use emu_core::chip::Chip;
 
-use crate::dialect::Refusal;
+use crate::dialect::AsmRefusal;
 use crate::matching::{DESTINATION, LITERAL};
 
 /// Addresses of file registers that the banks have.
-const FILES: i64 = 0x200;
+const FILE_ADDRESSES: i64 = 0x200;
 /// Words that CALL and GOTO reach with the page that PCLATH selects.
-const SPAN: i64 = 0x2000;
+const REACHABLE_WORDS: i64 = 0x2000;
 
 /// See [`crate::dialect::Cut`].
-pub(super) fn cut(chip: &Chip, kind: &str, value: i64) -> Option<(i64, Option<Refusal>)> {
+pub(super) fn cut_to_field(chip: &Chip, kind: &str, value: i64) -> Option<(i64, Option<AsmRefusal>)> {
     // 32 bits with a sign: 0xFFFFFFFF is -1.
     let n = i64::from(value as i32);
     let warned = |code, fits: i64, of: &str| {
@@ -28,9 +28,9 @@ pub(super) fn cut(chip: &Chip, kind: &str, value: i64) -> Option<(i64, Option<Re
         DESTINATION if n != n & 1 => warned("ASM046", n & 1, "a destination, W (0) or F (1)"),
         // TRIS has five bits of the address of its register.
         LITERAL => Some((n & 0x1F, None)),
-        "file register" if !(0..FILES).contains(&n) => warned("ASM047", n & (FILES - 1), "the address of a register"),
-        "target" if !(0..SPAN).contains(&n) || n >= i64::from(chip.flash / chip.word_bytes.max(1)) => {
-            let (words, fits) = (chip.flash / chip.word_bytes.max(1), n & (SPAN - 1));
+        "file register" if !(0..FILE_ADDRESSES).contains(&n) => warned("ASM047", n & (FILE_ADDRESSES - 1), "the address of a register"),
+        "target" if !(0..REACHABLE_WORDS).contains(&n) || n >= i64::from(chip.flash_bytes / chip.word_bytes.max(1)) => {
+            let (words, fits) = (chip.flash_bytes / chip.word_bytes.max(1), n & (REACHABLE_WORDS - 1));
             let cause = format!("0x{:X} is behind the {words} program words of the {}", n as i32, chip.name);
             let hint = "the instruction has the lower 11 bits of the address, and the chip goes there";
             Some((fits, Some(("ASM048", cause, hint.to_owned()))))

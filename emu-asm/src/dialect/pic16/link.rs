@@ -9,12 +9,12 @@ use std::ops::Range;
 
 use emu_core::chip::Chip;
 
-use super::chip::{ID, elsewhere};
+use super::chip::{ID, emit_at};
 use super::data::EEPROM;
-use crate::dialect::{Directive, Holds};
-use crate::engine::{Asm, Call};
-use crate::fault::Fault;
-use crate::text::{Line, trim};
+use crate::dialect::{AsmDirective, SectionContent};
+use crate::engine::{Assembler, DirectiveCall};
+use crate::fault::LineFault;
+use crate::lines::{AsmLine, trim};
 
 /// The section of what has an address by `org` or lies in front of all sections.
 pub(super) const ABSOLUTE: usize = 0;
@@ -55,16 +55,16 @@ pub(super) struct ModuleSection {
     /// What its variables begin with.
     initial: Vec<u8>,
     /// The line that begins it.
-    line: Option<Line>,
+    line: Option<AsmLine>,
 }
 
 /// A directive that begins a section.
-pub(super) const fn section(name: &'static str) -> Directive {
-    Directive::named(name, begin)
+pub(super) const fn section(name: &'static str) -> AsmDirective {
+    AsmDirective::named(name, begin)
 }
 
 /// `name code address`; name and address may be left out.
-fn begin(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn begin(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let word = call.get(call.word.clone()).trim_start_matches('.').to_ascii_lowercase();
     let kind = match word.as_str() {
         "code" => SectionKind::Code,
@@ -75,73 +75,73 @@ fn begin(asm: &mut Asm<'_>, call: &Call<'_>) {
         _ => {
             let cause = format!("the {} has no `{word}`: it is for chips with a 16-bit core", asm.chip.name);
             let hint = "take `udata_shr` for variables of all banks, `code` for the program";
-            return asm.tell(Fault::new("ASM050", call.word.clone(), cause, hint));
+            return asm.report(LineFault::new("ASM050", call.word.clone(), cause, hint));
         }
     };
     let name = call.label.clone().map_or(format!(".{word}"), |label| call.get(label).to_owned());
     let rest = trim(call.text, call.rest.clone());
-    let address = if rest.is_empty() { None } else { asm.place_of(call.text, rest.clone()) };
+    let address = if rest.is_empty() { None } else { asm.evaluate_address(call.text, rest.clone()) };
     if let Some(at) = address.filter(|at| !(0..LIMIT).contains(at)) {
         let cause = format!("the address 0x{at:X} is not in 0..=0x{:X}", LIMIT - 1);
-        return asm.tell(Fault::new("ASM003", rest, cause, "give an address of a memory, or none"));
+        return asm.report(LineFault::new("ASM003", rest, cause, "give an address of a memory, or none"));
     }
     let (space, holds) = match kind {
-        SectionKind::Code => ("", Holds::Image),
-        _ => (asm.chip.ram, Holds::Addresses),
+        SectionKind::Code => ("", SectionContent::Image),
+        _ => (asm.chip.ram_space, SectionContent::Addresses),
     };
     let Some(number) = asm.out.open(&name, space, holds) else {
-        return asm.tell(Fault::new("ASM017", call.word.clone(), "there are too many sections", "put some together"));
+        return asm.report(LineFault::new("ASM017", call.word.clone(), "there are too many sections", "put some together"));
     };
-    asm.out.turn_to(number);
-    if let Some(known) = asm.own.pic16.modules.iter_mut().find(|known| known.number == number) {
+    asm.out.enter_section(number);
+    if let Some(known) = asm.family_state.pic16.modules.iter_mut().find(|known| known.number == number) {
         let extent = asm.out.extent(number);
         if kind == SectionKind::Overlay && known.kind == kind {
             known.longest = known.longest.max(extent.end - extent.start);
-            asm.out.go(extent.start);
+            asm.out.set_address(extent.start);
         }
         return;
     }
     if let Some(at) = address {
         asm.out.begin_at(number, at);
-        asm.out.go(at);
+        asm.out.set_address(at);
     }
     let (fixed, line) = (!rest.is_empty(), asm.line.clone());
-    asm.own.pic16.modules.push(ModuleSection { number, kind, fixed, longest: 0, initial: Vec::new(), line });
+    asm.family_state.pic16.modules.push(ModuleSection { number, kind, fixed, longest: 0, initial: Vec::new(), line });
 }
 
 /// `extern a, b`: names that another module gives.
-pub(super) fn external(asm: &mut Asm<'_>, call: &Call<'_>) {
+pub(super) fn external(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     for part in super::cut(call.text, call.rest.clone()) {
         asm.externs.insert(call.get(part).to_owned());
     }
 }
 
 /// `res count`: room for so many addresses; in program memory it is filled with erased words, which gpasm writes too.
-pub(super) fn reserve(asm: &mut Asm<'_>, call: &Call<'_>) {
-    let before = asm.out.here();
+pub(super) fn reserve(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    let before = asm.out.next_address();
     super::super::common::space(asm, call);
-    if asm.out.holds() == Holds::Image && before < ID {
-        let count = asm.out.here() - before;
-        asm.out.go(before);
+    if asm.out.holds() == SectionContent::Image && before < ID {
+        let count = asm.out.next_address() - before;
+        asm.out.set_address(before);
         (0..count).for_each(|_| asm.emit_words(&[ERASED], call.rest.clone()));
     }
 }
 
 /// The current section is one whose variables begin with values.
-pub(super) fn in_initial(asm: &Asm<'_>) -> bool {
+pub(super) fn in_initial(asm: &Assembler<'_>) -> bool {
     let current = asm.out.current;
-    asm.own.pic16.modules.iter().any(|known| known.number == current && known.kind == SectionKind::Initial)
+    asm.family_state.pic16.modules.iter().any(|known| known.number == current && known.kind == SectionKind::Initial)
 }
 
 /// Gives the next variables of the section values.
-pub(super) fn give_initial(asm: &mut Asm<'_>, bytes: &[u8]) {
+pub(super) fn give_initial(asm: &mut Assembler<'_>, bytes: &[u8]) {
     let extent = asm.out.extent(asm.out.current);
     let current = asm.out.current;
-    if let Some(section) = asm.own.pic16.modules.iter_mut().find(|known| known.number == current) {
+    if let Some(section) = asm.family_state.pic16.modules.iter_mut().find(|known| known.number == current) {
         section.initial.resize((extent.end - extent.start).clamp(0, 0x200) as usize, 0);
         section.initial.extend_from_slice(bytes);
     }
-    asm.out.go(extent.end + bytes.len() as i64);
+    asm.out.set_address(extent.end + bytes.len() as i64);
 }
 
 /// All addresses.
@@ -150,14 +150,14 @@ const EVERYWHERE: Range<i64> = 0..i64::MAX;
 /// Sections whose name says where they lie, as gplink's scripts have it: PROG1, PROG2, .. are pages (PROG0 is the first on the
 /// PIC16F87 and 88 alone), PROG is the page of chips that have one (but for the PIC16F870 to 872, where it is PROG1), IDLOCS the
 /// words for the identity, DEEPROM the EEPROM.
-fn limits_of(asm: &Asm<'_>, section: &ModuleSection) -> Option<Range<i64>> {
-    let name = asm.out.first.get(section.number).map_or("", |first| &first.name);
-    let pages = i64::from(asm.chip.flash / asm.chip.word_bytes.max(1)).div_euclid(PAGE).max(1);
+fn limits_of(asm: &Assembler<'_>, section: &ModuleSection) -> Option<Range<i64>> {
+    let name = asm.out.initial_sections.get(section.number).map_or("", |first| &first.name);
+    let pages = i64::from(asm.chip.flash_bytes / asm.chip.word_bytes.max(1)).div_euclid(PAGE).max(1);
     let first = i64::from(!matches!(asm.chip.name, "pic16f87" | "pic16f88"));
     let alone = pages == 1 && !matches!(asm.chip.name, "pic16f870" | "pic16f871" | "pic16f872");
     match name {
         "IDLOCS" => Some(ID..ID + 4),
-        "DEEPROM" if asm.chip.eeprom > 0 => Some(EEPROM..EEPROM + i64::from(asm.chip.eeprom)),
+        "DEEPROM" if asm.chip.eeprom_bytes > 0 => Some(EEPROM..EEPROM + i64::from(asm.chip.eeprom_bytes)),
         _ if alone => (name == "PROG").then_some(0..PAGE),
         _ => {
             let page = name.strip_prefix("PROG")?.parse::<i64>().ok()?.checked_sub(first)?;
@@ -204,19 +204,19 @@ impl FreeSpace {
 /// RAM that all banks have at the same place of the bank, first and last address in bank 0. Where no cell is so, the last 16 of the
 /// bank are meant: gputils counts them as common on the PIC16F873 too.
 pub(super) fn common_ram(chip: &Chip) -> Option<(u16, u16)> {
-    let in_all = |addr: &u16| (0..4).all(|bank| kept(chip, bank * BANK + addr) == Some(*addr));
+    let in_all = |addr: &u16| (0..4).all(|bank| canonical_cell(chip, bank * BANK + addr) == Some(*addr));
     let mut all = (0..BANK).filter(in_all);
     match all.next() {
         Some(first) => Some((first, all.next_back().unwrap_or(first))),
-        None if chip.ram_map.is_empty() => None,
+        None if chip.ram_ranges.is_empty() => None,
         None => Some((BANK - 0x10, BANK - 1)),
     }
 }
 
 /// The address under which a cell of RAM is kept.
-fn kept(chip: &Chip, addr: u16) -> Option<u16> {
-    let range = chip.ram_map.iter().find(|range| (range.first..=range.last).contains(&addr))?;
-    Some(range.kept + (addr - range.first))
+fn canonical_cell(chip: &Chip, addr: u16) -> Option<u16> {
+    let range = chip.ram_ranges.iter().find(|range| (range.first..=range.last).contains(&addr))?;
+    Some(range.canonical + (addr - range.first))
 }
 
 /// RAM of the chip: cells with one address, cells with several, those that all banks have.
@@ -224,8 +224,8 @@ fn ram(chip: &Chip) -> [FreeSpace; 3] {
     let mut spaces = [const { Vec::<Range<i64>>::new() }; 3];
     let common = common_ram(chip).map_or(0..0, |(first, last)| first..last + 1);
     let mut before = (usize::MAX, 0);
-    for addr in (0..4 * BANK).filter(|addr| kept(chip, *addr) == Some(*addr)) {
-        let mirrors = (0..4 * BANK).filter(|other| kept(chip, *other) == Some(addr)).count();
+    for addr in (0..4 * BANK).filter(|addr| canonical_cell(chip, *addr) == Some(*addr)) {
+        let mirrors = (0..4 * BANK).filter(|other| canonical_cell(chip, *other) == Some(addr)).count();
         let space = match common.contains(&(addr % BANK)) {
             true if addr >= BANK => continue,
             true => 2,
@@ -253,8 +253,8 @@ enum ProgramPiece {
 }
 
 /// Puts all sections in their places; true where one has moved.
-pub(super) fn place(asm: &mut Asm<'_>) -> bool {
-    let mut sections = std::mem::take(&mut asm.own.pic16.modules);
+pub(super) fn place(asm: &mut Assembler<'_>) -> bool {
+    let mut sections = std::mem::take(&mut asm.family_state.pic16.modules);
     if sections.is_empty() {
         return false;
     }
@@ -279,7 +279,7 @@ fn by_size<T>(mut wanted: Vec<(i64, T)>, is_initial: impl Fn(&T) -> bool) -> imp
     wanted.into_iter()
 }
 
-fn place_variables(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> bool {
+fn place_variables(asm: &mut Assembler<'_>, sections: &[ModuleSection]) -> bool {
     let mut free = ram(asm.chip);
     let variables = || sections.iter().filter(|section| section.kind != SectionKind::Code);
     let mut taken: Vec<(Range<i64>, &ModuleSection)> = Vec::new();
@@ -288,7 +288,7 @@ fn place_variables(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> bool {
         let range = start..start + section.longest;
         let shared = |other: &Range<i64>| range.start.max(other.start)..range.end.min(other.end);
         if let Some((other, with)) = taken.iter().find(|(other, _)| !shared(other).is_empty()) {
-            twice(asm, section, with, shared(other).start);
+            report_shared_address(asm, section, with, shared(other).start);
         }
         free.iter_mut().for_each(|space| space.remove(&range));
         taken.push((range, section));
@@ -306,10 +306,10 @@ fn place_variables(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> bool {
     moved
 }
 
-fn place_code(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> (Vec<(ProgramPiece, i64)>, bool) {
-    let words = i64::from(asm.chip.flash / asm.chip.word_bytes.max(1));
+fn place_code(asm: &mut Assembler<'_>, sections: &[ModuleSection]) -> (Vec<(ProgramPiece, i64)>, bool) {
+    let words = i64::from(asm.chip.flash_bytes / asm.chip.word_bytes.max(1));
     let pages = (0..).map(|page| page * PAGE..((page + 1) * PAGE).min(words)).take_while(|page| !page.is_empty());
-    let others = [ID..ID + 4, EEPROM..EEPROM + i64::from(asm.chip.eeprom)];
+    let others = [ID..ID + 4, EEPROM..EEPROM + i64::from(asm.chip.eeprom_bytes)];
     let mut free = FreeSpace::of(pages.chain(others).collect());
     let absolute = asm.out.runs.iter().filter(|run| run.section == ABSOLUTE);
     absolute.for_each(|run| free.remove(&(run.addr as i64 / 2..(run.addr as i64 + run.bytes.len() as i64 + 1) / 2)));
@@ -359,46 +359,46 @@ fn place_code(asm: &mut Asm<'_>, sections: &[ModuleSection]) -> (Vec<(ProgramPie
 
 /// Gives the values that variables begin with, and the list of them: how many, then for each where the values lie, where the
 /// variables do, and how many bytes.
-fn give_values(asm: &mut Asm<'_>, sections: &[ModuleSection], pieces: &[(ProgramPiece, i64)]) {
+fn give_values(asm: &mut Assembler<'_>, sections: &[ModuleSection], pieces: &[(ProgramPiece, i64)]) {
     let retlw = |byte: &u8| RETLW | u16::from(*byte);
     let mut list: Vec<u8> = Vec::new();
     let mut count = 0u16;
     for (i, section) in sections.iter().enumerate() {
         let Some(&(_, at)) = pieces.iter().find(|(piece, _)| *piece == ProgramPiece::Values(i)) else { continue };
-        let to = asm.out.first.get(section.number).map_or(0, |first| first.pos);
+        let to = asm.out.initial_sections.get(section.number).map_or(0, |first| first.pos);
         list.extend([at, to, section.longest].iter().flat_map(|n| (*n as u16).to_le_bytes()));
         count += 1;
-        elsewhere(asm, at, |asm| section.initial.iter().for_each(|byte| asm.emit_words(&[retlw(byte)], 0..0)));
+        emit_at(asm, at, |asm| section.initial.iter().for_each(|byte| asm.emit_words(&[retlw(byte)], 0..0)));
     }
     if let Some(&(_, at)) = pieces.iter().find(|(piece, _)| *piece == ProgramPiece::List) {
         let all: Vec<u8> = count.to_le_bytes().into_iter().chain(list).collect();
-        elsewhere(asm, at, |asm| all.iter().for_each(|byte| asm.emit_words(&[retlw(byte)], 0..0)));
+        emit_at(asm, at, |asm| all.iter().for_each(|byte| asm.emit_words(&[retlw(byte)], 0..0)));
     }
 }
 
 /// Reports that a section finds no place; what lies wrong for that reason is not reported.
-fn no_room(asm: &mut Asm<'_>, section: &ModuleSection, what: &str) {
-    asm.astray = true;
+fn no_room(asm: &mut Assembler<'_>, section: &ModuleSection, what: &str) {
+    asm.address_unknown = true;
     let name = name_of(asm, section);
     let cause = format!("the section `{name}` needs {what}, and the {} has none free", asm.chip.name);
-    tell_of(asm, section, "ASM050", cause, "divide it into several sections, or make it smaller");
+    report_at_section(asm, section, "ASM050", cause, "divide it into several sections, or make it smaller");
 }
 
 /// Reports that two sections of variables lie at an address.
-fn twice(asm: &mut Asm<'_>, section: &ModuleSection, with: &ModuleSection, at: i64) {
+fn report_shared_address(asm: &mut Assembler<'_>, section: &ModuleSection, with: &ModuleSection, at: i64) {
     let (name, other) = (name_of(asm, section), name_of(asm, with));
     let cause = format!("the section `{name}` has 0x{at:02X}, where the section `{other}` lies");
-    tell_of(asm, section, "ASM019", cause, "give one of them another address, or none");
+    report_at_section(asm, section, "ASM019", cause, "give one of them another address, or none");
 }
 
-fn name_of(asm: &Asm<'_>, section: &ModuleSection) -> String {
-    asm.out.first.get(section.number).map_or_else(String::new, |first| first.name.clone())
+fn name_of(asm: &Assembler<'_>, section: &ModuleSection) -> String {
+    asm.out.initial_sections.get(section.number).map_or_else(String::new, |first| first.name.clone())
 }
 
 /// Reports something at the line that begins a section.
-fn tell_of(asm: &mut Asm<'_>, section: &ModuleSection, code: &'static str, cause: String, hint: &str) {
+fn report_at_section(asm: &mut Assembler<'_>, section: &ModuleSection, code: &'static str, cause: String, hint: &str) {
     let before = std::mem::replace(&mut asm.line, section.line.clone());
-    let at = asm.line.as_ref().map_or(0..0, |line| trim(&line.text, 0..crate::statement::code_end(asm.d, &line.text)));
-    asm.tell(Fault::new(code, at, cause, hint));
+    let at = asm.line.as_ref().map_or(0..0, |line| trim(&line.text, 0..crate::statement::code_end(asm.dialect, &line.text)));
+    asm.report(LineFault::new(code, at, cause, hint));
     asm.line = before;
 }

@@ -1,12 +1,12 @@
 //! Mnemonics that stand for other instructions, as gpasm and Microchip's MPASM have them ("special instruction mnemonics").
 
-use crate::dialect::Directive;
-use crate::engine::{Asm, Call};
-use crate::fault::Fault;
-use crate::text::cut;
+use crate::dialect::AsmDirective;
+use crate::engine::{Assembler, DirectiveCall};
+use crate::fault::LineFault;
+use crate::lines::cut;
 
 /// A part of what a mnemonic stands for.
-enum Part {
+enum SpecialPart {
     /// This word: an instruction on a bit of STATUS.
     Word(u16),
     /// This instruction with the operands as written.
@@ -17,19 +17,19 @@ enum Part {
     Page,
 }
 
-use Part::{Page, Same, To, Word};
+use SpecialPart::{Page, Same, To, Word};
 
 /// Skips the next instruction if carry, digit carry or zero is 0 or 1.
-const IF_C: Part = Word(0x1803);
-const IF_NC: Part = Word(0x1C03);
-const IF_DC: Part = Word(0x1883);
-const IF_NDC: Part = Word(0x1C83);
-const IF_Z: Part = Word(0x1903);
-const IF_NZ: Part = Word(0x1D03);
+const IF_C: SpecialPart = Word(0x1803);
+const IF_NC: SpecialPart = Word(0x1C03);
+const IF_DC: SpecialPart = Word(0x1883);
+const IF_NDC: SpecialPart = Word(0x1C83);
+const IF_Z: SpecialPart = Word(0x1903);
+const IF_NZ: SpecialPart = Word(0x1D03);
 
 /// All of them: their operands (at least, at most) and what they stand for.
 #[rustfmt::skip]
-const SPECIALS: &[(&str, usize, usize, &[Part])] = &[
+const SPECIALS: &[(&str, usize, usize, &[SpecialPart])] = &[
     ("skpc", 0, 0, &[IF_NC]), ("skpnc", 0, 0, &[IF_C]), ("skpz", 0, 0, &[IF_NZ]), ("skpnz", 0, 0, &[IF_Z]),
     ("skpdc", 0, 0, &[IF_NDC]), ("skpndc", 0, 0, &[IF_DC]),
     ("setc", 0, 0, &[Word(0x1403)]), ("clrc", 0, 0, &[Word(0x1003)]), ("setz", 0, 0, &[Word(0x1503)]),
@@ -44,12 +44,12 @@ const SPECIALS: &[(&str, usize, usize, &[Part])] = &[
 ];
 
 /// The directive of a special mnemonic.
-pub(super) const fn named(name: &'static str) -> Directive {
-    Directive::run(name, special)
+pub(super) const fn named(name: &'static str) -> AsmDirective {
+    AsmDirective::run(name, special)
 }
 
 /// Gives the instructions that the word stands for.
-fn special(asm: &mut Asm<'_>, call: &Call<'_>) {
+fn special(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let word = call.get(call.word.clone()).trim_start_matches('.').to_ascii_lowercase();
     let Some((name, least, most, parts)) = SPECIALS.iter().find(|row| row.0 == word) else { return };
     let operands = cut(call.text, call.rest.clone());
@@ -57,14 +57,14 @@ fn special(asm: &mut Asm<'_>, call: &Call<'_>) {
     if !right {
         let (n, given) = (if least == most { least.to_string() } else { format!("{least} or {most}") }, operands.len());
         let cause = format!("`{name}` takes {n} operands, and here are {given}");
-        asm.tell(Fault::new("ASM002", call.word.clone(), cause, "docs/formats/asm.md lists what it stands for"));
+        asm.report(LineFault::new("ASM002", call.word.clone(), cause, "docs/formats/asm.md lists what it stands for"));
     }
     for part in *parts {
         // An instruction that is wrong keeps its place, as any other; what is wrong with the operands is told once.
-        let told = asm.errors();
-        let give = |asm: &mut Asm<'_>, text: &str, mnemonic, end| {
+        let told = asm.error_count();
+        let give = |asm: &mut Assembler<'_>, text: &str, mnemonic, end| {
             let word = call.word.clone();
-            let words = right.then(|| asm.instruction(text, mnemonic, word.clone(), call.rest.start..end)).flatten();
+            let words = right.then(|| asm.assemble_instruction(text, mnemonic, word.clone(), call.rest.start..end)).flatten();
             asm.emit_words(&words.unwrap_or_else(|| vec![0]), word);
         };
         match part {
@@ -78,6 +78,6 @@ fn special(asm: &mut Asm<'_>, call: &Call<'_>) {
             }
             Page => super::chip::pagesel(asm, call),
         }
-        right &= asm.errors() == told;
+        right &= asm.error_count() == told;
     }
 }

@@ -2,36 +2,36 @@
 
 use emu_core::NEVER;
 
-use super::{Change, External, Reg};
-use crate::periph::{Device, Line, Outbox};
+use super::{ExternalChange, ExternalInterrupts, ExternalRegister};
+use crate::periph::{AvrDevice, AvrLine, AvrOutbox};
 
-impl Device for External {
-    type Reg = Reg;
+impl AvrDevice for ExternalInterrupts {
+    type Reg = ExternalRegister;
 
-    fn run(&mut self, t: u64, out: &mut Outbox) {
+    fn run_due(&mut self, t: u64, out: &mut AvrOutbox) {
         self.advance(t, out);
     }
 
-    fn next(&self) -> u64 {
-        let ints = (self.eimsk | u8::from(self.listened)) & !self.eifr;
+    fn next_cycle(&self) -> u64 {
+        let ints = (self.eimsk | u8::from(self.has_flag_listener)) & !self.eifr;
         let groups = self.pcicr & !self.pcifr;
-        let noticed = |change: &Change| self.found(change) & ints != 0 || change.groups & groups != 0;
-        self.coming().find(noticed).map_or(NEVER, |change| change.at)
+        let noticed = |change: &ExternalChange| self.found(change) & ints != 0 || change.groups & groups != 0;
+        self.pending_changes().find(noticed).map_or(NEVER, |change| change.at)
     }
 
     /// Interrupt `n` is INT`n`, for as many as there are; those of the groups of pins follow. While the I/O clock stands, this
     /// is what asks to wake.
-    fn requests(&self) -> u8 {
+    fn interrupt_requests(&self) -> u8 {
         let ints = self.eimsk & (self.eifr | self.low() & !self.pins.int);
         let asleep = match self.stopped {
-            Some(_) => self.ways.iter().flatten().fold(self.groups_changed(), |groups, change| groups | change.groups),
+            Some(_) => self.pending_changes.iter().flatten().fold(self.groups_changed(), |groups, change| groups | change.groups),
             None => 0,
         };
         let groups = self.pcicr & (self.pcifr | asleep);
         ints | (u16::from(groups) << self.kind.ints) as u8
     }
 
-    fn taken(&mut self, irq: u8, t: u64, out: &mut Outbox) {
+    fn on_interrupt_taken(&mut self, irq: u8, t: u64, out: &mut AvrOutbox) {
         self.advance(t, out);
         match irq.checked_sub(self.kind.ints) {
             None => self.eifr &= !(1 << irq),
@@ -39,43 +39,43 @@ impl Device for External {
         }
     }
 
-    fn peek(&self, reg: Reg, t: u64) -> u8 {
-        if self.coming().next().is_none_or(|change| change.at > t) {
-            return self.shown(reg);
+    fn peek(&self, reg: ExternalRegister, t: u64) -> u8 {
+        if self.pending_changes().next().is_none_or(|change| change.at > t) {
+            return self.register_value(reg);
         }
         let mut external = self.clone();
-        external.advance(t, &mut Outbox::new());
-        external.shown(reg)
+        external.advance(t, &mut AvrOutbox::new());
+        external.register_value(reg)
     }
 
-    fn write(&mut self, reg: Reg, value: u8, mask: u8, t: u64, out: &mut Outbox) {
+    fn write(&mut self, reg: ExternalRegister, value: u8, mask: u8, t: u64, out: &mut AvrOutbox) {
         self.advance(t, out);
         let merge = |old: u8, there: u8| old & !(mask & there) | value & mask & there;
         // What is set at the very edge of the write stays set.
-        let (ints, groups) = if self.flagged.0 == t { (self.flagged.1, self.flagged.2) } else { (0, 0) };
+        let (ints, groups) = if self.last_flagged.0 == t { (self.last_flagged.1, self.last_flagged.2) } else { (0, 0) };
         match reg {
-            Reg::EICRA => self.write_isc(value, mask, 0, t, out),
-            Reg::EICRB => self.write_isc(value, mask, 4, t, out),
-            Reg::EIMSK => self.eimsk = merge(self.eimsk, self.kind.inputs()),
-            Reg::EIFR => self.eifr &= !(value & mask) | ints,
-            Reg::PCICR => self.pcicr = merge(self.pcicr, self.kind.groups()),
-            Reg::PCIFR => self.pcifr &= !(value & mask) | groups,
-            Reg::PCMSK0 => self.pcmsk[0] = merge(self.pcmsk[0], self.kind.masks[0]),
-            Reg::PCMSK1 => self.pcmsk[1] = merge(self.pcmsk[1], self.kind.masks[1]),
-            Reg::PCMSK2 => self.pcmsk[2] = merge(self.pcmsk[2], self.kind.masks[2]),
-            Reg::PCMSK3 => self.pcmsk[3] = merge(self.pcmsk[3], self.kind.masks[3]),
+            ExternalRegister::EICRA => self.write_isc(value, mask, 0, t, out),
+            ExternalRegister::EICRB => self.write_isc(value, mask, 4, t, out),
+            ExternalRegister::EIMSK => self.eimsk = merge(self.eimsk, self.kind.int_mask()),
+            ExternalRegister::EIFR => self.eifr &= !(value & mask) | ints,
+            ExternalRegister::PCICR => self.pcicr = merge(self.pcicr, self.kind.groups()),
+            ExternalRegister::PCIFR => self.pcifr &= !(value & mask) | groups,
+            ExternalRegister::PCMSK0 => self.pcmsk[0] = merge(self.pcmsk[0], self.kind.masks[0]),
+            ExternalRegister::PCMSK1 => self.pcmsk[1] = merge(self.pcmsk[1], self.kind.masks[1]),
+            ExternalRegister::PCMSK2 => self.pcmsk[2] = merge(self.pcmsk[2], self.kind.masks[2]),
+            ExternalRegister::PCMSK3 => self.pcmsk[3] = merge(self.pcmsk[3], self.kind.masks[3]),
         }
     }
 
-    fn line(&mut self, line: Line, high: bool, t: u64, out: &mut Outbox) {
+    fn on_line_changed(&mut self, line: AvrLine, high: bool, t: u64, out: &mut AvrOutbox) {
         self.advance(t, out);
         let set = |bits: u8, bit: u8| if high { bits | bit } else { bits & !bit };
         match line {
-            Line::Int(n) => {
-                let bit = 1u8.checked_shl(n.into()).unwrap_or(0) & self.kind.inputs();
-                self.trigger(t, out, |external| external.pins.int = set(external.pins.int, bit));
+            AvrLine::Int(n) => {
+                let bit = 1u8.checked_shl(n.into()).unwrap_or(0) & self.kind.int_mask();
+                self.change_and_detect(t, out, |external| external.pins.int = set(external.pins.int, bit));
             }
-            Line::Pc(n) => {
+            AvrLine::Pc(n) => {
                 let group = usize::from(n / 8);
                 if let (Some(pins), Some(there)) = (self.pins.pc.get_mut(group), self.kind.masks.get(group)) {
                     *pins = set(*pins, 1 << (n % 8) & there);
@@ -87,19 +87,19 @@ impl Device for External {
     }
 
     /// What is behind the first flip-flops is lost.
-    fn reset(&mut self, t: u64, out: &mut Outbox) {
-        self.wake(t, out);
-        *self = External {
+    fn reset(&mut self, t: u64, out: &mut AvrOutbox) {
+        self.restart_clock(t, out);
+        *self = ExternalInterrupts {
             pins: self.pins,
-            seen: self.seen,
+            sampled_pins: self.sampled_pins,
             changed: self.changed,
-            listened: self.listened,
-            ..External::new(self.kind)
+            has_flag_listener: self.has_flag_listener,
+            ..ExternalInterrupts::new(self.kind)
         };
     }
 
     /// The I/O clock stops.
-    fn sleep(&mut self, t: u64, out: &mut Outbox) {
+    fn stop_clock(&mut self, t: u64, out: &mut AvrOutbox) {
         self.advance(t, out);
         if self.stopped.is_none() && self.kind.edges_wake {
             self.catch_edges(t, out);
@@ -107,18 +107,18 @@ impl Device for External {
         self.stopped.get_or_insert(t);
     }
 
-    fn wake(&mut self, t: u64, out: &mut Outbox) {
+    fn restart_clock(&mut self, t: u64, out: &mut AvrOutbox) {
         self.advance(t, out);
         let Some(stopped) = self.stopped.take() else { return };
-        for change in self.ways.iter_mut().flatten() {
+        for change in self.pending_changes.iter_mut().flatten() {
             change.at = change.at.saturating_add(t.saturating_sub(stopped));
         }
         self.changed = t;
     }
 
-    fn steady(&self, reg: Reg, t: u64) -> u64 {
+    fn steady_until(&self, reg: ExternalRegister, t: u64) -> u64 {
         match reg {
-            Reg::EIFR | Reg::PCIFR => self.coming().next().map_or(NEVER, |change| change.at).max(t),
+            ExternalRegister::EIFR | ExternalRegister::PCIFR => self.pending_changes().next().map_or(NEVER, |change| change.at).max(t),
             _ => NEVER,
         }
     }

@@ -4,7 +4,7 @@
 /// elsewhere: ISC of INT0 and INT1 in MCUCR, EIMSK in GIMSK or GICR, EIFR in GIFR.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reg {
+pub enum ExternalRegister {
     /// ISCn1 and ISCn0 of INT0 to INT3, two bits each. ISC2 of ATmega16, 32 and 162 is bit 4, ISC20; bit 5 reads 0.
     EICRA,
     /// The same of INT4 to INT7.
@@ -30,7 +30,7 @@ pub enum Reg {
 /// What differs between the external interrupts of the family: one of the constants. The inputs INT and the groups of pins
 /// together are never more than eight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Kind {
+pub struct ExternalKind {
     /// Number of inputs INT.
     pub(super) ints: u8,
     /// Inputs whose edges are registered without a clock, and that cannot look for any change.
@@ -43,43 +43,43 @@ pub struct Kind {
     pub(super) masks: [u8; 4],
 }
 
-impl Kind {
+impl ExternalKind {
     /// The first ATmega48, 88 and 168 (Atmel 2545, external interrupts): interrupts 0 and 1 are INT0 and INT1, 2 to 4 PCINT0 to
     /// PCINT2.
-    pub const MEGA48: Kind =
-        Kind { ints: 2, asynchronous: 0, edge_only: 0, edges_wake: false, masks: [0xFF, 0x7F, 0xFF, 0] };
+    pub const MEGA48: ExternalKind =
+        ExternalKind { ints: 2, asynchronous: 0, edge_only: 0, edges_wake: false, masks: [0xFF, 0x7F, 0xFF, 0] };
     /// ATmega328 and 328P, and the A, P and PA variants of the others (DS40002061, 13). That only a level wakes, note 3 of table
     /// 10-1, is a fault of the sheet: boards wake by any edge, and the maker has confirmed it.
-    pub const MEGA328: Kind = Kind { edges_wake: true, ..Kind::MEGA48 };
+    pub const MEGA328: ExternalKind = ExternalKind { edges_wake: true, ..ExternalKind::MEGA48 };
     /// ATmega8 (Atmel 2486, external interrupts): INT0 and INT1.
-    pub const MEGA8: Kind = Kind { masks: [0; 4], ..Kind::MEGA48 };
+    pub const MEGA8: ExternalKind = ExternalKind { masks: [0; 4], ..ExternalKind::MEGA48 };
     /// ATmega16 and 32 (Atmel 2466 and 2503, external interrupts): INT0 to INT2.
-    pub const MEGA16: Kind = Kind { ints: 3, asynchronous: 4, edge_only: 4, ..Kind::MEGA8 };
+    pub const MEGA16: ExternalKind = ExternalKind { ints: 3, asynchronous: 4, edge_only: 4, ..ExternalKind::MEGA8 };
     /// ATmega162 (Atmel 2513, external interrupts): interrupts 0 to 2 are INT0 to INT2, 3 and 4 PCINT0 and PCINT1.
-    pub const MEGA162: Kind = Kind { masks: [0xFF, 0xFF, 0, 0], ..Kind::MEGA16 };
+    pub const MEGA162: ExternalKind = ExternalKind { masks: [0xFF, 0xFF, 0, 0], ..ExternalKind::MEGA16 };
     /// ATmega64 and 128 (Atmel 2490 and 2467, external interrupts): INT0 to INT7.
-    pub const MEGA128: Kind = Kind { ints: 8, asynchronous: 0x0F, ..Kind::MEGA8 };
+    pub const MEGA128: ExternalKind = ExternalKind { ints: 8, asynchronous: 0x0F, ..ExternalKind::MEGA8 };
 
     /// The inputs INT that there are, a bit for each.
     #[must_use]
-    pub const fn inputs(&self) -> u8 {
+    pub const fn int_mask(&self) -> u8 {
         ((1u16 << self.ints) - 1) as u8
     }
 
     /// The bits of EICRA that exist on chips where it is a register of its own: ISCn1 and ISCn0 of INT0 to INT3.
     #[must_use]
-    pub const fn senses(&self) -> u8 {
+    pub const fn sense_mask(&self) -> u8 {
         ((1u16 << (2 * if self.ints > 4 { 4 } else { self.ints })) - 1) as u8
     }
 
     /// The bits of PCMSK0 to PCMSK3 that there are, by number.
     #[must_use]
-    pub fn pins(&self, group: usize) -> u8 {
+    pub fn group_mask(&self, group: usize) -> u8 {
         self.masks.get(group).copied().unwrap_or(0)
     }
 
     /// The groups of pins that there are, a bit for each.
     pub(super) fn groups(&self) -> u8 {
-        super::groups_with(|group| self.masks[group] != 0)
+        super::groups_matching(|group| self.masks[group] != 0)
     }
 }

@@ -2,13 +2,13 @@
 
 use emu_core::NEVER;
 
-use super::super::{Device, Line, Outbox};
-use super::{CPOL, MSTR, Reg, SPE, SPI2X, SPIE, SPIF, Spi, WCOL};
+use super::super::{AvrDevice, AvrLine, AvrOutbox};
+use super::{CPOL, MSTR, SpiRegister, SPE, SPI2X, SPIE, SPIF, AvrSpi, WCOL};
 
-impl Device for Spi {
-    type Reg = Reg;
+impl AvrDevice for AvrSpi {
+    type Reg = SpiRegister;
 
-    fn run(&mut self, t: u64, out: &mut Outbox) {
+    fn run_due(&mut self, t: u64, out: &mut AvrOutbox) {
         loop {
             let due = self.due();
             if due > t {
@@ -19,153 +19,153 @@ impl Device for Spi {
     }
 
     /// The master's clock moves a pin with every half of a bit; a slave moves one with what comes out of the synchroniser.
-    fn next(&self) -> u64 {
+    fn next_cycle(&self) -> u64 {
         if self.asleep.is_some() {
             return NEVER;
         }
-        let clock = if self.slave() { self.sck.next() } else { self.half };
+        let clock = if self.is_slave() { self.sck.next() } else { self.half };
         clock.min(self.selected)
     }
 
     /// 0 STC.
-    fn requests(&self) -> u8 {
+    fn interrupt_requests(&self) -> u8 {
         u8::from(self.status & SPIF != 0 && self.has(SPIE))
     }
 
-    fn taken(&mut self, _: u8, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn on_interrupt_taken(&mut self, _: u8, t: u64, out: &mut AvrOutbox) {
+        self.run_due(t, out);
         self.status &= !SPIF;
         self.shown &= !SPIF;
     }
 
-    fn read(&mut self, reg: Reg, t: u64, out: &mut Outbox) -> u8 {
-        self.run(t, out);
+    fn read(&mut self, reg: SpiRegister, t: u64, out: &mut AvrOutbox) -> u8 {
+        self.run_due(t, out);
         let value = self.peek(reg, t);
         match reg {
-            Reg::SPSR => self.shown = self.status & (SPIF | WCOL),
-            Reg::SPDR => self.unflag(),
-            Reg::SPCR => {}
+            SpiRegister::SPSR => self.shown = self.status & (SPIF | WCOL),
+            SpiRegister::SPDR => self.clear_flag(),
+            SpiRegister::SPCR => {}
         }
         value
     }
 
-    fn peek(&self, reg: Reg, t: u64) -> u8 {
+    fn peek(&self, reg: SpiRegister, t: u64) -> u8 {
         if self.due() <= t {
             let mut then = self.clone();
-            then.run(t, &mut Outbox::new());
+            then.run_due(t, &mut AvrOutbox::new());
             return then.peek(reg, t);
         }
         match reg {
-            Reg::SPCR => self.control,
-            Reg::SPSR => self.status,
-            Reg::SPDR => self.buffer,
+            SpiRegister::SPCR => self.control,
+            SpiRegister::SPSR => self.status,
+            SpiRegister::SPDR => self.buffer,
         }
     }
 
-    fn write(&mut self, reg: Reg, value: u8, mask: u8, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn write(&mut self, reg: SpiRegister, value: u8, mask: u8, t: u64, out: &mut AvrOutbox) {
+        self.run_due(t, out);
         if self.asleep.is_some() {
             return;
         }
         match reg {
-            Reg::SPCR => {
+            SpiRegister::SPCR => {
                 let before = self.control;
                 self.control = before & !mask | value & mask;
                 if (before ^ self.control) & (SPE | MSTR) != 0 {
                     self.abort();
                 }
             }
-            Reg::SPSR => {
+            SpiRegister::SPSR => {
                 let mask = mask & SPI2X;
                 self.status = self.status & !mask | value & mask;
             }
-            Reg::SPDR => self.load(value & mask, t),
+            SpiRegister::SPDR => self.load(value & mask, t),
         }
-        self.watch(t);
-        self.settle(t, out);
+        self.update_synchronizers(t);
+        self.drive_lines(t, out);
     }
 
-    fn line(&mut self, line: Line, high: bool, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn on_line_changed(&mut self, line: AvrLine, high: bool, t: u64, out: &mut AvrOutbox) {
+        self.run_due(t, out);
         match line {
-            Line::Sck => {
-                if self.slave() && high != self.sck.pin() {
-                    self.put(high != self.has(CPOL));
+            AvrLine::Sck => {
+                if self.is_slave() && high != self.sck.pin_level() {
+                    self.put_bit(high != self.has(CPOL));
                 }
                 match self.asleep {
-                    Some(_) => self.sck.change_asleep(high),
+                    Some(_) => self.sck.set_level_while_stopped(high),
                     None => self.sck.change(high, t),
                 }
-                self.settle(t, out);
+                self.drive_lines(t, out);
             }
-            Line::Mosi if self.asleep.is_some() => self.mosi.change_asleep(high),
-            Line::Mosi => {
+            AvrLine::Mosi if self.asleep.is_some() => self.mosi.set_level_while_stopped(high),
+            AvrLine::Mosi => {
                 self.mosi.level(t);
                 self.mosi.change(high, t);
             }
-            Line::Miso => self.miso = high,
-            Line::Ss => {
+            AvrLine::Miso => self.miso = high,
+            AvrLine::Ss => {
                 self.ss = high;
                 // A slave that is no longer selected drops what it has, at once (section 19.3.1).
-                if high && !self.master() {
+                if high && !self.is_master() {
                     self.abort();
                 }
                 if self.asleep.is_none() {
-                    self.watch(t);
+                    self.update_synchronizers(t);
                 }
-                self.settle(t, out);
+                self.drive_lines(t, out);
             }
             _ => {}
         }
     }
 
-    fn direction(&mut self, line: Line, output: bool, t: u64, out: &mut Outbox) {
-        self.run(t, out);
-        if line == Line::Ss {
+    fn on_direction_changed(&mut self, line: AvrLine, output: bool, t: u64, out: &mut AvrOutbox) {
+        self.run_due(t, out);
+        if line == AvrLine::Ss {
             self.ss_output = output;
             if self.asleep.is_none() {
-                self.watch(t);
+                self.update_synchronizers(t);
             }
         }
     }
 
-    fn reset(&mut self, t: u64, out: &mut Outbox) {
-        self.wake(t, out);
-        self.run(t, out);
-        let Spi { sck, mosi, miso, ss, ss_output, drives, .. } = *self;
-        *self = Spi { sck, mosi, miso, ss, ss_output, drives, ..Spi::new() };
-        self.settle(t, out);
+    fn reset(&mut self, t: u64, out: &mut AvrOutbox) {
+        self.restart_clock(t, out);
+        self.run_due(t, out);
+        let AvrSpi { sck, mosi, miso, ss, ss_output, drives, .. } = *self;
+        *self = AvrSpi { sck, mosi, miso, ss, ss_output, drives, ..AvrSpi::new() };
+        self.drive_lines(t, out);
     }
 
-    fn sleep(&mut self, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn stop_clock(&mut self, t: u64, out: &mut AvrOutbox) {
+        self.run_due(t, out);
         self.mosi.level(t);
         self.asleep = self.asleep.or(Some(t));
     }
 
-    fn wake(&mut self, t: u64, _: &mut Outbox) {
+    fn restart_clock(&mut self, t: u64, _: &mut AvrOutbox) {
         let Some(from) = self.asleep.take() else { return };
         self.half = self.half.saturating_add(t.saturating_sub(from));
         self.sck.wake(from, t);
         self.mosi.wake(from, t);
         self.selected = NEVER;
-        self.watch(t);
+        self.update_synchronizers(t);
     }
 
-    fn steady(&self, reg: Reg, t: u64) -> u64 {
+    fn steady_until(&self, reg: SpiRegister, t: u64) -> u64 {
         let event = match reg {
-            Reg::SPDR => t,
+            SpiRegister::SPDR => t,
             // A read of flags that are set has a consequence.
-            Reg::SPSR if self.status & (SPIF | WCOL) & !self.shown != 0 => t,
+            SpiRegister::SPSR if self.status & (SPIF | WCOL) & !self.shown != 0 => t,
             _ if self.asleep.is_some() => NEVER,
-            Reg::SPCR => self.selected,
-            Reg::SPSR => self.end().min(self.selected).min(self.slave_event()),
+            SpiRegister::SPCR => self.selected,
+            SpiRegister::SPSR => self.end().min(self.selected).min(self.slave_event()),
         };
         event.max(t)
     }
 }
 
-impl Spi {
+impl AvrSpi {
     /// When the master's byte ends at the earliest.
     fn end(&self) -> u64 {
         let halves = (u64::from(8 - self.count.min(8)) * 2).saturating_sub(2);
@@ -173,6 +173,6 @@ impl Spi {
     }
 
     fn slave_event(&self) -> u64 {
-        if self.slave() { self.sck.next() } else { NEVER }
+        if self.is_slave() { self.sck.next() } else { NEVER }
     }
 }

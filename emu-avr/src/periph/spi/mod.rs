@@ -8,8 +8,8 @@ mod device;
 use emu_core::NEVER;
 use emu_core::state;
 
-use super::edges::Edges;
-use super::{Drive, Line, Outbox, Signal};
+use super::edges::SynchronizedPin;
+use super::{AvrDrive, AvrLine, AvrOutbox, AvrSignal};
 
 /// SPCR: interrupt enable.
 pub const SPIE: u8 = 1 << 7;
@@ -33,7 +33,7 @@ pub const SPI2X: u8 = 1;
 /// The registers.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Reg {
+pub enum SpiRegister {
     SPCR,
     SPSR,
     SPDR,
@@ -41,7 +41,7 @@ pub enum Reg {
 
 /// The serial peripheral interface.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Spi {
+pub struct AvrSpi {
     /// SPCR.
     control: u8,
     /// SPSR.
@@ -65,31 +65,31 @@ pub struct Spi {
     half: u64,
     /// When the master finds that it is selected by another one.
     selected: u64,
-    sck: Edges,
+    sck: SynchronizedPin,
     /// A slave samples it behind the same flip-flops as SCK.
-    mosi: Edges,
+    mosi: SynchronizedPin,
     miso: bool,
     ss: bool,
     /// DDR makes SS an output.
     ss_output: bool,
     /// What is done to SCK, MISO, MOSI and SS.
-    drives: [Drive; 4],
+    drives: [AvrDrive; 4],
     /// Since when the clock stands.
     asleep: Option<u64>,
 }
 
 state! {
-    Spi {
+    AvrSpi {
         control, status, shown, buffer, shift, bit, count, moving, ended, active, half, selected, sck, mosi, miso, ss, ss_output,
         drives, asleep,
-    } if |spi, now| spi.count <= 8 && spi.sound(now)
+    } if |spi, now| spi.count <= 8 && spi.is_valid_state(now)
 }
 
-impl Spi {
+impl AvrSpi {
     /// As after power-on; all wires are low until told otherwise.
     #[must_use]
-    pub fn new() -> Spi {
-        Spi {
+    pub fn new() -> AvrSpi {
+        AvrSpi {
             control: 0,
             status: 0,
             shown: 0,
@@ -102,18 +102,18 @@ impl Spi {
             active: false,
             half: NEVER,
             selected: NEVER,
-            sck: Edges::new(false),
-            mosi: Edges::new(false),
+            sck: SynchronizedPin::new(false),
+            mosi: SynchronizedPin::new(false),
             miso: false,
             ss: false,
             ss_output: false,
-            drives: [Drive::Port; 4],
+            drives: [AvrDrive::Port; 4],
             asleep: None,
         }
     }
 
     /// What was read can be of a part that has done everything up to `now`.
-    fn sound(&self, now: u64) -> bool {
+    fn is_valid_state(&self, now: u64) -> bool {
         let next = self.half.min(self.selected).min(self.sck.next());
         self.asleep.map_or(next > now, |since| since <= now + 1 && next >= since)
     }
@@ -122,12 +122,12 @@ impl Spi {
         self.control & bit != 0
     }
 
-    fn master(&self) -> bool {
+    fn is_master(&self) -> bool {
         self.has(SPE) && self.has(MSTR)
     }
 
     /// A slave that is selected; SS is its input whatever DDR says (section 19.3.1, table 14-3).
-    fn slave(&self) -> bool {
+    fn is_slave(&self) -> bool {
         self.has(SPE) && !self.has(MSTR) && !self.ss
     }
 
@@ -143,7 +143,7 @@ impl Spi {
     }
 
     /// A byte as the shift register has it, or back.
-    fn in_order(&self, byte: u8) -> u8 {
+    fn in_bit_order(&self, byte: u8) -> u8 {
         if self.has(DORD) { byte.reverse_bits() } else { byte }
     }
 
@@ -154,15 +154,15 @@ impl Spi {
         }
     }
 
-    fn step(&mut self, t: u64, out: &mut Outbox) {
-        if let Some(high) = self.sck.pop(t).filter(|_| self.slave()) {
-            self.edge(high != self.has(CPOL), t);
+    fn step(&mut self, t: u64, out: &mut AvrOutbox) {
+        if let Some(high) = self.sck.pop(t).filter(|_| self.is_slave()) {
+            self.on_clock_edge(high != self.has(CPOL), t);
         }
         if self.half <= t {
             self.active = !self.active;
             self.half = t.saturating_add(self.period_half());
-            self.put(self.active);
-            self.edge(self.active, t);
+            self.put_bit(self.active);
+            self.on_clock_edge(self.active, t);
         }
         if self.selected <= t {
             self.selected = NEVER;
@@ -170,22 +170,22 @@ impl Spi {
             self.abort();
             self.status |= SPIF;
         }
-        self.settle(t, out);
+        self.drive_lines(t, out);
     }
 
     /// An edge of SCK, the leading one or the trailing one: the next bit goes out (table 19-2, figures 19-3 and 19-4). SCK itself
     /// clocks the output of a slave: no more than 15 ns lie between them (table 29-18), which is less than its synchroniser takes.
-    fn put(&mut self, leading: bool) {
+    fn put_bit(&mut self, leading: bool) {
         if leading == self.has(CPHA) {
             self.bit = self.shift & 0x80 != 0;
         }
     }
 
     /// The same edge: a bit comes in.
-    fn edge(&mut self, leading: bool, t: u64) {
+    fn on_clock_edge(&mut self, leading: bool, t: u64) {
         self.moving = true;
         if leading != self.has(CPHA) {
-            let input = if self.master() { self.miso } else { self.mosi.level(t) };
+            let input = if self.is_master() { self.miso } else { self.mosi.level(t) };
             self.bit = self.output();
             self.shift = self.shift << 1 | u8::from(input);
             self.count += 1;
@@ -195,7 +195,7 @@ impl Spi {
         }
         self.abort();
         self.ended = t;
-        self.buffer = self.in_order(self.shift);
+        self.buffer = self.in_bit_order(self.shift);
         self.status |= SPIF;
     }
 
@@ -206,26 +206,26 @@ impl Spi {
 
     /// SPDR is written.
     fn load(&mut self, byte: u8, t: u64) {
-        self.unflag();
+        self.clear_flag();
         if self.moving || self.ended == t {
             self.status |= WCOL;
             return;
         }
-        self.shift = self.in_order(byte);
-        if self.master() {
+        self.shift = self.in_bit_order(byte);
+        if self.is_master() {
             self.moving = true;
             self.half = t.saturating_add(self.period_half());
         }
     }
 
     /// SPDR is accessed.
-    fn unflag(&mut self) {
+    fn clear_flag(&mut self) {
         self.status &= !std::mem::take(&mut self.shown);
     }
 
     /// Looks whether the master is selected: what is so in cycle `t` is noticed at the edge that ends it.
-    fn watch(&mut self, t: u64) {
-        let selected = self.master() && !self.ss_output && !self.ss;
+    fn update_synchronizers(&mut self, t: u64) {
+        let selected = self.is_master() && !self.ss_output && !self.ss;
         self.selected = match (selected, self.selected) {
             (true, NEVER) => t.saturating_add(1),
             (true, due) => due,
@@ -240,27 +240,27 @@ impl Spi {
     }
 
     /// Says what is done to the lines, where that has changed (tables 14-3 to 14-5).
-    fn settle(&mut self, t: u64, out: &mut Outbox) {
-        let drives = if self.master() {
-            let sck = Drive::Value(self.active != self.has(CPOL));
-            [sck, Drive::Input, Drive::Value(self.output()), Drive::Port]
+    fn drive_lines(&mut self, t: u64, out: &mut AvrOutbox) {
+        let drives = if self.is_master() {
+            let sck = AvrDrive::Value(self.active != self.has(CPOL));
+            [sck, AvrDrive::Input, AvrDrive::Value(self.output()), AvrDrive::Port]
         } else if self.has(SPE) {
-            let miso = if self.ss { Drive::Input } else { Drive::Value(self.output()) };
-            [Drive::Input, miso, Drive::Input, Drive::Input]
+            let miso = if self.ss { AvrDrive::Input } else { AvrDrive::Value(self.output()) };
+            [AvrDrive::Input, miso, AvrDrive::Input, AvrDrive::Input]
         } else {
-            [Drive::Port; 4]
+            [AvrDrive::Port; 4]
         };
-        let lines = [Line::Sck, Line::Miso, Line::Mosi, Line::Ss].into_iter().zip(drives);
+        let lines = [AvrLine::Sck, AvrLine::Miso, AvrLine::Mosi, AvrLine::Ss].into_iter().zip(drives);
         for ((line, drive), held) in lines.zip(&mut self.drives) {
             if std::mem::replace(held, drive) != drive {
-                out.push(Signal::Drive { t, line, drive });
+                out.push(AvrSignal::Drive { t, line, drive });
             }
         }
     }
 }
 
-impl Default for Spi {
-    fn default() -> Spi {
-        Spi::new()
+impl Default for AvrSpi {
+    fn default() -> AvrSpi {
+        AvrSpi::new()
     }
 }

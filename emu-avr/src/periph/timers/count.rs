@@ -4,76 +4,76 @@ use std::cmp::Ordering;
 
 use emu_core::NEVER;
 
-use super::mode::{Action, Slope, Top};
-use super::pins::Edge;
-use super::plan::What;
-use super::{Clock, ICF, OCFA, Outbox, Signal, TOV, Timer, regs};
+use super::mode::{MatchAction, CountingSlope, TopSource};
+use super::pins::CaptureEdge;
+use super::deadlines::TimerStepKind;
+use super::{TimerClock, ICF, OCFA, AvrOutbox, AvrSignal, TOV, AvrTimer, regs};
 
-impl Timer {
+impl AvrTimer {
     /// Does everything up to and including the cycle `now`.
-    pub(super) fn advance(&mut self, now: u64, out: &mut Outbox) {
-        while now >= self.quiet {
-            let plan = self.plan();
+    pub(super) fn advance_to(&mut self, now: u64, out: &mut AvrOutbox) {
+        while now >= self.next_event {
+            let plan = self.next_step();
             if plan.t > now || plan.t == NEVER {
-                self.quiet = plan.t;
+                self.next_event = plan.t;
                 break;
             }
             match plan.what {
-                What::Capture => {
+                TimerStepKind::Capture => {
                     // The counter is copied as it stands before the edge.
-                    self.count(plan.t.saturating_sub(1));
+                    self.count_steps_until(plan.t.saturating_sub(1));
                     if let Some(edge) = self.icp.take() {
                         self.capture(edge, plan.t, out);
                     }
                 }
-                What::Edge(steps) => {
+                TimerStepKind::Edge(steps) => {
                     let before = steps.saturating_sub(1);
-                    self.mark(before);
-                    self.skip(before);
-                    self.edge(plan.t, out);
-                    self.done += 1;
+                    self.set_flags_for_steps(before);
+                    self.skip_steps(before);
+                    self.step_clock(plan.t, out);
+                    self.edges_counted += 1;
                 }
-                What::Pin => {
+                TimerStepKind::PinEdge => {
                     let rising = self.pin.take();
-                    if matches!(self.clock, Clock::Pin { rising: wanted } if wanted == rising) {
-                        self.edge(plan.t, out);
+                    if matches!(self.clock, TimerClock::Pin { rising: wanted } if wanted == rising) {
+                        self.step_clock(plan.t, out);
                     }
                 }
-                What::Latch => {
-                    self.count(plan.t);
+                TimerStepKind::Latch => {
+                    self.count_steps_until(plan.t);
                     self.latch(plan.t, out);
                 }
-                What::Late => {
+                TimerStepKind::DelayedFlag => {
                     for i in 0..3 {
-                        if self.late[i] <= plan.t {
-                            self.late[i] = NEVER;
-                            self.set(1 << i, plan.t, out);
+                        if self.pending_flags[i] <= plan.t {
+                            self.pending_flags[i] = NEVER;
+                            self.set_flags(1 << i, plan.t, out);
                         }
                     }
                 }
             }
-            self.calm = 0;
+            self.next_flag = 0;
         }
-        self.count(now);
+        self.count_steps_until(now);
     }
 
     /// Counts the edges up to `now`, none of which is special.
-    fn count(&mut self, now: u64) {
-        let steps = self.edges(now).saturating_sub(self.done);
-        if now >= self.calm {
-            self.calm = self.mark(steps);
+    fn count_steps_until(&mut self, now: u64) {
+        let steps = self.edges(now).saturating_sub(self.edges_counted);
+        if now >= self.next_flag {
+            self.next_flag = self.set_flags_for_steps(steps);
         }
-        self.skip(steps);
+        self.skip_steps(steps);
     }
 
     /// Sets the flags of so many edges, and gives the cycle of the first after them that sets one. The asynchronous timer's
     /// flags come later, each by an edge of its own.
-    fn mark(&mut self, steps: u64) -> u64 {
+    fn set_flags_for_steps(&mut self, steps: u64) -> u64 {
         let orbit = self.orbit();
         let mut next = None;
-        for flag in self.shape.each(!self.tifr) {
+        for flag in self.shape.flags_in(!self.tifr) {
             match self.flag_steps(&orbit, flag) {
-                Some(n) if n <= steps && !self.asynchronous() => self.tifr |= flag,
+                Some(n) if n <= steps && !self.is_asynchronous() => self.tifr |= flag,
                 Some(n) => next = Some(next.map_or(n, |next: u64| next.min(n))),
                 None => {}
             }
@@ -82,19 +82,19 @@ impl Timer {
     }
 
     /// Counts so many edges, whose flags are set.
-    fn skip(&mut self, steps: u64) {
+    fn skip_steps(&mut self, steps: u64) {
         if steps != 0 {
-            (self.value, self.down) = self.orbit().after(steps);
-            self.done += steps;
+            (self.value, self.down) = self.orbit().value_after(steps);
+            self.edges_counted += steps;
         }
     }
 
     /// One edge of the timer's clock at the cycle `t`.
-    fn edge(&mut self, t: u64, out: &mut Outbox) {
+    fn step_clock(&mut self, t: u64, out: &mut AvrOutbox) {
         let (value, slope) = (self.value, self.mode.slope);
         // Writing TCNT hides the match, and so does a write on its way to TCNT or OCR of the asynchronous timer.
-        let hidden = self.blocked || self.busy & regs::BUSY[0] != 0;
-        self.blocked = false;
+        let hidden = self.match_blocked || self.busy & regs::BUSY[0] != 0;
+        self.match_blocked = false;
         let mut matches = [false; 3];
         let mut flags = 0;
         for (i, channel) in self.channels.iter().take(usize::from(self.shape.channels)).enumerate() {
@@ -103,21 +103,21 @@ impl Timer {
             flags |= u8::from(matches[i]) * (OCFA << i);
         }
         let at_top = match self.mode.top {
-            Top::Fixed(top) => value == top,
-            Top::OcrA => matches[0],
-            Top::Icr => !hidden && value == self.icr,
+            TopSource::Fixed(top) => value == top,
+            TopSource::OcrA => matches[0],
+            TopSource::Icr => !hidden && value == self.icr,
         };
-        if at_top && self.mode.top == Top::Icr {
+        if at_top && self.mode.top == TopSource::Icr {
             flags |= ICF;
         }
         let over = match slope {
-            Slope::Normal | Slope::Ctc => value == self.shape.max(),
-            Slope::Fast => at_top,
-            Slope::Phase | Slope::Frequency => value == 0,
+            CountingSlope::Normal | CountingSlope::Ctc => value == self.shape.max(),
+            CountingSlope::Fast => at_top,
+            CountingSlope::Phase | CountingSlope::Frequency => value == 0,
         };
         flags |= u8::from(over) * TOV;
-        let down = self.mode.dual() && value != 0 && (at_top || self.down);
-        self.value = match (self.mode.dual(), at_top) {
+        let down = self.mode.is_dual_slope() && value != 0 && (at_top || self.down);
+        self.value = match (self.mode.is_dual_slope(), at_top) {
             (false, true) => 0,
             (true, true) if value == 0 => 0,
             _ if down => value - 1,
@@ -125,28 +125,28 @@ impl Timer {
         };
         self.down = down && self.value != 0;
         let update = match slope {
-            Slope::Normal | Slope::Ctc => false,
-            Slope::Fast => self.value == 0,
-            Slope::Phase => at_top,
-            Slope::Frequency => value == 0,
+            CountingSlope::Normal | CountingSlope::Ctc => false,
+            CountingSlope::Fast => self.value == 0,
+            CountingSlope::Phase => at_top,
+            CountingSlope::Frequency => value == 0,
         };
         for (channel, matched) in self.channels.iter_mut().zip(matches) {
             if update {
                 channel.compare = channel.buffer;
             }
             match channel.action {
-                Action::Toggle if matched => channel.level = !channel.level,
-                Action::Level(to) if matched => channel.level = to,
-                Action::Wave(up) => {
+                MatchAction::Toggle if matched => channel.level = !channel.level,
+                MatchAction::Level(to) if matched => channel.level = to,
+                MatchAction::Wave(up) => {
                     if matched {
                         channel.level = up != down;
                     }
                     // From TOP to BOTTOM, and not by the wrap at MAX, as measured on silicon.
-                    if slope == Slope::Fast && at_top {
+                    if slope == CountingSlope::Fast && at_top {
                         channel.level = !up;
                     }
                     // 15.7.4: a match that was missed on the way up, or will not come by a new OCR, is made up for at TOP.
-                    if slope == Slope::Phase && at_top {
+                    if slope == CountingSlope::Phase && at_top {
                         match channel.compare.cmp(&value) {
                             Ordering::Less => channel.level = up,
                             Ordering::Equal => channel.level = !up,
@@ -157,34 +157,34 @@ impl Timer {
                 _ => {}
             }
         }
-        self.show(t, out);
-        if self.asynchronous() {
+        self.drive_outputs(t, out);
+        if self.is_asynchronous() {
             for i in 0..3 {
                 if flags >> i & 1 != 0 {
-                    self.late[i] = self.late[i].min(t.saturating_add(regs::LATE));
+                    self.pending_flags[i] = self.pending_flags[i].min(t.saturating_add(regs::FLAG_DELAY));
                 }
             }
         } else {
-            self.set(flags, t, out);
+            self.set_flags(flags, t, out);
         }
     }
 
     /// Sets flags at the cycle `t`.
-    fn set(&mut self, flags: u8, t: u64, out: &mut Outbox) {
+    fn set_flags(&mut self, flags: u8, t: u64, out: &mut AvrOutbox) {
         let flags = flags & self.shape.flags();
-        let told = flags & !self.tifr & self.listened;
+        let told = flags & !self.tifr & self.listened_interrupts;
         self.tifr |= flags;
-        for flag in self.shape.each(told) {
-            out.push(Signal::Flag { t, irq: self.shape.irq(flag) });
+        for flag in self.shape.flags_in(told) {
+            out.push(AvrSignal::Flag { t, irq: self.shape.irq(flag) });
         }
     }
 
     /// An edge of the capture pin counts if it is of the kind that is asked for now (16.6).
-    fn capture(&mut self, edge: Edge, t: u64, out: &mut Outbox) {
-        let wanted = Edge { rising: self.tccrb & regs::ICES != 0, filtered: self.tccrb & regs::ICNC != 0 };
+    fn capture(&mut self, edge: CaptureEdge, t: u64, out: &mut AvrOutbox) {
+        let wanted = CaptureEdge { rising: self.tccrb & regs::ICES != 0, filtered: self.tccrb & regs::ICNC != 0 };
         if edge == wanted && self.shape.capture && !self.icr_is_top() {
             self.icr = self.value;
-            self.set(ICF, t, out);
+            self.set_flags(ICF, t, out);
         }
     }
 }

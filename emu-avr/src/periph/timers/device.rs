@@ -2,85 +2,85 @@
 
 use emu_core::NEVER;
 
-use super::mode::Action;
-use super::{Reg, Timer, regs};
-use crate::periph::{Device, Line, Outbox};
+use super::mode::MatchAction;
+use super::{TimerRegister, AvrTimer, regs};
+use crate::periph::{AvrDevice, AvrLine, AvrOutbox};
 
-impl Device for Timer {
-    type Reg = Reg;
+impl AvrDevice for AvrTimer {
+    type Reg = TimerRegister;
 
-    fn run(&mut self, t: u64, out: &mut Outbox) {
-        self.advance(t, out);
+    fn run_due(&mut self, t: u64, out: &mut AvrOutbox) {
+        self.advance_to(t, out);
     }
 
-    fn next(&self) -> u64 {
-        let watched = (self.timsk | self.listened) & !self.tifr;
+    fn next_cycle(&self) -> u64 {
+        let watched = (self.timsk | self.listened_interrupts) & !self.tifr;
         let driven =
-            self.channels.iter().any(|channel| channel.action != Action::None) || self.busy & regs::CONTROL_BUSY != 0;
+            self.channels.iter().any(|channel| channel.action != MatchAction::None) || self.busy & regs::CONTROL_BUSY != 0;
         match (watched, driven) {
             (0, false) => NEVER,
-            _ => self.plan().t.min(self.flag_time(watched)),
+            _ => self.next_step().t.min(self.flag_time(watched)),
         }
     }
 
-    fn requests(&self) -> u8 {
+    fn interrupt_requests(&self) -> u8 {
         match self.tifr & self.timsk {
             0 => 0,
             flags => self.shape.irqs_of(flags),
         }
     }
 
-    fn taken(&mut self, irq: u8, t: u64, out: &mut Outbox) {
-        self.change(t, out);
+    fn on_interrupt_taken(&mut self, irq: u8, t: u64, out: &mut AvrOutbox) {
+        self.on_setup_changed(t, out);
         if irq < 8 {
             self.tifr &= !self.shape.flags_of(1 << irq);
         }
     }
 
-    fn read(&mut self, reg: Reg, t: u64, out: &mut Outbox) -> u8 {
+    fn read(&mut self, reg: TimerRegister, t: u64, out: &mut AvrOutbox) -> u8 {
         match reg {
-            Reg::TIFR if t < self.still() => self.tifr,
-            Reg::TIFR | Reg::ASSR => {
-                self.advance(t, out);
-                self.look(reg, t)
+            TimerRegister::TIFR if t < self.quiet_until() => self.tifr,
+            TimerRegister::TIFR | TimerRegister::ASSR => {
+                self.advance_to(t, out);
+                self.read_register(reg, t)
             }
-            Reg::TCNTL | Reg::ICRL => {
-                self.advance(t, out);
+            TimerRegister::TCNTL | TimerRegister::ICRL => {
+                self.advance_to(t, out);
                 if self.shape.wide {
-                    self.temp = (if reg == Reg::TCNTL { self.value } else { self.icr } >> 8) as u8;
+                    self.temp = (if reg == TimerRegister::TCNTL { self.value } else { self.icr } >> 8) as u8;
                 }
-                self.look(reg, t)
+                self.read_register(reg, t)
             }
-            _ => self.look(reg, t),
+            _ => self.read_register(reg, t),
         }
     }
 
-    fn peek(&self, reg: Reg, t: u64) -> u8 {
+    fn peek(&self, reg: TimerRegister, t: u64) -> u8 {
         match reg {
-            Reg::TIFR if t < self.still() => self.tifr,
-            Reg::TIFR | Reg::TCNTL | Reg::ICRL | Reg::ASSR => self.at(t).look(reg, t),
-            _ => self.look(reg, t),
+            TimerRegister::TIFR if t < self.quiet_until() => self.tifr,
+            TimerRegister::TIFR | TimerRegister::TCNTL | TimerRegister::ICRL | TimerRegister::ASSR => self.advanced_to(t).read_register(reg, t),
+            _ => self.read_register(reg, t),
         }
     }
 
-    fn write(&mut self, reg: Reg, value: u8, mask: u8, t: u64, out: &mut Outbox) {
-        self.put(reg, value, mask, t, out);
+    fn write(&mut self, reg: TimerRegister, value: u8, mask: u8, t: u64, out: &mut AvrOutbox) {
+        self.write_register(reg, value, mask, t, out);
     }
 
-    fn line(&mut self, line: Line, high: bool, t: u64, out: &mut Outbox) {
+    fn on_line_changed(&mut self, line: AvrLine, high: bool, t: u64, out: &mut AvrOutbox) {
         let (i, external) = match line {
-            Line::T => (0, self.shape.asynchronous),
-            Line::Icp => (1, false),
+            AvrLine::T => (0, self.shape.asynchronous),
+            AvrLine::Icp => (1, false),
             _ => return,
         };
-        if std::mem::replace(&mut self.raw[i], high) == high {
+        if std::mem::replace(&mut self.line_levels[i], high) == high {
             return;
         }
-        self.change(t, out);
+        self.on_setup_changed(t, out);
         if external {
             if high {
                 self.tosc.pulse(t);
-                self.change(t, out);
+                self.on_setup_changed(t, out);
             }
         } else if self.asleep.is_none() {
             let pipe = if i == 0 { &mut self.pin } else { &mut self.icp.pipe };
@@ -88,56 +88,56 @@ impl Device for Timer {
         }
     }
 
-    fn reset(&mut self, t: u64, out: &mut Outbox) {
-        self.change(t, out);
-        self.resume(t);
+    fn reset(&mut self, t: u64, out: &mut AvrOutbox) {
+        self.on_setup_changed(t, out);
+        self.restart_after_sleep(t);
         self.tosc.set_external(false, t);
         self.tosc.set_stopped(false, t);
         let old = self.clone();
-        *self = Timer {
+        *self = AvrTimer {
             prescaler: old.prescaler,
             pin: old.pin,
             icp: old.icp,
-            raw: old.raw,
-            listened: old.listened,
+            line_levels: old.line_levels,
+            listened_interrupts: old.listened_interrupts,
             tosc: old.tosc,
             cleared: self.tosc.index(t),
-            ..Timer::new(old.shape)
+            ..AvrTimer::new(old.shape)
         };
         for (channel, old) in self.channels.iter_mut().zip(old.channels) {
-            channel.shown = old.shown;
+            channel.driven = old.driven;
         }
-        self.show(t, out);
+        self.drive_outputs(t, out);
     }
 
-    fn sleep(&mut self, t: u64, out: &mut Outbox) {
-        self.change(t, out);
+    fn stop_clock(&mut self, t: u64, out: &mut AvrOutbox) {
+        self.on_setup_changed(t, out);
         if self.asleep.is_none() {
-            let value = self.look(Reg::TCNTL, t);
+            let value = self.read_register(TimerRegister::TCNTL, t);
             self.asleep = Some(t);
-            self.stale = (u16::from(value), NEVER);
+            self.stale_count = (u16::from(value), NEVER);
             self.due = [NEVER; 5];
-            self.select(t);
+            self.select_clock(t);
         }
     }
 
-    fn wake(&mut self, t: u64, out: &mut Outbox) {
-        self.change(t, out);
-        self.resume(t);
-        self.select(t);
+    fn restart_clock(&mut self, t: u64, out: &mut AvrOutbox) {
+        self.on_setup_changed(t, out);
+        self.restart_after_sleep(t);
+        self.select_clock(t);
     }
 
-    fn rate(&mut self, hz: u64, t: u64) {
-        self.change(t, &mut Vec::new());
+    fn set_clock_hz(&mut self, hz: u64, t: u64) {
+        self.on_setup_changed(t, &mut Vec::new());
         self.tosc.set_rate(hz, t);
     }
 
-    fn steady(&self, reg: Reg, t: u64) -> u64 {
-        if reg == Reg::TIFR && t < self.still() {
-            return self.still();
+    fn steady_until(&self, reg: TimerRegister, t: u64) -> u64 {
+        if reg == TimerRegister::TIFR && t < self.quiet_until() {
+            return self.quiet_until();
         }
         match reg {
-            Reg::TIFR | Reg::TCNTL | Reg::ICRL | Reg::ASSR => self.at(t).keeps(reg, t),
+            TimerRegister::TIFR | TimerRegister::TCNTL | TimerRegister::ICRL | TimerRegister::ASSR => self.advanced_to(t).register_steady_until(reg, t),
             _ => NEVER,
         }
     }

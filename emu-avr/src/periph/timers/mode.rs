@@ -2,7 +2,7 @@
 
 /// How the counter goes, which says when the rest happens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Slope {
+pub(super) enum CountingSlope {
     /// Up to MAX; also where the mode is reserved.
     Normal,
     /// Up to TOP, cleared by the compare match.
@@ -17,7 +17,7 @@ pub(super) enum Slope {
 
 /// Where TOP comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Top {
+pub(super) enum TopSource {
     /// A constant.
     Fixed(u16),
     /// OCRnA.
@@ -28,16 +28,16 @@ pub(super) enum Top {
 
 /// A mode of waveform generation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Mode {
-    pub slope: Slope,
-    pub top: Top,
+pub(super) struct TimerMode {
+    pub slope: CountingSlope,
+    pub top: TopSource,
 }
 
-impl Mode {
+impl TimerMode {
     /// The mode `wgm`: WGM02:0 of an 8-bit timer, WGM13:0 of a 16-bit one.
-    pub(super) const fn of(wide: bool, wgm: u8) -> Mode {
-        use Slope::{Ctc, Fast, Frequency, Normal, Phase};
-        use Top::{Fixed, Icr, OcrA};
+    pub(super) const fn from_wgm(wide: bool, wgm: u8) -> TimerMode {
+        use CountingSlope::{Ctc, Fast, Frequency, Normal, Phase};
+        use TopSource::{Fixed, Icr, OcrA};
         let (slope, top) = match (wide, wgm) {
             (false, 1) => (Phase, Fixed(0xFF)),
             (false, 2) | (true, 4) => (Ctc, OcrA),
@@ -57,45 +57,45 @@ impl Mode {
             (true, 14) => (Fast, Icr),
             (wide, _) => (Normal, Fixed(if wide { 0xFFFF } else { 0xFF })),
         };
-        Mode { slope, top }
+        TimerMode { slope, top }
     }
 
     /// The bits of the high byte of OCR that there are: a fixed TOP masks what is written (16.9.3, 16.9.4).
     pub(super) const fn high_bits(self) -> u8 {
         match self.top {
-            Top::Fixed(top) => (top >> 8) as u8,
-            Top::OcrA | Top::Icr => 0xFF,
+            TopSource::Fixed(top) => (top >> 8) as u8,
+            TopSource::OcrA | TopSource::Icr => 0xFF,
         }
     }
 
     /// OCR is double buffered: the PWM modes.
-    pub(super) const fn buffered(self) -> bool {
-        matches!(self.slope, Slope::Fast | Slope::Phase | Slope::Frequency)
+    pub(super) const fn is_buffered(self) -> bool {
+        matches!(self.slope, CountingSlope::Fast | CountingSlope::Phase | CountingSlope::Frequency)
     }
 
     /// It counts up and down.
-    pub(super) const fn dual(self) -> bool {
-        matches!(self.slope, Slope::Phase | Slope::Frequency)
+    pub(super) const fn is_dual_slope(self) -> bool {
+        matches!(self.slope, CountingSlope::Phase | CountingSlope::Frequency)
     }
 
     /// What the bits COMnx1:0 make of the pin of `channel`.
-    pub(super) const fn action(self, channel: usize, com: u8) -> Action {
-        match (com & 3, self.buffered()) {
-            (0, _) => Action::None,
-            (1, false) => Action::Toggle,
+    pub(super) const fn action(self, channel: usize, com: u8) -> MatchAction {
+        match (com & 3, self.is_buffered()) {
+            (0, _) => MatchAction::None,
+            (1, false) => MatchAction::Toggle,
             (1, true) => match (channel, self.top, self.slope) {
-                (0, Top::OcrA, _) | (0, Top::Icr, Slope::Fast) => Action::Toggle,
-                _ => Action::None,
+                (0, TopSource::OcrA, _) | (0, TopSource::Icr, CountingSlope::Fast) => MatchAction::Toggle,
+                _ => MatchAction::None,
             },
-            (com, false) => Action::Level(com == 3),
-            (com, true) => Action::Wave(com == 3),
+            (com, false) => MatchAction::Level(com == 3),
+            (com, true) => MatchAction::Wave(com == 3),
         }
     }
 }
 
 /// What a compare match does to the output of its channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Action {
+pub(super) enum MatchAction {
     /// Nothing; the pin is the port's.
     None,
     /// Toggles it.

@@ -33,7 +33,7 @@ pub const OVF16C: u8 = 4;
 /// Registers, without the number of the timer. The two bytes of an 8-bit timer's registers are the L ones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[allow(missing_docs)]
-pub enum Reg {
+pub enum TimerRegister {
     TCCRA,
     TCCRB,
     TCCRC,
@@ -54,7 +54,7 @@ pub enum Reg {
 
 /// What a value of the clock select bits CSn2:0 clocks the timer with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Tap {
+pub enum ClockTap {
     /// Nothing.
     #[default]
     Off,
@@ -68,7 +68,7 @@ pub enum Tap {
 
 /// The sort of a timer/counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shape {
+pub struct TimerShape {
     /// 16 bits with TEMP, modes by WGM13:0; 8 bits and WGM02:0 otherwise.
     pub wide: bool,
     /// Output compare channels, 0 to 3. One of 0 has normal mode only.
@@ -76,29 +76,29 @@ pub struct Shape {
     /// There are an input capture unit and ICR.
     pub capture: bool,
     /// Clocks by CSn2:0.
-    pub taps: [Tap; 8],
+    pub taps: [ClockTap; 8],
     /// It may run on TOSC (ASSR); such a timer has no clock from T.
     pub asynchronous: bool,
     /// ICR takes a write only in modes that have it as TOP, as the data sheet says and silicon does not.
     pub icr_only_as_top: bool,
 }
 
-impl Shape {
+impl TimerShape {
     /// Clocks of the timers that share a prescaler and have a pin T (table 15-9).
-    pub const PIN_TAPS: [Tap; 8] =
-        [Tap::Off, Tap::Div(1), Tap::Div(8), Tap::Div(64), Tap::Div(256), Tap::Div(1024), Tap::Falling, Tap::Rising];
+    pub const PIN_TAPS: [ClockTap; 8] =
+        [ClockTap::Off, ClockTap::Div(1), ClockTap::Div(8), ClockTap::Div(64), ClockTap::Div(256), ClockTap::Div(1024), ClockTap::Falling, ClockTap::Rising];
     /// Clocks of the timer with a prescaler of its own (table 18-9).
-    pub const OWN_TAPS: [Tap; 8] =
-        [Tap::Off, Tap::Div(1), Tap::Div(8), Tap::Div(32), Tap::Div(64), Tap::Div(128), Tap::Div(256), Tap::Div(1024)];
+    pub const OWN_TAPS: [ClockTap; 8] =
+        [ClockTap::Off, ClockTap::Div(1), ClockTap::Div(8), ClockTap::Div(32), ClockTap::Div(64), ClockTap::Div(128), ClockTap::Div(256), ClockTap::Div(1024)];
 
     /// An 8-bit timer with a pin T, as timer 0 of the ATmega328P (2 channels).
     #[must_use]
-    pub const fn narrow(channels: u8) -> Shape {
-        Shape {
+    pub const fn narrow(channels: u8) -> TimerShape {
+        TimerShape {
             wide: false,
             channels,
             capture: false,
-            taps: Shape::PIN_TAPS,
+            taps: TimerShape::PIN_TAPS,
             asynchronous: false,
             icr_only_as_top: false,
         }
@@ -106,12 +106,12 @@ impl Shape {
 
     /// A 16-bit timer with input capture and a pin T, as timer 1 of the ATmega328P (2 channels).
     #[must_use]
-    pub const fn wide(channels: u8) -> Shape {
-        Shape {
+    pub const fn wide(channels: u8) -> TimerShape {
+        TimerShape {
             wide: true,
             channels,
             capture: true,
-            taps: Shape::PIN_TAPS,
+            taps: TimerShape::PIN_TAPS,
             asynchronous: false,
             icr_only_as_top: false,
         }
@@ -119,12 +119,12 @@ impl Shape {
 
     /// An 8-bit timer that may run on a watch crystal, as timer 2 of the ATmega328P (2 channels).
     #[must_use]
-    pub const fn crystal(channels: u8) -> Shape {
-        Shape {
+    pub const fn crystal(channels: u8) -> TimerShape {
+        TimerShape {
             wide: false,
             channels,
             capture: false,
-            taps: Shape::OWN_TAPS,
+            taps: TimerShape::OWN_TAPS,
             asynchronous: true,
             icr_only_as_top: false,
         }
@@ -167,17 +167,17 @@ impl Shape {
     /// The flags of a set of interrupt numbers.
     #[must_use]
     pub fn flags_of(&self, irqs: u8) -> u8 {
-        self.each(self.flags()).filter(|&flag| irqs >> self.irq(flag) & 1 != 0).fold(0, |set, flag| set | flag)
+        self.flags_in(self.flags()).filter(|&flag| irqs >> self.irq(flag) & 1 != 0).fold(0, |set, flag| set | flag)
     }
 
     /// The interrupt numbers of a set of flags.
     #[must_use]
     pub fn irqs_of(&self, flags: u8) -> u8 {
-        self.each(flags).fold(0, |set, flag| set | 1 << self.irq(flag))
+        self.flags_in(flags).fold(0, |set, flag| set | 1 << self.irq(flag))
     }
 
     /// Those of `among` that exist, one by one.
-    pub(super) fn each(&self, among: u8) -> impl Iterator<Item = u8> + use<> {
+    pub(super) fn flags_in(&self, among: u8) -> impl Iterator<Item = u8> + use<> {
         let among = among & self.flags();
         [TOV, OCFA, OCFB, OCFC, ICF].into_iter().filter(move |flag| among & flag != 0)
     }

@@ -4,7 +4,7 @@ use emu_core::NEVER;
 
 /// Rising edges of TOSC1, counted since power-on. The phase of the crystal at power-on is zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Tosc {
+pub(super) struct AsyncOscillator {
     /// Edges up to the cycle `since`.
     edges: u64,
     since: u64,
@@ -19,26 +19,26 @@ pub(super) struct Tosc {
 }
 
 emu_core::state! {
-    Tosc { edges, since, part, hz, rate, external, stopped }
+    AsyncOscillator { edges, since, part, hz, rate, external, stopped }
     if |tosc, now| tosc.since <= now + 1 && tosc.rate != 0 && tosc.part < tosc.rate && tosc.edges != NEVER
         && ![tosc.hz, tosc.rate].contains(&NEVER)
 }
 
-impl Tosc {
+impl AsyncOscillator {
     /// A crystal of 32,768 Hz; the chip has yet to say its own rate.
-    pub(super) const NEW: Tosc =
-        Tosc { edges: 0, since: 0, part: 0, hz: 32_768, rate: 1_000_000, external: false, stopped: false };
+    pub(super) const NEW: AsyncOscillator =
+        AsyncOscillator { edges: 0, since: 0, part: 0, hz: 32_768, rate: 1_000_000, external: false, stopped: false };
 
     /// Edges up to and including the cycle `t`.
     pub(super) fn index(&self, t: u64) -> u64 {
-        self.split(t).0
+        self.edge_and_remainder(t).0
     }
 
     /// The cycle of the `n`th edge, or one that has passed; `NEVER` where it is not known.
     pub(super) fn time(&self, n: u64) -> u64 {
         match n.checked_sub(self.edges) {
             None | Some(0) => self.since,
-            Some(_) if self.still() => NEVER,
+            Some(_) if self.is_stopped() => NEVER,
             Some(ahead) => {
                 let parts = u128::from(ahead) * u128::from(self.rate) - u128::from(self.part);
                 let cycles = parts.div_ceil(u128::from(self.hz));
@@ -50,48 +50,48 @@ impl Tosc {
     /// A rising edge of a clock from outside.
     pub(super) fn pulse(&mut self, t: u64) {
         if self.external && !self.stopped {
-            self.anchor(t);
+            self.rebase(t);
             self.edges += 1;
         }
     }
 
     /// Takes its edges from outside, or from the crystal.
     pub(super) fn set_external(&mut self, external: bool, t: u64) {
-        self.anchor(t);
+        self.rebase(t);
         self.external = external;
     }
 
     /// Stops the oscillator, or lets it run on.
     pub(super) fn set_stopped(&mut self, stopped: bool, t: u64) {
-        self.anchor(t);
+        self.rebase(t);
         self.stopped = stopped;
     }
 
     /// Frequency of the crystal; 0 is none.
     pub(super) fn set_hz(&mut self, hz: u64, t: u64) {
-        self.anchor(t);
+        self.rebase(t);
         self.hz = hz;
     }
 
     /// Cycles to a second, at least 1.
     pub(super) fn set_rate(&mut self, rate: u64, t: u64) {
-        self.anchor(t);
+        self.rebase(t);
         let rate = rate.max(1);
         self.part = (u128::from(self.part) * u128::from(rate) / u128::from(self.rate)) as u64;
         self.rate = rate;
     }
 
-    const fn still(&self) -> bool {
+    const fn is_stopped(&self) -> bool {
         self.external || self.stopped || self.hz == 0
     }
 
-    fn anchor(&mut self, t: u64) {
-        (self.edges, self.part) = self.split(t);
+    fn rebase(&mut self, t: u64) {
+        (self.edges, self.part) = self.edge_and_remainder(t);
         self.since = t;
     }
 
-    fn split(&self, t: u64) -> (u64, u64) {
-        if self.still() {
+    fn edge_and_remainder(&self, t: u64) -> (u64, u64) {
+        if self.is_stopped() {
             return (self.edges, self.part);
         }
         let parts = u128::from(t.saturating_sub(self.since)) * u128::from(self.hz) + u128::from(self.part);

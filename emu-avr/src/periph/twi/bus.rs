@@ -2,16 +2,16 @@
 
 use emu_core::NEVER;
 
-use super::{Act, Master, Next, SEEN, Slave, TWEA, TWINT, TWSTO, Twi};
+use super::{TwiAction, MasterState, AfterHold, SYNC_CYCLES, SlaveState, TWEA, TWINT, TWSTO, AvrTwi};
 
-impl Twi {
-    fn moves_bits(&self) -> bool {
-        matches!(self.master, Master::Send { .. } | Master::Receive)
+impl AvrTwi {
+    fn is_transferring(&self) -> bool {
+        matches!(self.master, MasterState::Send { .. } | MasterState::Receive)
     }
 
     /// SCL has risen: a bit is on the bus.
-    pub(super) fn rise(&mut self, t: u64) {
-        let bit = self.sda.seen();
+    pub(super) fn on_scl_rise(&mut self, t: u64) {
+        let bit = self.sda.synchronized_level();
         if self.busy {
             self.count = (self.count + 1).min(9);
             match self.count {
@@ -23,53 +23,53 @@ impl Twi {
             }
         }
         match self.master {
-            Master::Send { .. } | Master::Receive => {
+            MasterState::Send { .. } | MasterState::Receive => {
                 // Who sends a 1 and finds a 0 has lost (section 22.5.1).
-                let sends = matches!(self.master, Master::Send { .. }) == (self.count < 9);
+                let sends = matches!(self.master, MasterState::Send { .. }) == (self.count < 9);
                 if sends && !self.pull_sda && !bit {
-                    self.master = Master::Off;
+                    self.master = MasterState::Off;
                     self.lost = true;
                     self.timer = NEVER;
                 } else {
-                    self.after(self.half() - SEEN, t, Act::PullScl);
+                    self.schedule(self.half() - SYNC_CYCLES, t, TwiAction::PullScl);
                 }
             }
-            Master::Again => self.after(self.half() - SEEN, t, Act::Start),
-            Master::Stop => self.after(self.half() - SEEN, t, Act::Stop),
+            MasterState::Again => self.schedule(self.half() - SYNC_CYCLES, t, TwiAction::Start),
+            MasterState::Stop => self.schedule(self.half() - SYNC_CYCLES, t, TwiAction::Stop),
             _ => {}
         }
     }
 
     /// SCL has fallen, by whomever.
-    pub(super) fn fall(&mut self, t: u64) {
-        if matches!(self.act, Act::PullScl | Act::Start | Act::Stop) {
+    pub(super) fn on_scl_fall(&mut self, t: u64) {
+        if matches!(self.act, TwiAction::PullScl | TwiAction::Start | TwiAction::Stop) {
             self.timer = NEVER;
         }
         if self.control & TWINT != 0 {
             self.pull_scl = true;
             return;
         }
-        if let Master::Start { again } = self.master {
+        if let MasterState::Start { again } = self.master {
             // Noise may have hidden the edge of SDA from this part.
             (self.busy, self.first, self.count) = (true, true, 0);
             self.pull_scl = true;
-            self.master = Master::Hold(Next::Address);
+            self.master = MasterState::Hold(AfterHold::Address);
             self.flag(if again { 0x10 } else { 0x08 }, t);
             return;
         }
         match self.count {
             0 => {}
             1..8 => {
-                if matches!(self.master, Master::Send { .. }) || self.slave == Slave::Send {
+                if matches!(self.master, MasterState::Send { .. }) || self.slave == SlaveState::Send {
                     self.put();
                 }
             }
             8 => self.pull_sda = self.acknowledges(),
-            _ => return self.byte(t),
+            _ => return self.on_byte_received(t),
         }
-        if self.moves_bits() {
+        if self.is_transferring() {
             self.pull_scl = true;
-            self.after(self.half() - SEEN, t, Act::FreeScl);
+            self.schedule(self.half() - SYNC_CYCLES, t, TwiAction::FreeScl);
         }
     }
 
@@ -77,24 +77,24 @@ impl Twi {
     fn acknowledges(&mut self) -> bool {
         let wants = self.has(TWEA);
         match (self.master, self.slave) {
-            (Master::Receive, _) | (Master::Off, Slave::Receive { .. }) => wants,
-            (Master::Off, Slave::Off) if self.first && wants => {
+            (MasterState::Receive, _) | (MasterState::Off, SlaveState::Receive { .. }) => wants,
+            (MasterState::Off, SlaveState::Off) if self.first && wants => {
                 let general = self.data == 0 && self.address & 1 != 0;
                 let own = (self.data ^ self.address) & 0xFE & !self.mask == 0;
                 self.slave = match (general, own) {
-                    (true, _) => Slave::Receive { general },
-                    (false, true) if self.data & 1 != 0 => Slave::Send,
-                    (false, true) => Slave::Receive { general },
-                    (false, false) => Slave::Off,
+                    (true, _) => SlaveState::Receive { general },
+                    (false, true) if self.data & 1 != 0 => SlaveState::Send,
+                    (false, true) => SlaveState::Receive { general },
+                    (false, false) => SlaveState::Off,
                 };
-                self.slave != Slave::Off
+                self.slave != SlaveState::Off
             }
             _ => false,
         }
     }
 
     /// The ninth bit is over.
-    fn byte(&mut self, t: u64) {
+    fn on_byte_received(&mut self, t: u64) {
         let acknowledged = self.acknowledged;
         let choose = |yes: u8, no: u8| if acknowledged { yes } else { no };
         let lost = std::mem::take(&mut self.lost);
@@ -102,30 +102,30 @@ impl Twi {
         self.count = 0;
         self.pull_sda = false;
         let status = match (self.master, self.slave) {
-            (Master::Send { address: true }, _) if self.data & 1 != 0 => {
-                self.master = Master::Hold(Next::Receive);
+            (MasterState::Send { address: true }, _) if self.data & 1 != 0 => {
+                self.master = MasterState::Hold(AfterHold::Receive);
                 choose(0x40, 0x48)
             }
-            (Master::Send { address }, _) => {
-                self.master = Master::Hold(Next::Send);
+            (MasterState::Send { address }, _) => {
+                self.master = MasterState::Hold(AfterHold::Send);
                 if address { choose(0x18, 0x20) } else { choose(0x28, 0x30) }
             }
-            (Master::Receive, _) => {
-                self.master = Master::Hold(Next::Receive);
+            (MasterState::Receive, _) => {
+                self.master = MasterState::Hold(AfterHold::Receive);
                 choose(0x50, 0x58)
             }
-            (_, Slave::Off) if lost => 0x38,
-            (_, Slave::Off) => return,
-            (_, Slave::Send) if first => 0xA8 + 8 * u8::from(lost),
-            (_, Slave::Send) if acknowledged && self.has(TWEA) => 0xB8,
-            (_, Slave::Send) => choose(0xC8, 0xC0),
-            (_, Slave::Receive { general }) => {
+            (_, SlaveState::Off) if lost => 0x38,
+            (_, SlaveState::Off) => return,
+            (_, SlaveState::Send) if first => 0xA8 + 8 * u8::from(lost),
+            (_, SlaveState::Send) if acknowledged && self.has(TWEA) => 0xB8,
+            (_, SlaveState::Send) => choose(0xC8, 0xC0),
+            (_, SlaveState::Receive { general }) => {
                 let offset = 0x10 * u8::from(general);
                 offset + if first { 0x60 + 8 * u8::from(lost) } else { choose(0x80, 0x88) }
             }
         };
         if matches!(status, 0x88 | 0x98 | 0xC0 | 0xC8) {
-            self.slave = Slave::Off;
+            self.slave = SlaveState::Off;
         }
         self.pull_scl = true;
         self.timer = NEVER;
@@ -133,36 +133,36 @@ impl Twi {
     }
 
     /// START or STOP is on the bus.
-    pub(super) fn condition(&mut self, start: bool, t: u64) {
-        if self.act == Act::Start && self.master == Master::Off {
+    pub(super) fn on_condition(&mut self, start: bool, t: u64) {
+        if self.act == TwiAction::Start && self.master == MasterState::Off {
             self.timer = NEVER;
         }
         let count = std::mem::replace(&mut self.count, 0);
         let lost = std::mem::take(&mut self.lost);
-        let listens = self.first || lost || self.slave != Slave::Off;
+        let listens = self.first || lost || self.slave != SlaveState::Off;
         (self.first, self.busy) = (start, start);
         match self.master {
-            Master::Start { .. } => return,
-            Master::Again if start => return self.pull_start(t),
-            Master::Again => {
+            MasterState::Start { .. } => return,
+            MasterState::Again if start => return self.pull_start(t),
+            MasterState::Again => {
                 // The bus has become free in between: what is sent is START all the same.
                 self.busy = true;
                 return;
             }
-            Master::Stop if !start => {
-                self.master = Master::Off;
+            MasterState::Stop if !start => {
+                self.master = MasterState::Off;
                 self.control &= !TWSTO;
                 return;
             }
             _ => {}
         }
         // The first clock after a byte is where conditions belong (section 22.8.3).
-        if self.moves_bits() || listens && count > 1 {
-            self.leave();
+        if self.is_transferring() || listens && count > 1 {
+            self.release_bus();
             self.first = start;
             self.flag(0x00, t);
-        } else if self.slave != Slave::Off {
-            self.slave = Slave::Off;
+        } else if self.slave != SlaveState::Off {
+            self.slave = SlaveState::Off;
             self.pull_sda = false;
             self.flag(0xA0, t);
         } else if lost {
@@ -172,9 +172,9 @@ impl Twi {
 
     /// SDA is pulled while SCL is high.
     pub(super) fn pull_start(&mut self, t: u64) {
-        let again = self.master == Master::Again;
+        let again = self.master == MasterState::Again;
         self.pull_sda = true;
-        self.master = Master::Start { again };
-        self.after(self.half(), t, Act::PullScl);
+        self.master = MasterState::Start { again };
+        self.schedule(self.half(), t, TwiAction::PullScl);
     }
 }

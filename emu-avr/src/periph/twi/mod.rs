@@ -10,8 +10,8 @@ mod device;
 use emu_core::NEVER;
 use emu_core::state;
 
-use super::edges::Edges;
-use super::{Drive, Line, Outbox, Signal};
+use super::edges::SynchronizedPin;
+use super::{AvrDrive, AvrLine, AvrOutbox, AvrSignal};
 
 /// TWCR: interrupt flag.
 pub const TWINT: u8 = 1 << 7;
@@ -29,16 +29,16 @@ pub const TWEN: u8 = 1 << 2;
 pub const TWIE: u8 = 1;
 
 /// TWSR while TWINT is 0.
-const NOTHING: u8 = 0xF8;
+const NO_STATUS: u8 = 0xF8;
 /// Cycles from the edge of a wire to when it is seen.
-const SEEN: u64 = 2;
+const SYNC_CYCLES: u64 = 2;
 /// Cycles that a slave gives SDA before it lets SCL go.
-const SET_UP: u64 = 2;
+const SETUP_CYCLES: u64 = 2;
 
 /// The registers.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Reg {
+pub enum TwiRegister {
     TWBR,
     TWSR,
     TWAR,
@@ -49,7 +49,7 @@ pub enum Reg {
 
 /// What this part does as a master.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Master {
+enum MasterState {
     /// Nothing.
     Off,
     /// START is on the bus, a repeated one or not.
@@ -61,29 +61,29 @@ enum Master {
     /// Receives a byte.
     Receive,
     /// TWINT is set.
-    Hold(Next),
+    Hold(AfterHold),
     /// SDA is low for a STOP.
     Stop,
 }
 
 state! {
-    enum Master { 0 = Off, 1 = Start { again }, 2 = Again, 3 = Send { address }, 4 = Receive, 5 = Hold(next), 6 = Stop }
+    enum MasterState { 0 = Off, 1 = Start { again }, 2 = Again, 3 = Send { address }, 4 = Receive, 5 = Hold(next), 6 = Stop }
 }
 
 /// What a master does next, unless it is to be START or STOP.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-enum Next {
+enum AfterHold {
     #[default]
     Address,
     Send,
     Receive,
 }
 
-state! { enum Next { 0 = Address, 1 = Send, 2 = Receive } }
+state! { enum AfterHold { 0 = Address, 1 = Send, 2 = Receive } }
 
 /// What this part is as a slave.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Slave {
+enum SlaveState {
     /// Not addressed.
     Off,
     /// Receiver, by its address or by the general call.
@@ -92,11 +92,11 @@ enum Slave {
     Send,
 }
 
-state! { enum Slave { 0 = Off, 1 = Receive { general }, 2 = Send } }
+state! { enum SlaveState { 0 = Off, 1 = Receive { general }, 2 = Send } }
 
 /// What the timer is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Act {
+enum TwiAction {
     PullScl,
     FreeScl,
     /// SDA is pulled: START.
@@ -105,11 +105,11 @@ enum Act {
     Stop,
 }
 
-state! { enum Act { 0 = PullScl, 1 = FreeScl, 2 = Start, 3 = Stop } }
+state! { enum TwiAction { 0 = PullScl, 1 = FreeScl, 2 = Start, 3 = Stop } }
 
 /// The two-wire interface.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Twi {
+pub struct AvrTwi {
     rate: u8,
     /// TWSR<7:3>; [`NOTHING`] while TWINT is 0.
     status: u8,
@@ -122,8 +122,8 @@ pub struct Twi {
     control: u8,
     /// When TWINT was set last.
     flagged: u64,
-    master: Master,
-    slave: Slave,
+    master: MasterState,
+    slave: SlaveState,
     /// Between START and STOP.
     busy: bool,
     /// The byte is the first one after a START.
@@ -134,31 +134,31 @@ pub struct Twi {
     count: u8,
     acknowledged: bool,
     timer: u64,
-    act: Act,
-    scl: Edges,
-    sda: Edges,
+    act: TwiAction,
+    scl: SynchronizedPin,
+    sda: SynchronizedPin,
     pull_scl: bool,
     pull_sda: bool,
     /// What is done to SCL and SDA.
-    drives: [Drive; 2],
+    drives: [AvrDrive; 2],
     /// Since when the clock stands.
     asleep: Option<u64>,
 }
 
 state! {
-    Twi {
+    AvrTwi {
         rate, status, prescaler, address, mask, data, shift, control, flagged, master, slave, busy, first, lost, count, acknowledged,
         timer, act, scl, sda, pull_scl, pull_sda, drives, asleep,
     } if |twi, _now| twi.count <= 9 && twi.prescaler < 4 && twi.asleep != Some(NEVER)
 }
 
-impl Twi {
+impl AvrTwi {
     /// As after power-on; both wires are low until told otherwise.
     #[must_use]
-    pub fn new() -> Twi {
-        Twi {
+    pub fn new() -> AvrTwi {
+        AvrTwi {
             rate: 0,
-            status: NOTHING,
+            status: NO_STATUS,
             prescaler: 0,
             address: 0xFE,
             mask: 0,
@@ -166,20 +166,20 @@ impl Twi {
             shift: 0xFF,
             control: 0,
             flagged: NEVER,
-            master: Master::Off,
-            slave: Slave::Off,
+            master: MasterState::Off,
+            slave: SlaveState::Off,
             busy: false,
             first: false,
             lost: false,
             count: 0,
             acknowledged: false,
             timer: NEVER,
-            act: Act::FreeScl,
-            scl: Edges::new(false),
-            sda: Edges::new(false),
+            act: TwiAction::FreeScl,
+            scl: SynchronizedPin::new(false),
+            sda: SynchronizedPin::new(false),
             pull_scl: false,
             pull_sda: false,
-            drives: [Drive::Port; 2],
+            drives: [AvrDrive::Port; 2],
             asleep: None,
         }
     }
@@ -200,42 +200,42 @@ impl Twi {
         }
     }
 
-    fn step(&mut self, t: u64, out: &mut Outbox) {
-        self.wires(t);
+    fn step(&mut self, t: u64, out: &mut AvrOutbox) {
+        self.sample_bus(t);
         if self.timer <= t {
             self.timer = NEVER;
             match self.act {
-                Act::PullScl => self.pull_scl = true,
-                Act::FreeScl => self.pull_scl = false,
+                TwiAction::PullScl => self.pull_scl = true,
+                TwiAction::FreeScl => self.pull_scl = false,
                 // Somebody else sends a bit where a repeated START was to be: the arbitration is lost.
-                Act::Start if !self.sda.seen() => {
-                    self.leave();
+                TwiAction::Start if !self.sda.synchronized_level() => {
+                    self.release_bus();
                     self.flag(0x38, t);
                 }
-                Act::Start => self.pull_start(t),
-                Act::Stop => self.pull_sda = false,
+                TwiAction::Start => self.pull_start(t),
+                TwiAction::Stop => self.pull_sda = false,
             }
         }
-        self.settle(t, out);
+        self.drive_lines(t, out);
     }
 
     /// Edges of the wires come out of the synchronisers.
-    fn wires(&mut self, t: u64) {
-        let high = self.scl.seen();
+    fn sample_bus(&mut self, t: u64) {
+        let high = self.scl.synchronized_level();
         let scl = self.scl.pop(t);
         let sda = self.sda.pop(t);
         if !self.has(TWEN) {
             return;
         }
         match (scl, sda) {
-            (Some(true), _) => self.rise(t),
-            (Some(false), _) => self.fall(t),
-            (None, Some(level)) if high => self.condition(!level, t),
+            (Some(true), _) => self.on_scl_rise(t),
+            (Some(false), _) => self.on_scl_fall(t),
+            (None, Some(level)) if high => self.on_condition(!level, t),
             _ => {}
         }
     }
 
-    fn after(&mut self, cycles: u64, t: u64, act: Act) {
+    fn schedule(&mut self, cycles: u64, t: u64, act: TwiAction) {
         (self.timer, self.act) = (t.saturating_add(cycles), act);
     }
 
@@ -245,36 +245,36 @@ impl Twi {
         self.flagged = t;
         self.status = status;
         // While it is set the low period of SCL is stretched.
-        self.pull_scl |= !self.scl.seen();
+        self.pull_scl |= !self.scl.synchronized_level();
     }
 
     /// TWEN is 0, or a STOP frees a slave: the part lets go of the bus.
-    fn leave(&mut self) {
-        (self.master, self.slave, self.lost, self.first) = (Master::Off, Slave::Off, false, false);
+    fn release_bus(&mut self) {
+        (self.master, self.slave, self.lost, self.first) = (MasterState::Off, SlaveState::Off, false, false);
         (self.timer, self.pull_scl, self.pull_sda) = (NEVER, false, false);
     }
 
     /// TWCR is written; `clear` says that TWINT is cleared by it.
     fn command(&mut self, clear: bool, t: u64) {
         if !self.has(TWEN) {
-            self.leave();
+            self.release_bus();
             (self.busy, self.count) = (false, 0);
             return;
         }
-        if self.act == Act::Start && !self.has(TWSTA) {
+        if self.act == TwiAction::Start && !self.has(TWSTA) {
             self.timer = NEVER;
         }
-        let Master::Hold(next) = self.master else {
-            if self.has(TWSTO) && self.master == Master::Off {
+        let MasterState::Hold(next) = self.master else {
+            if self.has(TWSTO) && self.master == MasterState::Off {
                 // No STOP is sent by a slave, which is thrown out of what it does (section 22.9.2, TWSTO).
                 self.control &= !TWSTO;
-                self.leave();
+                self.release_bus();
             } else if clear {
-                if self.slave == Slave::Send {
+                if self.slave == SlaveState::Send {
                     self.begin_sending();
                 }
                 if self.pull_scl {
-                    self.after(SET_UP, t, Act::FreeScl);
+                    self.schedule(SETUP_CYCLES, t, TwiAction::FreeScl);
                 }
             }
             return;
@@ -283,17 +283,17 @@ impl Twi {
             return;
         }
         self.master = match next {
-            _ if self.has(TWSTO) => Master::Stop,
-            _ if self.has(TWSTA) => Master::Again,
-            Next::Address => Master::Send { address: true },
-            Next::Send => Master::Send { address: false },
-            Next::Receive => Master::Receive,
+            _ if self.has(TWSTO) => MasterState::Stop,
+            _ if self.has(TWSTA) => MasterState::Again,
+            AfterHold::Address => MasterState::Send { address: true },
+            AfterHold::Send => MasterState::Send { address: false },
+            AfterHold::Receive => MasterState::Receive,
         };
-        self.pull_sda = self.master == Master::Stop;
-        if let Master::Send { .. } = self.master {
+        self.pull_sda = self.master == MasterState::Stop;
+        if let MasterState::Send { .. } = self.master {
             self.begin_sending();
         }
-        self.after(self.half(), t, Act::FreeScl);
+        self.schedule(self.half(), t, TwiAction::FreeScl);
     }
 
     /// The first bit of TWDR goes out.
@@ -308,33 +308,33 @@ impl Twi {
     }
 
     /// START is sent when the bus has been free for half a period.
-    fn want_start(&mut self, t: u64) {
-        let idle = self.master == Master::Off && self.slave == Slave::Off && !self.busy && self.timer == NEVER;
+    fn request_start(&mut self, t: u64) {
+        let idle = self.master == MasterState::Off && self.slave == SlaveState::Off && !self.busy && self.timer == NEVER;
         let wanted = self.control & (TWEN | TWSTA | TWINT) == TWEN | TWSTA;
-        if idle && wanted && self.scl.seen() && self.sda.seen() && self.asleep.is_none() {
-            self.after(self.half(), t, Act::Start);
+        if idle && wanted && self.scl.synchronized_level() && self.sda.synchronized_level() && self.asleep.is_none() {
+            self.schedule(self.half(), t, TwiAction::Start);
         }
     }
 
     /// Says what is done to the lines, where that has changed (table 14-8).
-    fn settle(&mut self, t: u64, out: &mut Outbox) {
-        self.want_start(t);
+    fn drive_lines(&mut self, t: u64, out: &mut AvrOutbox) {
+        self.request_start(t);
         let drive = |pull| match (self.has(TWEN), pull) {
-            (false, _) => Drive::Port,
-            (true, true) => Drive::Output(false),
-            (true, false) => Drive::Input,
+            (false, _) => AvrDrive::Port,
+            (true, true) => AvrDrive::Output(false),
+            (true, false) => AvrDrive::Input,
         };
         let drives = [drive(self.pull_scl), drive(self.pull_sda)];
-        for ((line, drive), held) in [Line::Scl, Line::Sda].into_iter().zip(drives).zip(&mut self.drives) {
+        for ((line, drive), held) in [AvrLine::Scl, AvrLine::Sda].into_iter().zip(drives).zip(&mut self.drives) {
             if std::mem::replace(held, drive) != drive {
-                out.push(Signal::Drive { t, line, drive });
+                out.push(AvrSignal::Drive { t, line, drive });
             }
         }
     }
 }
 
-impl Default for Twi {
-    fn default() -> Twi {
-        Twi::new()
+impl Default for AvrTwi {
+    fn default() -> AvrTwi {
+        AvrTwi::new()
     }
 }

@@ -4,7 +4,7 @@ use emu_core::NEVER;
 
 /// Ticks of the generator, numbered. The numbers are what the divider counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Baud {
+pub(super) struct BaudClock {
     /// UBRR.
     pub(super) ubrr: u16,
     /// A tick from which on the ticks come every UBRR + 1 cycles, and its number. It may lie ahead, but not more than one tick.
@@ -13,30 +13,30 @@ pub(super) struct Baud {
 }
 
 emu_core::state! {
-    Baud { ubrr, tick, number }
+    BaudClock { ubrr, tick, number }
     if |baud, _now| baud.ubrr <= 0xFFF && baud.number != 0 && ![baud.tick, baud.number].contains(&NEVER)
 }
 
-impl Baud {
+impl BaudClock {
     /// As after reset at `t`.
-    pub(super) const fn new(t: u64) -> Baud {
-        Baud { ubrr: 0, tick: t.saturating_add(1), number: 1 }
+    pub(super) const fn new(t: u64) -> BaudClock {
+        BaudClock { ubrr: 0, tick: t.saturating_add(1), number: 1 }
     }
 
-    fn every(&self) -> u64 {
+    fn period(&self) -> u64 {
         u64::from(self.ubrr) + 1
     }
 
     /// UBRRL is written: counter and divider begin anew.
     pub(super) fn restart(&mut self, low: u8, t: u64) {
         self.ubrr = self.ubrr & 0x0F00 | u16::from(low);
-        (self.tick, self.number) = (t.saturating_add(self.every()), 1);
+        (self.tick, self.number) = (t.saturating_add(self.period()), 1);
     }
 
     /// UBRRH is written: the counter takes it when it is loaded next.
     pub(super) fn set_high(&mut self, high: u8, t: u64) {
-        let number = self.number(t).saturating_add(1);
-        (self.tick, self.number) = (self.time(number), number);
+        let number = self.edges_until(t).saturating_add(1);
+        (self.tick, self.number) = (self.cycle_of_edge(number), number);
         self.ubrr = self.ubrr & 0x00FF | u16::from(high & 0x0F) << 8;
     }
 
@@ -46,30 +46,30 @@ impl Baud {
     }
 
     /// The number of the last tick up to `t`.
-    pub(super) fn number(&self, t: u64) -> u64 {
+    pub(super) fn edges_until(&self, t: u64) -> u64 {
         match t.checked_sub(self.tick) {
             None => self.number - 1,
-            Some(since) => self.number.saturating_add(since / self.every()),
+            Some(since) => self.number.saturating_add(since / self.period()),
         }
     }
 
-    fn time(&self, number: u64) -> u64 {
+    fn cycle_of_edge(&self, number: u64) -> u64 {
         let ticks = number.saturating_sub(self.number);
-        self.tick.saturating_add(ticks.saturating_mul(self.every()))
+        self.tick.saturating_add(ticks.saturating_mul(self.period()))
     }
 
     /// When the `n`th tick after `t` comes.
     pub(super) fn nth(&self, t: u64, n: u64) -> u64 {
-        self.time(self.number(t).saturating_add(n))
+        self.cycle_of_edge(self.edges_until(t).saturating_add(n))
     }
 
     /// When the divider by `per` gives its `n`th edge after `t`.
-    pub(super) fn nth_of(&self, t: u64, n: u64, per: u64) -> u64 {
-        self.time((self.number(t) / per).saturating_add(n).saturating_mul(per))
+    pub(super) fn nth_divided(&self, t: u64, n: u64, per: u64) -> u64 {
+        self.cycle_of_edge((self.edges_until(t) / per).saturating_add(n).saturating_mul(per))
     }
 
     /// Edges that the divider by `per` gives after `from`, up to `to`.
-    pub(super) fn count_of(&self, from: u64, to: u64, per: u64) -> u64 {
-        (self.number(to) / per).saturating_sub(self.number(from) / per)
+    pub(super) fn divided_between(&self, from: u64, to: u64, per: u64) -> u64 {
+        (self.edges_until(to) / per).saturating_sub(self.edges_until(from) / per)
     }
 }

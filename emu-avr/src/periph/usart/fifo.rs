@@ -1,43 +1,43 @@
 //! The receive buffer: two characters deep, and a third one that waits in the shift register (section 20.7.4).
 
 use super::DOR;
-use super::frame::Received;
+use super::frame::ReceivedCharacter;
 
 /// Up to two characters, the older one in front. The last one read stays in sight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Fifo {
-    head: Received,
-    second: Received,
+pub(super) struct ReceiveFifo {
+    head: ReceivedCharacter,
+    second: ReceivedCharacter,
     held: u8,
     /// Complete, but there is no room for it.
-    waiting: Option<Received>,
+    waiting: Option<ReceivedCharacter>,
     /// A frame was lost; the next one to arrive says so.
     lost: bool,
 }
 
-emu_core::state! { Fifo { head, second, held, waiting, lost } if |fifo, _now| fifo.held <= 2 }
+emu_core::state! { ReceiveFifo { head, second, held, waiting, lost } if |fifo, _now| fifo.held <= 2 }
 
-impl Fifo {
-    pub(super) const EMPTY: Fifo =
-        Fifo { head: Received::NONE, second: Received::NONE, held: 0, waiting: None, lost: false };
+impl ReceiveFifo {
+    pub(super) const EMPTY: ReceiveFifo =
+        ReceiveFifo { head: ReceivedCharacter::NONE, second: ReceivedCharacter::NONE, held: 0, waiting: None, lost: false };
 
     /// RXC.
-    pub(super) const fn held(&self) -> bool {
+    pub(super) const fn is_full(&self) -> bool {
         self.held > 0
     }
 
     /// What UDR and RXB8 show.
-    pub(super) const fn head(&self) -> Received {
+    pub(super) const fn head(&self) -> ReceivedCharacter {
         self.head
     }
 
     /// FE, DOR and UPE.
     pub(super) const fn errors(&self) -> u8 {
-        if self.held() { self.head.errors } else { 0 }
+        if self.is_full() { self.head.errors } else { 0 }
     }
 
     /// A start bit: the shift register is needed.
-    pub(super) fn start(&mut self) {
+    pub(super) fn on_start_bit(&mut self) {
         self.lost |= self.waiting.take().is_some();
     }
 
@@ -47,12 +47,12 @@ impl Fifo {
     }
 
     /// A frame has come in.
-    pub(super) fn arrive(&mut self, received: Received) {
+    pub(super) fn on_frame_received(&mut self, received: ReceivedCharacter) {
         let lost = if std::mem::take(&mut self.lost) { DOR } else { 0 };
-        self.push(Received { errors: received.errors | lost, ..received });
+        self.push(ReceivedCharacter { errors: received.errors | lost, ..received });
     }
 
-    fn push(&mut self, received: Received) {
+    fn push(&mut self, received: ReceivedCharacter) {
         match self.held {
             0 => self.head = received,
             1 => self.second = received,
@@ -74,6 +74,6 @@ impl Fifo {
 
     /// RXEN is off: nothing is left (section 20.7.6).
     pub(super) fn flush(&mut self) {
-        *self = Fifo { head: self.head, ..Fifo::EMPTY };
+        *self = ReceiveFifo { head: self.head, ..ReceiveFifo::EMPTY };
     }
 }

@@ -4,7 +4,7 @@ use super::{FE, UPE};
 
 /// What a frame is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Format {
+pub(super) struct FrameFormat {
     /// Data bits, 5 to 9.
     pub(super) size: u8,
     /// There is a parity bit, an odd one.
@@ -13,13 +13,13 @@ pub(super) struct Format {
     pub(super) two_stops: bool,
 }
 
-emu_core::state! { Format { size, parity, two_stops } if |of, _now| (5..=9).contains(&of.size) }
+emu_core::state! { FrameFormat { size, parity, two_stops } if |of, _now| (5..=9).contains(&of.size) }
 
-impl Format {
+impl FrameFormat {
     /// From UCSRB and UCSRC. The reserved sizes count as if UCSZ2 were 0, the reserved parity as none.
-    pub(super) fn new(ucsrb: u8, ucsrc: u8) -> Format {
+    pub(super) fn new(ucsrb: u8, ucsrc: u8) -> FrameFormat {
         let nine = ucsrb & 4 != 0 && ucsrc & 6 == 6;
-        Format {
+        FrameFormat {
             size: if nine { 9 } else { 5 + (ucsrc >> 1 & 3) },
             parity: (ucsrc & 0x20 != 0).then_some(ucsrc & 0x10 != 0),
             two_stops: ucsrc & 8 != 0,
@@ -48,14 +48,14 @@ impl Format {
     }
 
     /// The number of the stop bit; 0 is the start bit.
-    pub(super) fn stop(self) -> u8 {
+    pub(super) fn stop_bits(self) -> u8 {
         self.size + 1 + u8::from(self.parity.is_some())
     }
 }
 
 /// A character received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Received {
+pub(super) struct ReceivedCharacter {
     pub(super) byte: u8,
     /// RXB8.
     pub(super) ninth: bool,
@@ -65,28 +65,28 @@ pub(super) struct Received {
     pub(super) address: bool,
 }
 
-emu_core::state! { Received { byte, ninth, errors, address } }
+emu_core::state! { ReceivedCharacter { byte, ninth, errors, address } }
 
-impl Received {
-    pub(super) const NONE: Received = Received { byte: 0, ninth: false, errors: 0, address: false };
+impl ReceivedCharacter {
+    pub(super) const NONE: ReceivedCharacter = ReceivedCharacter { byte: 0, ninth: false, errors: 0, address: false };
 }
 
 /// A frame that is coming in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Frame {
+pub(super) struct FrameReader {
     /// As it was when the frame began.
-    format: Format,
+    format: FrameFormat,
     /// The bit that is looked at: 0 is the start bit.
     pub(super) bit: u8,
     /// Data, and the parity bit behind them.
     bits: u16,
 }
 
-emu_core::state! { Frame { format, bit, bits } if |frame, _now| frame.bit <= frame.format.stop() }
+emu_core::state! { FrameReader { format, bit, bits } if |frame, _now| frame.bit <= frame.format.stop_bits() }
 
 /// What a bit made of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Found {
+pub(super) enum FrameProgress {
     /// There is more to come.
     More,
     /// The start bit is one.
@@ -94,39 +94,39 @@ pub(super) enum Found {
     /// It was none.
     Noise,
     /// The frame is complete.
-    Done(Received),
+    Done(ReceivedCharacter),
 }
 
-impl Frame {
-    pub(super) const fn new(format: Format) -> Frame {
-        Frame { format, bit: 0, bits: 0 }
+impl FrameReader {
+    pub(super) const fn new(format: FrameFormat) -> FrameReader {
+        FrameReader { format, bit: 0, bits: 0 }
     }
 
     /// Bits after this one, up to the stop bit.
-    pub(super) fn left(&self) -> u8 {
-        self.format.stop().saturating_sub(self.bit)
+    pub(super) fn bits_left(&self) -> u8 {
+        self.format.stop_bits().saturating_sub(self.bit)
     }
 
     /// Takes the next bit.
-    pub(super) fn take(&mut self, high: bool) -> Found {
-        if self.left() == 0 {
-            return Found::Done(self.received(high));
+    pub(super) fn take_bit(&mut self, high: bool) -> FrameProgress {
+        if self.bits_left() == 0 {
+            return FrameProgress::Done(self.received(high));
         }
         match self.bit {
-            0 if high => return Found::Noise,
+            0 if high => return FrameProgress::Noise,
             0 => {}
             n => self.bits |= u16::from(high) << (n - 1),
         }
         self.bit += 1;
-        if self.bit == 1 { Found::Start } else { Found::More }
+        if self.bit == 1 { FrameProgress::Start } else { FrameProgress::More }
     }
 
-    fn received(&self, stop: bool) -> Received {
+    fn received(&self, stop: bool) -> ReceivedCharacter {
         let format = self.format;
         let ninth = format.size == 9 && self.bits & 0x100 != 0;
         let wrong = |odd| format.parity_of(self.bits, odd) != (self.bits >> format.size & 1 != 0);
         let parity_error = if format.parity.is_some_and(wrong) { UPE } else { 0 };
-        Received {
+        ReceivedCharacter {
             byte: format.data(self.bits) as u8,
             ninth,
             errors: if stop { 0 } else { FE } | parity_error,

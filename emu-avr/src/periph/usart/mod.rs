@@ -14,13 +14,13 @@ mod sender;
 use emu_core::NEVER;
 use emu_core::state;
 
-use super::edges::Edges;
-use super::{Drive, Line, Outbox, Signal};
-use baud::Baud;
-use fifo::Fifo;
-use frame::{Format, Found, Received};
-use receiver::Receiver;
-use sender::Sender;
+use super::edges::SynchronizedPin;
+use super::{AvrDrive, AvrLine, AvrOutbox, AvrSignal};
+use baud::BaudClock;
+use fifo::ReceiveFifo;
+use frame::{FrameFormat, FrameProgress, ReceivedCharacter};
+use receiver::UsartReceiver;
+use sender::UsartSender;
 
 /// UCSRA: receive complete. In UCSRB its interrupt's enable stands in the same place.
 pub const RXC: u8 = 1 << 7;
@@ -58,7 +58,7 @@ const UCPOL: u8 = 1;
 /// The registers.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Reg {
+pub enum UsartRegister {
     UDR,
     UCSRA,
     UCSRB,
@@ -69,7 +69,7 @@ pub enum Reg {
 
 /// UMSEL. The reserved value counts as asynchronous.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Mode {
+enum UsartMode {
     Async,
     Sync,
     Spi,
@@ -77,7 +77,7 @@ enum Mode {
 
 /// A serial port.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Usart {
+pub struct AvrUsart {
     /// TXC, U2X and MPCM of UCSRA.
     a: u8,
     /// When TXC was set last.
@@ -86,105 +86,105 @@ pub struct Usart {
     b: u8,
     /// UCSRC.
     c: u8,
-    baud: Baud,
-    sender: Sender,
+    baud: BaudClock,
+    sender: UsartSender,
     /// UDR for writing, with its ninth bit.
     buffer: Option<u16>,
-    receiver: Receiver,
-    fifo: Fifo,
+    receiver: UsartReceiver,
+    fifo: ReceiveFifo,
     rxd: bool,
-    xck: Edges,
+    xck: SynchronizedPin,
     /// DDR makes XCK an output: this port gives the clock.
     master: bool,
     /// The next half of a bit where this port gives the clock; `NEVER` while it rests.
     half: u64,
     /// What is done to TXD, RXD and XCK.
-    drives: [Drive; 3],
+    drives: [AvrDrive; 3],
     /// Since when the clock stands.
     asleep: Option<u64>,
 }
 
 state! {
-    Usart {
+    AvrUsart {
         a, complete, b, c, baud, sender, buffer, receiver, fifo, rxd, xck, master, half, drives, asleep,
-    } if |usart, now| usart.sound(now)
+    } if |usart, now| usart.is_valid_state(now)
 }
 
-impl Usart {
+impl AvrUsart {
     /// A port after power-on at `t`; all its wires are low until told otherwise.
     #[must_use]
-    pub fn new(t: u64) -> Usart {
-        Usart {
+    pub fn new(t: u64) -> AvrUsart {
+        AvrUsart {
             a: 0,
             complete: NEVER,
             b: 0,
             c: 0x06,
-            baud: Baud::new(t),
-            sender: Sender::IDLE,
+            baud: BaudClock::new(t),
+            sender: UsartSender::IDLE,
             buffer: None,
-            receiver: Receiver::OFF,
-            fifo: Fifo::EMPTY,
+            receiver: UsartReceiver::OFF,
+            fifo: ReceiveFifo::EMPTY,
             rxd: false,
-            xck: Edges::new(false),
+            xck: SynchronizedPin::new(false),
             master: false,
             half: NEVER,
-            drives: [Drive::Port; 3],
+            drives: [AvrDrive::Port; 3],
             asleep: None,
         }
     }
 
     /// The transmitter has something to send.
     #[must_use]
-    pub fn sending(&self) -> bool {
-        self.transmits() && (self.buffer.is_some() || self.sender.active)
+    pub fn is_sending(&self) -> bool {
+        self.is_transmitting() && (self.buffer.is_some() || self.sender.active)
     }
 
     /// A frame that may come in asks for an interrupt.
     #[must_use]
-    pub fn listens(&self) -> bool {
-        self.receives() && self.b & RXC != 0
+    pub fn is_receiver_enabled(&self) -> bool {
+        self.is_receiving_enabled() && self.b & RXC != 0
     }
 
     /// What was read can be of a port that has done everything up to `now`.
-    fn sound(&self, now: u64) -> bool {
+    fn is_valid_state(&self, now: u64) -> bool {
         let next = self.sender.next().min(self.receiver.next()).min(self.half).min(self.xck.next());
         self.asleep.map_or(next > now, |since| since <= now + 1 && next >= since)
     }
 
-    fn mode(&self) -> Mode {
+    fn mode(&self) -> UsartMode {
         match self.c >> 6 {
-            1 => Mode::Sync,
-            3 => Mode::Spi,
-            _ => Mode::Async,
+            1 => UsartMode::Sync,
+            3 => UsartMode::Spi,
+            _ => UsartMode::Async,
         }
     }
 
     fn is_async(&self) -> bool {
-        self.mode() == Mode::Async
+        self.mode() == UsartMode::Async
     }
 
-    fn format(&self) -> Format {
-        Format::new(self.b, self.c)
+    fn format(&self) -> FrameFormat {
+        FrameFormat::new(self.b, self.c)
     }
 
-    fn receives(&self) -> bool {
+    fn is_receiving_enabled(&self) -> bool {
         self.b & RXEN != 0
     }
 
     /// The port has TXD: a transmitter that is switched off goes on until all is sent (section 20.6.5).
-    fn transmits(&self) -> bool {
+    fn is_transmitting(&self) -> bool {
         self.b & TXEN != 0 || self.sender.active
     }
 
     /// Ticks of the generator in an asynchronous bit (table 20-1).
-    fn per_bit(&self) -> u64 {
+    fn samples_per_bit(&self) -> u64 {
         if self.a & U2X != 0 { 8 } else { 16 }
     }
 
     /// UCSRA.
     fn status(&self) -> u8 {
-        let errors = if self.mode() == Mode::Spi { 0 } else { self.fifo.errors() };
-        let received = if self.fifo.held() { RXC | errors } else { 0 };
+        let errors = if self.mode() == UsartMode::Spi { 0 } else { self.fifo.errors() };
+        let received = if self.fifo.is_full() { RXC | errors } else { 0 };
         let empty = if self.buffer.is_none() { UDRE } else { 0 };
         self.a | received | empty
     }
@@ -197,94 +197,94 @@ impl Usart {
         }
     }
 
-    fn step(&mut self, t: u64, out: &mut Outbox) {
+    fn step(&mut self, t: u64, out: &mut AvrOutbox) {
         if let Some(high) = self.xck.pop(t).filter(|_| !self.master && !self.is_async()) {
-            self.clock(self.sets_up(high), t, out);
+            self.on_clock_edge(self.is_setup_edge(high), t, out);
         }
         if self.half <= t {
-            self.clock(self.baud.number(t).is_multiple_of(2), t, out);
+            self.on_clock_edge(self.baud.edges_until(t).is_multiple_of(2), t, out);
         }
         if self.sender.next() <= t {
-            self.sender.catch_up(t.saturating_sub(1), &self.baud, self.per_bit());
+            self.sender.catch_up(t.saturating_sub(1), &self.baud, self.samples_per_bit());
             self.shift(t, out);
         }
         if self.receiver.next() <= t {
-            let found = self.receiver.sample(self.rxd, self.format(), self.per_bit(), &self.baud);
-            self.found(found);
+            let found = self.receiver.sample(self.rxd, self.format(), self.samples_per_bit(), &self.baud);
+            self.on_frame_progress(found);
         }
-        self.settle(t, out);
+        self.drive_lines(t, out);
     }
 
     /// The edge of XCK to this level is the one at which data change, not the one at which they are sampled (figures 20-3,
     /// 21-1).
-    fn sets_up(&self, high: bool) -> bool {
+    fn is_setup_edge(&self, high: bool) -> bool {
         let leading = high != (self.c & UCPOL != 0);
-        leading == (self.mode() == Mode::Sync || self.c & UCPHA != 0)
+        leading == (self.mode() == UsartMode::Sync || self.c & UCPHA != 0)
     }
 
     /// The level of XCK: it has two halves, the first of which begins as data change.
     fn xck_level(&self, t: u64) -> bool {
-        let first_half = self.baud.number(t).is_multiple_of(2);
+        let first_half = self.baud.edges_until(t).is_multiple_of(2);
         let idle = self.c & UCPOL != 0;
         match self.mode() {
-            Mode::Spi if !self.sender.started => idle,
-            Mode::Spi => idle != (first_half == (self.c & UCPHA != 0)),
+            UsartMode::Spi if !self.sender.started => idle,
+            UsartMode::Spi => idle != (first_half == (self.c & UCPHA != 0)),
             _ => idle != first_half,
         }
     }
 
     /// An edge of the clock of synchronous and SPI mode.
-    fn clock(&mut self, sets_up: bool, t: u64, out: &mut Outbox) {
+    fn on_clock_edge(&mut self, sets_up: bool, t: u64, out: &mut AvrOutbox) {
         if sets_up {
             self.shift(t, out);
-        } else if self.mode() == Mode::Sync {
-            let found = self.receiver.clocked(self.rxd, self.format());
-            if self.receives() {
-                self.found(found);
+        } else if self.mode() == UsartMode::Sync {
+            let found = self.receiver.sample_clocked(self.rxd, self.format());
+            if self.is_receiving_enabled() {
+                self.on_frame_progress(found);
             }
         } else if self.sender.started {
             self.shift_in();
         }
-        self.rearm(t);
+        self.reschedule_receiver(t);
     }
 
     /// A bit of master SPI mode comes in, one for each that goes out. With the last one the byte is complete.
     fn shift_in(&mut self) {
-        if !self.receives() {
+        if !self.is_receiving_enabled() {
             return;
         }
         self.fifo.overwrite();
         self.receiver.shift = self.receiver.shift << 1 | u8::from(self.rxd);
-        if self.sender.at_last() {
-            let byte = self.in_order(self.receiver.shift);
-            self.fifo.arrive(Received { byte, ..Received::NONE });
+        if self.sender.is_at_last_bit() {
+            let byte = self.in_bit_order(self.receiver.shift);
+            self.fifo.on_frame_received(ReceivedCharacter { byte, ..ReceivedCharacter::NONE });
         }
     }
 
-    fn found(&mut self, found: Found) {
+    fn on_frame_progress(&mut self, found: FrameProgress) {
         match found {
-            Found::Start => self.fifo.start(),
-            Found::Done(frame) if self.a & MPCM == 0 || frame.address => self.fifo.arrive(frame),
+            FrameProgress::Start => self.fifo.on_start_bit(),
+            FrameProgress::Done(frame) if self.a & MPCM == 0 || frame.address => self.fifo.on_frame_received(frame),
             _ => {}
         }
     }
 
     /// A bit of what is sent is over.
-    fn shift(&mut self, t: u64, out: &mut Outbox) {
-        if self.sender.active && !self.sender.put() {
-            if self.mode() != Mode::Spi {
-                out.push(Signal::Sent { t, byte: self.sender.byte });
+    fn shift(&mut self, t: u64, out: &mut AvrOutbox) {
+        if self.sender.active && !self.sender.next_bit() {
+            if self.mode() != UsartMode::Spi {
+                out.push(AvrSignal::Sent { t, byte: self.sender.byte });
             }
             (self.sender.active, self.sender.started) = (false, false);
             match self.buffer.take() {
                 None => {
                     self.a |= TXC;
                     self.complete = t;
-                    self.sender.level |= self.mode() != Mode::Spi;
+                    self.sender.level |= self.mode() != UsartMode::Spi;
                 }
                 Some(word) => {
                     self.load(word);
-                    self.sender.put();
+                    self.sender.next_bit();
                 }
             }
         }
@@ -292,7 +292,7 @@ impl Usart {
     }
 
     /// A byte of master SPI mode, or one that is to have its bit 7 first.
-    fn in_order(&self, byte: u8) -> u8 {
+    fn in_bit_order(&self, byte: u8) -> u8 {
         if self.c & UDORD != 0 { byte.reverse_bits() } else { byte }
     }
 
@@ -300,66 +300,66 @@ impl Usart {
         let byte = word as u8;
         match self.mode() {
             // Bits go out from the lowest on.
-            Mode::Spi => self.sender.load(byte, (u16::from(self.in_order(byte).reverse_bits()), 8)),
+            UsartMode::Spi => self.sender.load(byte, (u16::from(self.in_bit_order(byte).reverse_bits()), 8)),
             _ => self.sender.load(self.format().data(word) as u8, self.format().frame(word)),
         }
     }
 
     /// An idle shift register takes what is in the buffer.
-    fn feed(&mut self, t: u64) {
+    fn load_next(&mut self, t: u64) {
         let ready = self.b & TXEN != 0 && !self.sender.active;
         if let Some(word) = self.buffer.take_if(|_| ready) {
             self.load(word);
             self.reschedule_sender(t);
-            self.rearm(t);
+            self.reschedule_receiver(t);
         }
     }
 
     fn reschedule_sender(&mut self, t: u64) {
         if self.is_async() {
-            self.sender.schedule(t, &self.baud, self.per_bit());
+            self.sender.schedule(t, &self.baud, self.samples_per_bit());
         } else {
             self.sender.unschedule();
         }
     }
 
     /// When the next half of a bit begins.
-    fn rearm(&mut self, t: u64) {
+    fn reschedule_receiver(&mut self, t: u64) {
         let runs = match self.mode() {
-            Mode::Async => false,
-            Mode::Sync => self.master,
-            Mode::Spi => self.master && self.sender.active,
+            UsartMode::Async => false,
+            UsartMode::Sync => self.master,
+            UsartMode::Spi => self.master && self.sender.active,
         };
         self.half = if runs { self.baud.nth(t, 1) } else { NEVER };
     }
 
     /// Something that has to do with the clock changes.
-    fn retime(&mut self, t: u64, change: impl FnOnce(&mut Usart)) {
-        self.sender.catch_up(t, &self.baud, self.per_bit());
+    fn change_clock(&mut self, t: u64, change: impl FnOnce(&mut AvrUsart)) {
+        self.sender.catch_up(t, &self.baud, self.samples_per_bit());
         self.receiver.catch_up(t, &self.baud);
         let before = (self.mode(), self.master);
         change(self);
-        if (self.mode(), self.master) != before && (!self.is_async() || before.0 != Mode::Async) {
-            self.receiver = Receiver::begin(self.receives());
+        if (self.mode(), self.master) != before && (!self.is_async() || before.0 != UsartMode::Async) {
+            self.receiver = UsartReceiver::begin(self.is_receiving_enabled());
             if self.is_async() {
-                self.receiver.look(t, &self.baud);
+                self.receiver.schedule_sample(t, &self.baud);
             }
-            self.sender.level |= !self.sender.started && self.mode() != Mode::Spi;
+            self.sender.level |= !self.sender.started && self.mode() != UsartMode::Spi;
         }
         self.receiver.schedule(t, &self.baud);
         self.reschedule_sender(t);
-        self.rearm(t);
+        self.reschedule_receiver(t);
     }
 
     /// Says what is done to the lines, where that has changed (table 14-10).
-    fn settle(&mut self, t: u64, out: &mut Outbox) {
-        let txd = if self.transmits() { Drive::Output(self.sender.level) } else { Drive::Port };
-        let rxd = if self.receives() { Drive::Input } else { Drive::Port };
-        let xck = if self.master && !self.is_async() { Drive::Value(self.xck_level(t)) } else { Drive::Port };
-        let lines = [Line::Txd, Line::Rxd, Line::Xck].into_iter().zip([txd, rxd, xck]);
+    fn drive_lines(&mut self, t: u64, out: &mut AvrOutbox) {
+        let txd = if self.is_transmitting() { AvrDrive::Output(self.sender.level) } else { AvrDrive::Port };
+        let rxd = if self.is_receiving_enabled() { AvrDrive::Input } else { AvrDrive::Port };
+        let xck = if self.master && !self.is_async() { AvrDrive::Value(self.xck_level(t)) } else { AvrDrive::Port };
+        let lines = [AvrLine::Txd, AvrLine::Rxd, AvrLine::Xck].into_iter().zip([txd, rxd, xck]);
         for ((line, drive), held) in lines.zip(&mut self.drives) {
             if std::mem::replace(held, drive) != drive {
-                out.push(Signal::Drive { t, line, drive });
+                out.push(AvrSignal::Drive { t, line, drive });
             }
         }
     }

@@ -2,11 +2,11 @@
 
 use emu_core::NEVER;
 
-use super::baud::Baud;
+use super::baud::BaudClock;
 
 /// A frame that goes out, and the level on the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Sender {
+pub(super) struct UsartSender {
     /// The lower eight bits of the character.
     pub(super) byte: u8,
     /// The bits that are not on the line yet, the next one lowest, and how many they are.
@@ -23,12 +23,12 @@ pub(super) struct Sender {
 }
 
 emu_core::state! {
-    Sender { byte, bits, left, active, started, level, since, next } if |of, _now| of.left <= 13 && of.since != NEVER
+    UsartSender { byte, bits, left, active, started, level, since, next } if |of, _now| of.left <= 13 && of.since != NEVER
 }
 
-impl Sender {
-    pub(super) const IDLE: Sender =
-        Sender { byte: 0, bits: 0, left: 0, active: false, started: false, level: true, since: 0, next: NEVER };
+impl UsartSender {
+    pub(super) const IDLE: UsartSender =
+        UsartSender { byte: 0, bits: 0, left: 0, active: false, started: false, level: true, since: 0, next: NEVER };
 
     /// When the line changes or the frame ends; `NEVER` where the frame is clocked from without.
     pub(super) const fn next(&self) -> u64 {
@@ -36,50 +36,50 @@ impl Sender {
     }
 
     /// The last bit is on the line.
-    pub(super) const fn at_last(&self) -> bool {
+    pub(super) const fn is_at_last_bit(&self) -> bool {
         self.left == 0
     }
 
     pub(super) fn load(&mut self, byte: u8, (bits, left): (u16, u8)) {
-        *self = Sender { byte, bits, left, active: true, level: self.level, ..Sender::IDLE };
+        *self = UsartSender { byte, bits, left, active: true, level: self.level, ..UsartSender::IDLE };
     }
 
     /// Puts the next bit on the line. False if there is none.
-    pub(super) fn put(&mut self) -> bool {
+    pub(super) fn next_bit(&mut self) -> bool {
         if self.left == 0 {
             return false;
         }
         self.level = self.bits & 1 != 0;
         self.started = true;
-        self.pass(1);
+        self.skip_bits(1);
         true
     }
 
-    fn pass(&mut self, n: u64) {
+    fn skip_bits(&mut self, n: u64) {
         let n = n.min(u64::from(self.left)) as u8;
         self.bits >>= n;
         self.left -= n;
     }
 
     /// Bits that do not change the line.
-    fn quiet(&self) -> u64 {
+    fn bits_to_change(&self) -> u64 {
         let same = if self.level { self.bits.trailing_ones() } else { self.bits.trailing_zeros() };
         u64::from(same).min(u64::from(self.left))
     }
 
     /// Takes the bits off that have passed up to `t` without a change.
-    pub(super) fn catch_up(&mut self, t: u64, baud: &Baud, per_bit: u64) {
+    pub(super) fn catch_up(&mut self, t: u64, baud: &BaudClock, per_bit: u64) {
         if self.next != NEVER {
-            let passed = baud.count_of(self.since, t, per_bit);
-            self.pass(passed.min(self.quiet()));
+            let passed = baud.divided_between(self.since, t, per_bit);
+            self.skip_bits(passed.min(self.bits_to_change()));
             self.since = t;
         }
     }
 
     /// The next step after `t`.
-    pub(super) fn schedule(&mut self, t: u64, baud: &Baud, per_bit: u64) {
+    pub(super) fn schedule(&mut self, t: u64, baud: &BaudClock, per_bit: u64) {
         self.since = t;
-        self.next = if self.active { baud.nth_of(t, self.quiet() + 1, per_bit) } else { NEVER };
+        self.next = if self.active { baud.nth_divided(t, self.bits_to_change() + 1, per_bit) } else { NEVER };
     }
 
     /// Clocked from without.
@@ -88,10 +88,10 @@ impl Sender {
     }
 
     /// When the frame ends, at the earliest and as far as is known.
-    pub(super) fn end(&self, baud: &Baud, per_bit: u64) -> u64 {
+    pub(super) fn end(&self, baud: &BaudClock, per_bit: u64) -> u64 {
         match self.next {
             NEVER => NEVER,
-            _ => baud.nth_of(self.since, u64::from(self.left) + 1, per_bit),
+            _ => baud.nth_divided(self.since, u64::from(self.left) + 1, per_bit),
         }
     }
 

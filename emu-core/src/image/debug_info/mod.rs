@@ -16,8 +16,8 @@ mod unwind;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-pub use place::{ByteAt, FrameView};
-pub use unwind::Unwound;
+pub use place::{ByteLocation, FrameView};
+pub use unwind::UnwoundFrame;
 
 /// Where the data memory of an AVR begins in the addresses of its ELF files (binutils, ld/scripttempl/avr.sc).
 pub const AVR_DATA: u32 = 0x80_0000;
@@ -78,7 +78,7 @@ pub enum CType {
         /// Bytes.
         bytes: u32,
         /// Its members in their order.
-        members: Vec<Member>,
+        members: Vec<StructMember>,
     },
     /// An enumeration.
     Enum {
@@ -114,15 +114,15 @@ pub enum CType {
 
 /// A member of a struct or union.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Member {
+pub struct StructMember {
     /// Its name; an unnamed struct or union within has none.
     pub name: Option<String>,
     /// Bytes from the beginning.
     pub offset: u32,
     /// Of a bit field: the first bit, counted from the lowest bit of the byte at `offset`, and bits.
-    pub bits: Option<(u32, u32)>,
+    pub bit_range: Option<(u32, u32)>,
     /// Its type.
-    pub of: Option<TypeId>,
+    pub member_type: Option<TypeId>,
 }
 
 /// Where a variable is, as the compiler tells it.
@@ -130,7 +130,7 @@ pub struct Member {
 pub enum VariableLocation {
     /// Nowhere: it is optimized away.
     #[default]
-    Gone,
+    OptimizedOut,
     /// It has one value for ever.
     Constant(Vec<u8>),
     /// An expression.
@@ -145,7 +145,7 @@ pub struct VariableInfo {
     /// Its name.
     pub name: String,
     /// Its type; nothing where the file does not tell.
-    pub of: Option<TypeId>,
+    pub variable_type: Option<TypeId>,
     /// It is a parameter.
     pub parameter: bool,
     /// Line of its declaration, 0 where that is unknown.
@@ -164,7 +164,7 @@ pub struct BlockInfo {
     /// The function whose code was put here in place of a call.
     pub inlined: Option<String>,
     /// File and line of that call; the file by its name without folders, empty where it is not known.
-    pub call: (String, u32),
+    pub call_site: (String, u32),
     /// Its variables.
     pub variables: Vec<VariableInfo>,
     /// Blocks within it.
@@ -220,27 +220,27 @@ pub struct DebugInfo {
 impl DebugInfo {
     /// The debugging information of an ELF file; empty where it has none, and without what is damaged.
     #[must_use]
-    pub fn of_elf(bytes: &[u8]) -> DebugInfo {
-        read::read(bytes)
+    pub fn from_elf(bytes: &[u8]) -> DebugInfo {
+        read::read_debug_info(bytes)
     }
 
     /// A type.
     #[must_use]
-    pub fn kind(&self, id: TypeId) -> Option<&CType> {
+    pub fn type_info(&self, id: TypeId) -> Option<&CType> {
         self.types.get(&id.0)
     }
 
     /// All types, in the order of the file.
-    pub fn kinds(&self) -> impl Iterator<Item = (TypeId, &CType)> {
+    pub fn types(&self) -> impl Iterator<Item = (TypeId, &CType)> {
         self.types.iter().map(|(id, kind)| (TypeId(*id), kind))
     }
 
     /// A type without its names and qualifiers; nothing for `void`.
     #[must_use]
-    pub fn plain(&self, mut id: Option<TypeId>) -> Option<TypeId> {
+    pub fn resolve_typedefs(&self, mut id: Option<TypeId>) -> Option<TypeId> {
         // A damaged file may have names that go round in circles.
         for _ in 0..64 {
-            match self.kind(id?)? {
+            match self.type_info(id?)? {
                 CType::Named { of, .. } | CType::Qualified { of, .. } => id = *of,
                 _ => return id,
             }
@@ -255,7 +255,7 @@ impl DebugInfo {
     }
 
     fn size_within(&self, id: Option<TypeId>, depth: u32) -> Option<u32> {
-        match self.kind(self.plain(id)?)? {
+        match self.type_info(self.resolve_typedefs(id)?)? {
             CType::Base { bytes, .. }
             | CType::Pointer { bytes, .. }
             | CType::Record { bytes, .. }
@@ -271,7 +271,7 @@ impl DebugInfo {
     /// The function whose code is at a byte address.
     #[must_use]
     pub fn function_at(&self, byte: u32) -> Option<&FunctionInfo> {
-        self.functions.iter().find(|function| function.block.covers(byte))
+        self.functions.iter().find(|function| function.block.has_code_at(byte))
     }
 
     /// Name of the source file and folder of the compilation of the code at a byte address.
@@ -302,7 +302,7 @@ impl DebugInfo {
 impl DebugInfo {
     /// The unit of a function is a source file: its name, or the end of its path.
     #[must_use]
-    pub fn is_of(&self, function: &FunctionInfo, file: &str) -> bool {
+    pub fn is_defined_in(&self, function: &FunctionInfo, file: &str) -> bool {
         self.is_unit(function.unit, file)
     }
 
@@ -313,7 +313,7 @@ impl DebugInfo {
 
     /// A variable outside of functions in the unit of a source file.
     #[must_use]
-    pub fn global_of(&self, file: &str, name: &str) -> Option<&VariableInfo> {
+    pub fn global_in_file(&self, file: &str, name: &str) -> Option<&VariableInfo> {
         self.globals.iter().find(|variable| variable.name == name && self.is_unit(variable.unit, file))
     }
 }
@@ -321,15 +321,15 @@ impl DebugInfo {
 impl BlockInfo {
     /// The code at a byte address belongs to it.
     #[must_use]
-    pub fn covers(&self, byte: u32) -> bool {
+    pub fn has_code_at(&self, byte: u32) -> bool {
         self.ranges.iter().any(|range| range.contains(&byte))
     }
 
     /// The blocks around the code at a byte address, the innermost first, itself last.
     #[must_use]
-    pub fn around(&self, byte: u32) -> Vec<&BlockInfo> {
+    pub fn blocks_around(&self, byte: u32) -> Vec<&BlockInfo> {
         let (mut found, mut here) = (vec![self], self);
-        while let Some(inner) = here.blocks.iter().find(|block| block.ranges.is_empty() || block.covers(byte)) {
+        while let Some(inner) = here.blocks.iter().find(|block| block.ranges.is_empty() || block.has_code_at(byte)) {
             found.push(inner);
             here = inner;
         }

@@ -10,20 +10,20 @@ use gimli::{
 
 use super::{AVR_DATA, BaseEncoding, CType, DebugInfo, FunctionInfo, TypeId, UnitInfo, VariableInfo, VariableLocation};
 
-type Slice<'b> = EndianSlice<'b, Le>;
+type DwarfSlice<'b> = EndianSlice<'b, Le>;
 
 /// Number of the stack pointer (AVR-GCC, "Register layout": r0 to r31, then SP).
 pub(super) const STACK_POINTER: u16 = 32;
 
 /// Largest object of which bytes are told.
-const MOST: u32 = 1 << 16;
+const MAX_OBJECT_BYTES: u32 = 1 << 16;
 
 /// Operations of an expression; more has one that goes round in circles.
-const OPERATIONS: u32 = 10_000;
+const MAX_OPERATIONS: u32 = 10_000;
 
 /// Where a byte of an object is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ByteAt {
+pub enum ByteLocation {
     /// In memory, at an address of the ELF file.
     Memory(u32),
     /// In a register, by its DWARF number.
@@ -31,13 +31,13 @@ pub enum ByteAt {
     /// In no place, but its value is known.
     Value(u8),
     /// Nowhere: the compiler has optimized it away.
-    Gone,
+    OptimizedOut,
 }
 
 /// A frame: what the machine looks like from a call that is not over.
 pub trait FrameView {
     /// Byte address that the frame is at; of a caller the last byte of its call.
-    fn byte(&self) -> u32;
+    fn pc_byte(&self) -> u32;
     /// A register of 8 bits by its DWARF number, 32 stands for SP; nothing where its value is lost.
     fn register(&self, number: u16) -> Option<u32>;
     /// A byte of memory at an address of the ELF file.
@@ -49,73 +49,73 @@ pub trait FrameView {
 impl DebugInfo {
     /// The places of the bytes of a variable in a frame; `function` is the one that the frame is in.
     #[must_use]
-    pub fn place(
+    pub fn locate_bytes(
         &self,
         variable: &VariableInfo,
         function: Option<&FunctionInfo>,
         frame: &dyn FrameView,
-    ) -> Vec<ByteAt> {
-        let bytes = self.size(variable.of).unwrap_or(0).min(MOST);
-        let gone = || vec![ByteAt::Gone; bytes as usize];
+    ) -> Vec<ByteLocation> {
+        let bytes = self.size(variable.variable_type).unwrap_or(0).min(MAX_OBJECT_BYTES);
+        let gone = || vec![ByteLocation::OptimizedOut; bytes as usize];
         let Some(unit) = self.units.get(variable.unit) else { return gone() };
         let expression = match &variable.location {
             VariableLocation::Constant(value) => {
                 let value = value.iter().copied().chain(std::iter::repeat(0));
-                return value.take(bytes as usize).map(ByteAt::Value).collect();
+                return value.take(bytes as usize).map(ByteLocation::Value).collect();
             }
-            location => location.expression(frame.byte()),
+            location => location.expression_at(frame.pc_byte()),
         };
         let Some(expression) = expression else { return gone() };
-        let mut found = self.evaluated(unit, expression, function, frame, bytes).unwrap_or_default();
-        found.resize(bytes as usize, ByteAt::Gone);
+        let mut found = self.evaluate_expression(unit, expression, function, frame, bytes).unwrap_or_default();
+        found.resize(bytes as usize, ByteLocation::OptimizedOut);
         found
     }
 
     /// Evaluates an expression for an object of so many bytes; nothing where something in it has no value.
-    fn evaluated(
+    fn evaluate_expression(
         &self,
         unit: &UnitInfo,
         expression: &[u8],
         function: Option<&FunctionInfo>,
         frame: &dyn FrameView,
         bytes: u32,
-    ) -> Option<Vec<ByteAt>> {
+    ) -> Option<Vec<ByteLocation>> {
         if expression.is_empty() {
             return None;
         }
-        let (evaluation, computed) = self.run(unit, expression, function, frame)?;
+        let (evaluation, computed) = self.run_evaluation(unit, expression, function, frame)?;
         let mut found = Vec::new();
         for piece in evaluation.result() {
             let size = match piece.size_in_bits {
-                Some(bits) => u32::try_from(bits.div_ceil(8)).ok()?.min(MOST),
+                Some(bits) => u32::try_from(bits.div_ceil(8)).ok()?.min(MAX_OBJECT_BYTES),
                 None => bytes,
             };
             let skipped = piece.bit_offset.unwrap_or(0);
             let whole = skipped % 8 == 0;
             let skipped = u32::try_from(skipped / 8).ok().filter(|_| whole);
-            let at = |n: u32| -> ByteAt {
-                let Some(n) = skipped.and_then(|skipped| n.checked_add(skipped)) else { return ByteAt::Gone };
+            let at = |n: u32| -> ByteLocation {
+                let Some(n) = skipped.and_then(|skipped| n.checked_add(skipped)) else { return ByteLocation::OptimizedOut };
                 match &piece.location {
                     Piece::Register { register } => u16::try_from(n)
                         .ok()
                         .and_then(|n| register.0.checked_add(n))
-                        .map_or(ByteAt::Gone, ByteAt::Register),
-                    Piece::Address { address } => ByteAt::Memory(data_address(*address, computed).wrapping_add(n)),
+                        .map_or(ByteLocation::OptimizedOut, ByteLocation::Register),
+                    Piece::Address { address } => ByteLocation::Memory(data_address(*address, computed).wrapping_add(n)),
                     Piece::Value { value } => {
                         let known = value_bytes(*value);
                         // Above what is known lies the sign, which a number without one has not.
                         let rest =
                             known.last().map_or(0, |last| if last & 0x80 != 0 && known.len() < 8 { 0xFF } else { 0 });
-                        ByteAt::Value(known.get(n as usize).copied().unwrap_or(rest))
+                        ByteLocation::Value(known.get(n as usize).copied().unwrap_or(rest))
                     }
                     Piece::Bytes { value } => {
-                        value.slice().get(n as usize).map_or(ByteAt::Gone, |byte| ByteAt::Value(*byte))
+                        value.slice().get(n as usize).map_or(ByteLocation::OptimizedOut, |byte| ByteLocation::Value(*byte))
                     }
-                    Piece::Empty | Piece::ImplicitPointer { .. } => ByteAt::Gone,
+                    Piece::Empty | Piece::ImplicitPointer { .. } => ByteLocation::OptimizedOut,
                 }
             };
             found.extend((0..size).map(at));
-            if found.len() > MOST as usize {
+            if found.len() > MAX_OBJECT_BYTES as usize {
                 return None;
             }
         }
@@ -123,15 +123,15 @@ impl DebugInfo {
     }
 
     /// Runs an expression to its end. The second tells that registers are part of it, so that an address is one of data memory.
-    fn run<'b>(
+    fn run_evaluation<'b>(
         &'b self,
         unit: &UnitInfo,
         expression: &'b [u8],
         function: Option<&FunctionInfo>,
         frame: &dyn FrameView,
-    ) -> Option<(Evaluation<Slice<'b>>, bool)> {
+    ) -> Option<(Evaluation<DwarfSlice<'b>>, bool)> {
         let mut evaluation = Expression(EndianSlice::new(expression, Le)).evaluation(unit.encoding);
-        evaluation.set_max_iterations(OPERATIONS);
+        evaluation.set_max_iterations(MAX_OPERATIONS);
         let mut result = evaluation.evaluate().ok()?;
         // Where addresses have 16 bits (LLVM), data memory has no place of its own among them.
         let width = usize::from(unit.encoding.address_size);
@@ -141,7 +141,7 @@ impl DebugInfo {
                 EvaluationResult::Complete => return Some((evaluation, computed)),
                 EvaluationResult::RequiresRegister { register, base_type } => {
                     computed = true;
-                    let value = u64::from(pair(frame, register.0)?);
+                    let value = u64::from(register_pair(frame, register.0)?);
                     let kind = self.value_type(unit, base_type.0)?;
                     evaluation.resume_with_register(Value::from_u64(kind, value).ok()?)
                 }
@@ -182,11 +182,11 @@ impl DebugInfo {
     /// The base of the frame of a function, an address of data memory.
     fn frame_base(&self, function: &FunctionInfo, frame: &dyn FrameView) -> Option<u32> {
         let unit = self.units.get(function.unit)?;
-        let expression = function.frame_base.expression(frame.byte())?;
-        let (evaluation, _) = self.run(unit, expression, None, frame)?;
+        let expression = function.frame_base.expression_at(frame.pc_byte())?;
+        let (evaluation, _) = self.run_evaluation(unit, expression, None, frame)?;
         match evaluation.result().first()?.location {
             // The register holds the base, and LLVM counts from the first byte of the frame, which is behind the one that Y points to.
-            Piece::Register { register } => pair(frame, register.0).map(|base| base.wrapping_add(1)),
+            Piece::Register { register } => register_pair(frame, register.0).map(|base| base.wrapping_add(1)),
             Piece::Address { address } => Some(address as u32 & 0xFFFF),
             _ => None,
         }
@@ -197,7 +197,7 @@ impl DebugInfo {
         if offset == 0 {
             return Some(ValueType::Generic);
         }
-        let CType::Base { bytes, encoding, .. } = self.kind(TypeId(unit.start.checked_add(offset)?))? else {
+        let CType::Base { bytes, encoding, .. } = self.type_info(TypeId(unit.start.checked_add(offset)?))? else {
             return None;
         };
         let encoding = match encoding {
@@ -213,19 +213,19 @@ impl DebugInfo {
 
 impl VariableLocation {
     /// The expression that holds at a byte address.
-    fn expression(&self, byte: u32) -> Option<&[u8]> {
+    fn expression_at(&self, byte: u32) -> Option<&[u8]> {
         match self {
             VariableLocation::Expression(bytes) => Some(bytes),
             VariableLocation::List(list) => {
                 list.iter().find(|(range, _)| range.contains(&byte)).map(|(_, bytes)| bytes.as_slice())
             }
-            VariableLocation::Gone | VariableLocation::Constant(_) => None,
+            VariableLocation::OptimizedOut | VariableLocation::Constant(_) => None,
         }
     }
 }
 
 /// A register as an address is computed from it: it and the next one.
-pub(super) fn pair(frame: &dyn FrameView, number: u16) -> Option<u32> {
+pub(super) fn register_pair(frame: &dyn FrameView, number: u16) -> Option<u32> {
     if number >= STACK_POINTER {
         return frame.register(number);
     }

@@ -13,27 +13,27 @@ use gimli::{
 };
 
 use super::{
-    BaseEncoding, BlockInfo, CType, DebugInfo, FunctionInfo, Member, TypeId, UnitInfo, VariableInfo, VariableLocation,
+    BaseEncoding, BlockInfo, CType, DebugInfo, FunctionInfo, StructMember, TypeId, UnitInfo, VariableInfo, VariableLocation,
 };
 use crate::image::{dwarf, elf};
 
-type Slice<'b> = EndianSlice<'b, Le>;
-type Entry<'b> = DebuggingInformationEntry<Slice<'b>>;
+type DwarfSlice<'b> = EndianSlice<'b, Le>;
+type DwarfEntry<'b> = DebuggingInformationEntry<DwarfSlice<'b>>;
 
 /// Longest name.
-const MOST_NAME: usize = 1024;
+const MAX_NAME: usize = 1024;
 
 /// Deepest nesting of blocks.
-const DEEPEST: usize = 200;
+const MAX_DEPTH: usize = 200;
 
-pub(super) fn read(bytes: &[u8]) -> DebugInfo {
+pub(super) fn read_debug_info(bytes: &[u8]) -> DebugInfo {
     let bytes = elf::aligned(bytes);
     let Some(sections) = elf::debug_sections(&bytes) else { return DebugInfo::default() };
     let named =
         |name: &str| sections.iter().find(|(own, _)| *own == name).map_or(&[][..], |(_, section)| section.bytes());
-    let section = |id: SectionId| -> Result<Slice<'_>, Error> { Ok(EndianSlice::new(named(id.name()), Le)) };
+    let section = |id: SectionId| -> Result<DwarfSlice<'_>, Error> { Ok(EndianSlice::new(named(id.name()), Le)) };
     let Ok(dwarf) = Dwarf::load(section) else { return DebugInfo::default() };
-    let mut reader = Reader { budget: bytes.len() * 4 + (1 << 20), ..Reader::default() };
+    let mut reader = DebugInfoReader { budget: bytes.len() * 4 + (1 << 20), ..DebugInfoReader::default() };
     dwarf::each_unit(&dwarf, &mut |unit| {
         if let Ok(unit) = unit {
             // The head of a line program is read with each unit that names it.
@@ -43,14 +43,14 @@ pub(super) fn read(bytes: &[u8]) -> DebugInfo {
         }
         reader.budget > 0
     });
-    let mut info = reader.done(&elf::code_names_at(&bytes, 0));
+    let mut info = reader.finish(&elf::code_names_at(&bytes, 0));
     info.frames = named(".debug_frame").to_vec();
     info.addresses = named(".debug_addr").to_vec();
     info
 }
 
 /// Something whose entries are still coming.
-enum Open {
+enum OpenEntry {
     Function(FunctionInfo),
     Block(BlockInfo),
     /// A type with members, counts, constants or parameters.
@@ -60,7 +60,7 @@ enum Open {
 
 /// A name and a type that others refer to.
 #[derive(Default, Clone)]
-struct Known {
+struct EntryFacts {
     name: Option<String>,
     of: Option<TypeId>,
     line: u32,
@@ -68,21 +68,21 @@ struct Known {
 }
 
 #[derive(Default)]
-struct Reader {
+struct DebugInfoReader {
     info: DebugInfo,
-    open: Vec<(isize, Open)>,
+    open: Vec<(isize, OpenEntry)>,
     /// Variables and functions by the places of their entries.
-    known: HashMap<usize, Known>,
+    known: HashMap<usize, EntryFacts>,
     /// The unit was made by GCC.
     gcc: bool,
     /// Bytes of heads of line programs, and entries of location lists and ranges, that may still come.
     budget: usize,
 }
 
-impl Reader {
-    fn unit(&mut self, dwarf: &Dwarf<Slice<'_>>, unit: &Unit<Slice<'_>>) {
+impl DebugInfoReader {
+    fn unit(&mut self, dwarf: &Dwarf<DwarfSlice<'_>>, unit: &Unit<DwarfSlice<'_>>) {
         let start = UnitOffset(0usize).to_debug_info_offset(&unit.header).map_or(0, |offset| offset.0);
-        let text = |slice: Option<Slice<'_>>| slice.map(short).unwrap_or_default();
+        let text = |slice: Option<DwarfSlice<'_>>| slice.map(lossy_text).unwrap_or_default();
         self.info.units.push(UnitInfo {
             encoding: unit.encoding(),
             start,
@@ -94,26 +94,26 @@ impl Reader {
         });
         let mut entries = unit.entries();
         while let Ok(Some(entry)) = entries.next_dfs() {
-            self.close(entry.depth());
-            let of = Of { dwarf, unit, start };
+            self.close_entries(entry.depth());
+            let of = UnitContext { dwarf, unit, start };
             let open = self.entry(&of, entry);
             self.open.push((entry.depth(), open));
             if self.budget == 0 {
                 break;
             }
         }
-        self.close(isize::MIN);
+        self.close_entries(isize::MIN);
     }
 
     /// What is at this depth or deeper is complete.
-    fn close(&mut self, depth: isize) {
+    fn close_entries(&mut self, depth: isize) {
         while self.open.last().is_some_and(|(own, _)| *own >= depth) {
             match self.open.pop().map(|(_, open)| open) {
-                Some(Open::Function(function)) if !function.block.ranges.is_empty() => {
+                Some(OpenEntry::Function(function)) if !function.block.ranges.is_empty() => {
                     self.info.functions.push(function)
                 }
-                Some(Open::Block(block)) => {
-                    if let Some(around) = self.around() {
+                Some(OpenEntry::Block(block)) => {
+                    if let Some(around) = self.enclosing_block() {
                         around.blocks.push(block);
                     }
                 }
@@ -123,18 +123,18 @@ impl Reader {
     }
 
     /// The innermost open block.
-    fn around(&mut self) -> Option<&mut BlockInfo> {
-        if self.open.len() > DEEPEST {
+    fn enclosing_block(&mut self) -> Option<&mut BlockInfo> {
+        if self.open.len() > MAX_DEPTH {
             return None;
         }
         self.open.iter_mut().rev().find_map(|(_, open)| match open {
-            Open::Function(function) => Some(&mut function.block),
-            Open::Block(block) => Some(block),
-            Open::Type(_) | Open::Other => None,
+            OpenEntry::Function(function) => Some(&mut function.block),
+            OpenEntry::Block(block) => Some(block),
+            OpenEntry::Type(_) | OpenEntry::Other => None,
         })
     }
 
-    fn entry(&mut self, of: &Of<'_, '_>, entry: &Entry<'_>) -> Open {
+    fn entry(&mut self, of: &UnitContext<'_, '_>, entry: &DwarfEntry<'_>) -> OpenEntry {
         let id = TypeId(of.start.saturating_add(entry.offset().0));
         match entry.tag() {
             gimli::DW_TAG_compile_unit => {
@@ -143,40 +143,40 @@ impl Reader {
                 if let Some(unit) = self.info.units.last_mut() {
                     unit.ranges = ranges;
                 }
-                Open::Other
+                OpenEntry::Other
             }
             gimli::DW_TAG_subprogram => {
-                let known = self.remember(of, entry, id);
+                let known = self.record_facts(of, entry, id);
                 let block = BlockInfo { ranges: self.ranges(of, entry), ..BlockInfo::default() };
                 let frame_base = self.location(of, entry, gimli::DW_AT_frame_base);
-                let name = known.name.unwrap_or_else(|| reference(known.origin));
+                let name = known.name.unwrap_or_else(|| type_reference(known.origin));
                 let unit = self.info.units.len() - 1;
-                Open::Function(FunctionInfo { name, result: known.of, block, frame_base, unit })
+                OpenEntry::Function(FunctionInfo { name, result: known.of, block, frame_base, unit })
             }
             gimli::DW_TAG_lexical_block => {
-                Open::Block(BlockInfo { ranges: self.ranges(of, entry), ..BlockInfo::default() })
+                OpenEntry::Block(BlockInfo { ranges: self.ranges(of, entry), ..BlockInfo::default() })
             }
             gimli::DW_TAG_inlined_subroutine => {
-                let known = self.remember(of, entry, id);
-                let inlined = Some(known.name.unwrap_or_else(|| reference(known.origin)));
-                let file = number(entry, gimli::DW_AT_call_file).and_then(|file| of.file(file)).unwrap_or_default();
-                let call = (file, number(entry, gimli::DW_AT_call_line).unwrap_or(0));
+                let known = self.record_facts(of, entry, id);
+                let inlined = Some(known.name.unwrap_or_else(|| type_reference(known.origin)));
+                let file = unsigned_attribute(entry, gimli::DW_AT_call_file).and_then(|file| of.file(file)).unwrap_or_default();
+                let call = (file, unsigned_attribute(entry, gimli::DW_AT_call_line).unwrap_or(0));
                 // Where the call is not known (DWARF 2) it is no more than a block, as in gdb.
                 let inlined = inlined.filter(|_| call.1 > 0);
-                Open::Block(BlockInfo { ranges: self.ranges(of, entry), inlined, call, ..BlockInfo::default() })
+                OpenEntry::Block(BlockInfo { ranges: self.ranges(of, entry), inlined, call_site: call, ..BlockInfo::default() })
             }
             gimli::DW_TAG_variable | gimli::DW_TAG_formal_parameter => {
                 self.variable(of, entry, id);
-                Open::Other
+                OpenEntry::Other
             }
-            _ => self.typed(of, entry, id),
+            _ => self.read_type(of, entry, id),
         }
     }
 
-    fn variable(&mut self, of: &Of<'_, '_>, entry: &Entry<'_>, id: TypeId) {
+    fn variable(&mut self, of: &UnitContext<'_, '_>, entry: &DwarfEntry<'_>, id: TypeId) {
         let parameter = entry.tag() == gimli::DW_TAG_formal_parameter;
-        let known = self.remember(of, entry, id);
-        if let (true, Some((_, Open::Type(function)))) = (parameter, self.open.last()) {
+        let known = self.record_facts(of, entry, id);
+        if let (true, Some((_, OpenEntry::Type(function)))) = (parameter, self.open.last()) {
             if let Some(CType::Function { parameters, .. }) = self.info.types.get_mut(&function.0) {
                 parameters.push(known.of);
             }
@@ -185,38 +185,38 @@ impl Reader {
         let declaration = entry.attr_value(gimli::DW_AT_declaration).is_some();
         let mut location = self.location(of, entry, gimli::DW_AT_location);
         if let Some(value) = entry.attr_value(gimli::DW_AT_const_value) {
-            location = constant(&value).map_or(location, VariableLocation::Constant);
+            location = constant_bytes(&value).map_or(location, VariableLocation::Constant);
         }
         if let (true, VariableLocation::List(_), Some(unit)) = (self.gcc, &location, self.info.units.last_mut()) {
             unit.exact = true;
         }
-        let name = known.name.unwrap_or_else(|| reference(known.origin));
+        let name = known.name.unwrap_or_else(|| type_reference(known.origin));
         let unit = self.info.units.len() - 1;
-        let variable = VariableInfo { name, of: known.of, parameter, line: known.line, location, unit };
-        let outside = !self.open.iter().any(|(_, open)| matches!(open, Open::Function(_) | Open::Block(_)));
-        match self.around() {
+        let variable = VariableInfo { name, variable_type: known.of, parameter, line: known.line, location, unit };
+        let outside = !self.open.iter().any(|(_, open)| matches!(open, OpenEntry::Function(_) | OpenEntry::Block(_)));
+        match self.enclosing_block() {
             Some(block) if !declaration => block.variables.push(variable),
-            None if outside && variable.location != VariableLocation::Gone => self.info.globals.push(variable),
+            None if outside && variable.location != VariableLocation::OptimizedOut => self.info.globals.push(variable),
             _ => {}
         }
     }
 
     /// Name and type of a variable or function.
-    fn remember(&mut self, of: &Of<'_, '_>, entry: &Entry<'_>, id: TypeId) -> Known {
+    fn record_facts(&mut self, of: &UnitContext<'_, '_>, entry: &DwarfEntry<'_>, id: TypeId) -> EntryFacts {
         let origin = [gimli::DW_AT_abstract_origin, gimli::DW_AT_specification].into_iter();
-        let known = Known {
+        let known = EntryFacts {
             name: of.name(entry),
             of: of.kind(entry, gimli::DW_AT_type),
-            line: number(entry, gimli::DW_AT_decl_line).unwrap_or(0),
+            line: unsigned_attribute(entry, gimli::DW_AT_decl_line).unwrap_or(0),
             origin: origin.filter_map(|name| of.kind(entry, name)).map(|id| id.0).next(),
         };
         self.known.insert(id.0, known.clone());
         known
     }
 
-    fn typed(&mut self, of: &Of<'_, '_>, entry: &Entry<'_>, id: TypeId) -> Open {
+    fn read_type(&mut self, of: &UnitContext<'_, '_>, entry: &DwarfEntry<'_>, id: TypeId) -> OpenEntry {
         let (name, to) = (of.name(entry), of.kind(entry, gimli::DW_AT_type));
-        let bytes = number(entry, gimli::DW_AT_byte_size);
+        let bytes = unsigned_attribute(entry, gimli::DW_AT_byte_size);
         let record =
             |keyword| CType::Record { keyword, name: name.clone(), bytes: bytes.unwrap_or(0), members: Vec::new() };
         let qualified = |word| CType::Qualified { word, of: to };
@@ -242,28 +242,28 @@ impl Reader {
             gimli::DW_TAG_atomic_type => qualified("_Atomic"),
             gimli::DW_TAG_subroutine_type => CType::Function { result: to, parameters: Vec::new() },
             _ => {
-                self.part(of, entry, name, to);
-                return Open::Other;
+                self.read_member(of, entry, name, to);
+                return OpenEntry::Other;
             }
         };
         self.info.types.insert(id.0, kind);
-        Open::Type(id)
+        OpenEntry::Type(id)
     }
 
     /// A member, count or constant of the type that is open.
-    fn part(&mut self, of: &Of<'_, '_>, entry: &Entry<'_>, name: Option<String>, to: Option<TypeId>) {
-        let Some((_, Open::Type(id))) = self.open.last() else { return };
+    fn read_member(&mut self, of: &UnitContext<'_, '_>, entry: &DwarfEntry<'_>, name: Option<String>, to: Option<TypeId>) {
+        let Some((_, OpenEntry::Type(id))) = self.open.last() else { return };
         let Some(kind) = self.info.types.get_mut(&id.0) else { return };
         match (entry.tag(), kind) {
             (gimli::DW_TAG_member, CType::Record { members, .. }) => {
                 let offset = of.offset(entry);
-                let bits = number(entry, gimli::DW_AT_bit_size);
-                let bits = bits.map(|size| match number(entry, gimli::DW_AT_data_bit_offset) {
+                let bits = unsigned_attribute(entry, gimli::DW_AT_bit_size);
+                let bits = bits.map(|size| match unsigned_attribute(entry, gimli::DW_AT_data_bit_offset) {
                     Some(first) => (first, size),
                     None => {
                         // DWARF 2 counts from the highest bit of what the field is stored in.
-                        let unit = number(entry, gimli::DW_AT_byte_size).unwrap_or(1).min(8) * 8;
-                        let above = number(entry, gimli::DW_AT_bit_offset).unwrap_or(0);
+                        let unit = unsigned_attribute(entry, gimli::DW_AT_byte_size).unwrap_or(1).min(8) * 8;
+                        let above = unsigned_attribute(entry, gimli::DW_AT_bit_offset).unwrap_or(0);
                         (unit.saturating_sub(above.saturating_add(size)), size)
                     }
                 });
@@ -271,28 +271,28 @@ impl Reader {
                     Some((first, size)) => (offset.saturating_add(first / 8), Some((first % 8, size.min(64)))),
                     None => (offset, None),
                 };
-                members.push(Member { name, offset, bits, of: to });
+                members.push(StructMember { name, offset, bit_range: bits, member_type: to });
             }
             (gimli::DW_TAG_subrange_type, CType::Array { counts, .. }) => {
-                let upper = number(entry, gimli::DW_AT_upper_bound).and_then(|upper| upper.checked_add(1));
-                counts.push(number(entry, gimli::DW_AT_count).or(upper));
+                let upper = unsigned_attribute(entry, gimli::DW_AT_upper_bound).and_then(|upper| upper.checked_add(1));
+                counts.push(unsigned_attribute(entry, gimli::DW_AT_count).or(upper));
             }
             (gimli::DW_TAG_enumerator, CType::Enum { values, .. }) => {
-                let value = entry.attr_value(gimli::DW_AT_const_value).and_then(|value| whole(&value));
+                let value = entry.attr_value(gimli::DW_AT_const_value).and_then(|value| signed_value(&value));
                 values.extend(name.zip(value));
             }
             _ => {}
         }
     }
 
-    fn location(&mut self, of: &Of<'_, '_>, entry: &Entry<'_>, name: DwAt) -> VariableLocation {
-        let Some(value) = entry.attr_value(name) else { return VariableLocation::Gone };
+    fn location(&mut self, of: &UnitContext<'_, '_>, entry: &DwarfEntry<'_>, name: DwAt) -> VariableLocation {
+        let Some(value) = entry.attr_value(name) else { return VariableLocation::OptimizedOut };
         match value {
             AttributeValue::Exprloc(expression) => return VariableLocation::Expression(expression.0.slice().to_vec()),
             AttributeValue::Block(bytes) => return VariableLocation::Expression(bytes.slice().to_vec()),
             _ => {}
         }
-        let Ok(Some(mut list)) = of.dwarf.attr_locations(of.unit, value) else { return VariableLocation::Gone };
+        let Ok(Some(mut list)) = of.dwarf.attr_locations(of.unit, value) else { return VariableLocation::OptimizedOut };
         let mut found = Vec::new();
         while let Ok(Some(entry)) = list.next() {
             let bytes = entry.data.0.slice();
@@ -307,7 +307,7 @@ impl Reader {
     }
 
     /// Byte addresses of the code of an entry.
-    fn ranges(&mut self, of: &Of<'_, '_>, entry: &Entry<'_>) -> Vec<Range<u32>> {
+    fn ranges(&mut self, of: &UnitContext<'_, '_>, entry: &DwarfEntry<'_>) -> Vec<Range<u32>> {
         let mut found = Vec::new();
         if let Some(value) = entry.attr_value(gimli::DW_AT_ranges)
             && let Ok(Some(mut list)) = of.dwarf.attr_ranges(of.unit, value)
@@ -332,15 +332,15 @@ impl Reader {
     }
 
     /// All entries were read: names of others are put in place. `zero`: what has a name at address 0.
-    fn done(self, zero: &[&[u8]]) -> DebugInfo {
-        let Reader { mut info, known, .. } = self;
+    fn finish(self, zero: &[&[u8]]) -> DebugInfo {
+        let DebugInfoReader { mut info, known, .. } = self;
         let find = |mut name: String, of: &mut Option<TypeId>, line: &mut u32| -> String {
             // A damaged file may refer in circles.
             for _ in 0..8 {
                 let Some(at) = name.strip_prefix('\0').and_then(|at| at.parse().ok()) else { return name };
                 let Some(other) = known.get(&at) else { break };
                 (*of, *line) = (of.or(other.of), (*line).max(other.line));
-                name = other.name.clone().unwrap_or_else(|| reference(other.origin));
+                name = other.name.clone().unwrap_or_else(|| type_reference(other.origin));
             }
             if name.starts_with('\0') { String::new() } else { name }
         };
@@ -354,12 +354,12 @@ impl Reader {
                 if let Some(inlined) = &mut block.inlined {
                     name(inlined, &mut None, &mut 0);
                 }
-                block.variables.iter_mut().for_each(|own| name(&mut own.name, &mut own.of, &mut own.line));
+                block.variables.iter_mut().for_each(|own| name(&mut own.name, &mut own.variable_type, &mut own.line));
                 block.variables.retain(|own| !own.name.is_empty());
                 blocks.extend(&mut block.blocks);
             }
         }
-        info.globals.iter_mut().for_each(|own| name(&mut own.name, &mut own.of, &mut own.line));
+        info.globals.iter_mut().for_each(|own| name(&mut own.name, &mut own.variable_type, &mut own.line));
         // A linker that drops a function leaves its entry, at address 0.
         let kept = |function: &FunctionInfo| {
             let first = function.block.ranges.iter().map(|range| range.start).min();
@@ -372,31 +372,31 @@ impl Reader {
 }
 
 /// What stands in place of a name until all entries were read: none has such a character.
-fn reference(origin: Option<usize>) -> String {
+fn type_reference(origin: Option<usize>) -> String {
     origin.map_or(String::new(), |at| format!("\0{at}"))
 }
 
 /// The unit that an entry belongs to.
-struct Of<'a, 'b> {
-    dwarf: &'a Dwarf<Slice<'b>>,
-    unit: &'a Unit<Slice<'b>>,
+struct UnitContext<'a, 'b> {
+    dwarf: &'a Dwarf<DwarfSlice<'b>>,
+    unit: &'a Unit<DwarfSlice<'b>>,
     start: usize,
 }
 
-impl Of<'_, '_> {
-    fn name(&self, entry: &Entry<'_>) -> Option<String> {
+impl UnitContext<'_, '_> {
+    fn name(&self, entry: &DwarfEntry<'_>) -> Option<String> {
         self.text(entry, gimli::DW_AT_name)
     }
 
-    fn text(&self, entry: &Entry<'_>, name: DwAt) -> Option<String> {
+    fn text(&self, entry: &DwarfEntry<'_>, name: DwAt) -> Option<String> {
         let value = entry.attr_value(name)?;
         let name = match value {
-            AttributeValue::String(name) => short(name),
-            AttributeValue::DebugStrRef(offset) => short(self.dwarf.string(offset).ok()?),
-            AttributeValue::DebugLineStrRef(offset) => short(self.dwarf.line_string(offset).ok()?),
+            AttributeValue::String(name) => lossy_text(name),
+            AttributeValue::DebugStrRef(offset) => lossy_text(self.dwarf.string(offset).ok()?),
+            AttributeValue::DebugLineStrRef(offset) => lossy_text(self.dwarf.line_string(offset).ok()?),
             AttributeValue::DebugStrOffsetsIndex(index) => {
                 let offset = self.dwarf.string_offset(self.unit, index).ok()?;
-                short(self.dwarf.string(offset).ok()?)
+                lossy_text(self.dwarf.string(offset).ok()?)
             }
             _ => return None,
         };
@@ -404,7 +404,7 @@ impl Of<'_, '_> {
     }
 
     /// The entry that an attribute refers to, by its place.
-    fn kind(&self, entry: &Entry<'_>, name: DwAt) -> Option<TypeId> {
+    fn kind(&self, entry: &DwarfEntry<'_>, name: DwAt) -> Option<TypeId> {
         match entry.attr_value(name)? {
             AttributeValue::UnitRef(offset) => self.start.checked_add(offset.0).map(TypeId),
             AttributeValue::DebugInfoRef(offset) => Some(TypeId(offset.0)),
@@ -415,13 +415,13 @@ impl Of<'_, '_> {
     /// A source file by its number, without its folder.
     fn file(&self, number: u32) -> Option<String> {
         let header = self.unit.line_program.as_ref()?.header();
-        let name = self.dwarf.attr_line_string(header.file(number.into())?.path_name()).ok().map(short)?;
+        let name = self.dwarf.attr_line_string(header.file(number.into())?.path_name()).ok().map(lossy_text)?;
         Some(name.rsplit('/').next().unwrap_or_default().to_owned())
     }
 
     /// Bytes before a member.
-    fn offset(&self, entry: &Entry<'_>) -> u32 {
-        if let Some(offset) = number(entry, gimli::DW_AT_data_member_location) {
+    fn offset(&self, entry: &DwarfEntry<'_>) -> u32 {
+        if let Some(offset) = unsigned_attribute(entry, gimli::DW_AT_data_member_location) {
             return offset;
         }
         let Some(AttributeValue::Exprloc(expression)) = entry.attr_value(gimli::DW_AT_data_member_location) else {
@@ -436,7 +436,7 @@ impl Of<'_, '_> {
     }
 }
 
-fn number(entry: &Entry<'_>, name: DwAt) -> Option<u32> {
+fn unsigned_attribute(entry: &DwarfEntry<'_>, name: DwAt) -> Option<u32> {
     let number = match entry.attr_value(name)? {
         AttributeValue::FileIndex(index) => index,
         value => value.udata_value()?,
@@ -445,7 +445,7 @@ fn number(entry: &Entry<'_>, name: DwAt) -> Option<u32> {
 }
 
 /// A constant: compilers write one below 0 in the form that has a sign, so in the others nothing is one.
-fn whole(value: &AttributeValue<Slice<'_>>) -> Option<i64> {
+fn signed_value(value: &AttributeValue<DwarfSlice<'_>>) -> Option<i64> {
     Some(match value {
         AttributeValue::Sdata(value) => *value,
         AttributeValue::Udata(value) | AttributeValue::Data8(value) => *value as i64,
@@ -457,14 +457,14 @@ fn whole(value: &AttributeValue<Slice<'_>>) -> Option<i64> {
 }
 
 /// The bytes of a constant; of a number as many as any object of it has, with its sign.
-fn constant(value: &AttributeValue<Slice<'_>>) -> Option<Vec<u8>> {
+fn constant_bytes(value: &AttributeValue<DwarfSlice<'_>>) -> Option<Vec<u8>> {
     if let AttributeValue::Block(bytes) = value {
         return Some(bytes.slice().to_vec());
     }
-    whole(value).map(|number| number.to_le_bytes().to_vec())
+    signed_value(value).map(|number| number.to_le_bytes().to_vec())
 }
 
-fn encoding(value: Option<AttributeValue<Slice<'_>>>) -> BaseEncoding {
+fn encoding(value: Option<AttributeValue<DwarfSlice<'_>>>) -> BaseEncoding {
     match value {
         Some(AttributeValue::Encoding(gimli::DW_ATE_signed)) => BaseEncoding::Signed,
         Some(AttributeValue::Encoding(gimli::DW_ATE_signed_char)) => BaseEncoding::SignedChar,
@@ -481,7 +481,7 @@ fn range(range: Range<u64>) -> Option<Range<u32>> {
     (start < end).then_some(start..end)
 }
 
-fn short(text: Slice<'_>) -> String {
+fn lossy_text(text: DwarfSlice<'_>) -> String {
     let bytes = text.slice();
-    diag::text::printable(&String::from_utf8_lossy(bytes.get(..bytes.len().min(MOST_NAME)).unwrap_or_default())).into()
+    diag::text::printable(&String::from_utf8_lossy(bytes.get(..bytes.len().min(MAX_NAME)).unwrap_or_default())).into()
 }

@@ -12,37 +12,37 @@ use std::collections::HashSet;
 
 use gimli::{AttributeValue, DebugInfoOffset, DebuggingInformationEntry, Dwarf, Reader as _, Section as _, Unit};
 
-use super::{MOST_NAME, Slice};
+use super::{MAX_NAME, DwarfSlice};
 use crate::image::elf;
-use crate::image::lines::LineAt;
+use crate::image::source_lines::SourceLine;
 
 /// The highest address that stands for no address; 1 is odd or within the first instruction.
-const LAST: u64 = 1;
+const MAX_LOW_ADDRESS: u64 = 1;
 /// References from entry to entry that are followed for a name.
-const HOPS: usize = 4;
+const MAX_REFERENCES: usize = 4;
 
 /// Rows that belong together: they ascend, and lie in one section.
-pub(super) struct Sequence {
+pub(super) struct LowSequence {
     start: u64,
     /// The address behind the last row.
     pub end: u64,
-    pub lines: Vec<LineAt>,
+    pub lines: Vec<SourceLine>,
 }
 
-impl Sequence {
-    pub(super) fn new(start: u64) -> Sequence {
-        Sequence { start, end: start, lines: Vec::new() }
+impl LowSequence {
+    pub(super) fn new(start: u64) -> LowSequence {
+        LowSequence { start, end: start, lines: Vec::new() }
     }
 
     /// It begins where dropped code is put.
     pub(super) fn is_low(&self) -> bool {
-        self.start <= LAST
+        self.start <= MAX_LOW_ADDRESS
     }
 }
 
 /// What is known of address 0.
-pub(super) struct Scan<'a, 'b> {
-    dwarf: &'a Dwarf<Slice<'b>>,
+pub(super) struct DroppedScan<'a, 'b> {
+    dwarf: &'a Dwarf<DwarfSlice<'b>>,
     elf: &'a [u8],
     /// Names of symbols at 0, read when they are first asked for.
     owners: Option<HashSet<Vec<u8>>>,
@@ -52,30 +52,30 @@ pub(super) struct Scan<'a, 'b> {
 
 /// The functions of some units that begin at 0.
 #[derive(Default)]
-struct Functions {
+struct LinkedFunctions {
     /// Some have names.
     named: bool,
     /// Sizes in bytes of those that have a symbol.
     alive: Vec<u64>,
 }
 
-impl<'a, 'b> Scan<'a, 'b> {
-    pub(super) fn new(dwarf: &'a Dwarf<Slice<'b>>, elf: &'a [u8]) -> Self {
+impl<'a, 'b> DroppedScan<'a, 'b> {
+    pub(super) fn new(dwarf: &'a Dwarf<DwarfSlice<'b>>, elf: &'a [u8]) -> Self {
         let budget = dwarf.debug_info.reader().len() * 4 + (1 << 20);
-        Scan { dwarf, elf, owners: None, budget }
+        DroppedScan { dwarf, elf, owners: None, budget }
     }
 
     /// The lines of those sequences that are code, and the lines of which it is not known.
-    pub(super) fn judge(&mut self, low: Vec<Sequence>, units: &[Unit<Slice<'b>>]) -> (Vec<LineAt>, Vec<LineAt>) {
-        let mut functions = Functions::default();
+    pub(super) fn split_dropped(&mut self, low: Vec<LowSequence>, units: &[Unit<DwarfSlice<'b>>]) -> (Vec<SourceLine>, Vec<SourceLine>) {
+        let mut functions = LinkedFunctions::default();
         for unit in units {
             // A damaged unit says nothing more.
             _ = self.functions(unit, units, &mut functions);
         }
-        let nobody = self.owners().is_empty();
+        let nobody = self.linked_names().is_empty();
         if !functions.alive.is_empty() {
             // Of several that begin at 0 it is the one that fits the function best.
-            let fits = |sequence: &Sequence| {
+            let fits = |sequence: &LowSequence| {
                 let sizes = functions.alive.iter().filter_map(|size| sequence.end.checked_sub(*size));
                 sizes.min()
             };
@@ -88,11 +88,11 @@ impl<'a, 'b> Scan<'a, 'b> {
         (Vec::new(), low.into_iter().flat_map(|sequence| sequence.lines).collect())
     }
 
-    fn owners(&mut self) -> &HashSet<Vec<u8>> {
+    fn linked_names(&mut self) -> &HashSet<Vec<u8>> {
         let elf = self.elf;
         self.owners.get_or_insert_with(|| {
             let mut owners = HashSet::new();
-            for name in elf::code_names_at(elf, 0).into_iter().filter(|name| name.len() <= MOST_NAME) {
+            for name in elf::code_names_at(elf, 0).into_iter().filter(|name| name.len() <= MAX_NAME) {
                 // Clones that a compiler makes have what they are behind a dot: `scale.constprop.0`.
                 let stem = name.split(|byte| *byte == b'.').next().unwrap_or_default();
                 owners.insert(stem.to_vec());
@@ -105,9 +105,9 @@ impl<'a, 'b> Scan<'a, 'b> {
     /// Adds the functions of a unit that begin at 0.
     fn functions(
         &mut self,
-        unit: &Unit<Slice<'b>>,
-        units: &[Unit<Slice<'b>>],
-        into: &mut Functions,
+        unit: &Unit<DwarfSlice<'b>>,
+        units: &[Unit<DwarfSlice<'b>>],
+        into: &mut LinkedFunctions,
     ) -> Result<(), gimli::Error> {
         let dwarf = self.dwarf;
         let mut entries = unit.entries();
@@ -118,7 +118,7 @@ impl<'a, 'b> Scan<'a, 'b> {
                 continue;
             }
             let Some(low) = entry.attr_value(gimli::DW_AT_low_pc) else { continue };
-            if dwarf.attr_address(unit, low)?.is_none_or(|low| low > LAST) {
+            if dwarf.attr_address(unit, low)?.is_none_or(|low| low > MAX_LOW_ADDRESS) {
                 continue;
             }
             let size = match entry.attr_value(gimli::DW_AT_high_pc) {
@@ -126,9 +126,9 @@ impl<'a, 'b> Scan<'a, 'b> {
                 Some(value) => dwarf.attr_address(unit, value)?.unwrap_or(0),
                 None => 0,
             };
-            let names = names(dwarf, unit, units, entry);
+            let names = linkage_names(dwarf, unit, units, entry);
             into.named |= !names.is_empty();
-            if names.iter().any(|name| self.owners().contains(name.slice())) {
+            if names.iter().any(|name| self.linked_names().contains(name.slice())) {
                 into.alive.push(size);
             }
         }
@@ -138,21 +138,21 @@ impl<'a, 'b> Scan<'a, 'b> {
 
 /// The names of a function, of which a linker knows one: its own or those of the entries that it refers to, in its unit or in others of
 /// its line program.
-fn names<'b>(
-    dwarf: &Dwarf<Slice<'b>>,
-    unit: &Unit<Slice<'b>>,
-    units: &[Unit<Slice<'b>>],
-    entry: &DebuggingInformationEntry<Slice<'b>>,
-) -> Vec<Slice<'b>> {
-    const NAMES: [gimli::DwAt; 3] = [gimli::DW_AT_linkage_name, gimli::DW_AT_MIPS_linkage_name, gimli::DW_AT_name];
-    const REFERENCES: [gimli::DwAt; 2] = [gimli::DW_AT_specification, gimli::DW_AT_abstract_origin];
+fn linkage_names<'b>(
+    dwarf: &Dwarf<DwarfSlice<'b>>,
+    unit: &Unit<DwarfSlice<'b>>,
+    units: &[Unit<DwarfSlice<'b>>],
+    entry: &DebuggingInformationEntry<DwarfSlice<'b>>,
+) -> Vec<DwarfSlice<'b>> {
+    const NAME_ATTRIBUTES: [gimli::DwAt; 3] = [gimli::DW_AT_linkage_name, gimli::DW_AT_MIPS_linkage_name, gimli::DW_AT_name];
+    const REFERENCE_ATTRIBUTES: [gimli::DwAt; 2] = [gimli::DW_AT_specification, gimli::DW_AT_abstract_origin];
     let (mut unit, mut entry, mut found) = (unit, entry.clone(), Vec::new());
-    for _ in 0..HOPS {
-        let here = NAMES.into_iter().filter_map(|name| dwarf.attr_string(unit, entry.attr_value(name)?).ok());
-        found.extend(here.filter(|name| name.len() <= MOST_NAME));
-        let next = match REFERENCES.into_iter().find_map(|name| entry.attr_value(name)) {
+    for _ in 0..MAX_REFERENCES {
+        let here = NAME_ATTRIBUTES.into_iter().filter_map(|name| dwarf.attr_string(unit, entry.attr_value(name)?).ok());
+        found.extend(here.filter(|name| name.len() <= MAX_NAME));
+        let next = match REFERENCE_ATTRIBUTES.into_iter().find_map(|name| entry.attr_value(name)) {
             Some(AttributeValue::UnitRef(offset)) => unit.entry(offset).ok(),
-            Some(AttributeValue::DebugInfoRef(offset)) => other(units, offset).and_then(|(other, offset)| {
+            Some(AttributeValue::DebugInfoRef(offset)) => referenced_entry(units, offset).and_then(|(other, offset)| {
                 unit = other;
                 unit.entry(offset).ok()
             }),
@@ -167,16 +167,16 @@ fn names<'b>(
 }
 
 /// The unit that has the entry at an offset of .debug_info.
-fn other<'u, 'b>(
-    units: &'u [Unit<Slice<'b>>],
+fn referenced_entry<'u, 'b>(
+    units: &'u [Unit<DwarfSlice<'b>>],
     offset: DebugInfoOffset,
-) -> Option<(&'u Unit<Slice<'b>>, gimli::UnitOffset)> {
-    const MOST: usize = 256;
-    units.iter().take(MOST).find_map(|unit| Some((unit, offset.to_unit_offset(&unit.header)?)))
+) -> Option<(&'u Unit<DwarfSlice<'b>>, gimli::UnitOffset)> {
+    const MAX_DEPTH: usize = 256;
+    units.iter().take(MAX_DEPTH).find_map(|unit| Some((unit, offset.to_unit_offset(&unit.header)?)))
 }
 
 /// Adds doubtful lines where no other covers their begin, as far as the next one.
-pub(super) fn add_where_free(lines: &mut Vec<LineAt>, doubtful: Vec<LineAt>) {
+pub(super) fn add_where_free(lines: &mut Vec<SourceLine>, doubtful: Vec<SourceLine>) {
     if doubtful.is_empty() {
         return;
     }

@@ -1,12 +1,12 @@
 //! The codes of the loader of object files, one row each: code, title, explanation.
 
-use diag::Code;
+use diag::DiagnosticCode;
 
 use crate::image::codes::row;
 
 /// All codes that [`super::load_omf51`] gives, for `emu explain`.
 #[rustfmt::skip]
-pub const OMF_CODES: &[Code] = &[
+pub const OMF_CODES: &[DiagnosticCode] = &[
     row("OMF001", "an object file that is cut off",
         "A file of OMF-51, the object format of Intel's, Keil's and other tools for MCS-51, is made of records with a length, and a module \
          end record (type 04) is the last. The message says where a record goes beyond the end of the file, or that the last one is \

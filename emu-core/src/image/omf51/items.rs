@@ -11,15 +11,15 @@
 
 use diag::Pos;
 
-use crate::image::LineAt;
+use crate::image::SourceLine;
 use crate::image::SymbolAt;
-use crate::image::faults::Faults;
-use crate::image::symbols::keil::Scopes;
-use crate::image::symbols::names::{Rank, settle};
-use crate::image::symbols::{Found, Mem, too_long};
+use crate::image::faults::FaultList;
+use crate::image::symbols::keil::ScopeTracker;
+use crate::image::symbols::names::{NameRank, resolve_names};
+use crate::image::symbols::{CollectedSymbols, MemorySpace, too_long};
 
 /// Most names and lines together; programs of 64 KB have some thousand.
-const MOST: usize = 1 << 18;
+const MAX_ITEMS: usize = 1 << 18;
 
 /// A name and what follows it: its length stands in front.
 pub(super) fn name(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
@@ -27,15 +27,15 @@ pub(super) fn name(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     rest.split_at_checked(length.into())
 }
 
-fn text(name: &[u8]) -> String {
+fn lossy_name(name: &[u8]) -> String {
     String::from_utf8_lossy(name).into_owned()
 }
 
 /// Names and lines as they are found.
 #[derive(Default)]
-pub(super) struct Items {
-    scopes: Scopes,
-    found: Found,
+pub(super) struct OmfItems {
+    scopes: ScopeTracker,
+    found: CollectedSymbols,
     /// A source file that stands in front of its module.
     source: Option<String>,
     /// The scope of a module is open.
@@ -47,21 +47,21 @@ pub(super) struct Items {
 }
 
 /// What an item of a record says.
-struct Item<'b> {
+struct OmfItem<'b> {
     info: u8,
     offset: u16,
     name: &'b [u8],
 }
 
-impl Items {
+impl OmfItems {
     /// The module header.
     pub(super) fn header(&mut self, module: &[u8]) {
         self.module(module);
     }
 
     fn module(&mut self, module: &[u8]) {
-        let mut quiet = Faults::new("", "");
-        let module = text(module);
+        let mut quiet = FaultList::new("", "");
+        let module = lossy_name(module);
         let stem = module.rsplit(['\\', '/']).next().unwrap_or_default();
         self.scopes.module(stem, None, &mut self.found, &mut quiet);
         if let Some(source) = self.source.take() {
@@ -79,7 +79,7 @@ impl Items {
                 self.open = true;
             }
             1 => self.scopes.block(),
-            2 => self.scopes.function(&text(name)),
+            2 => self.scopes.function(&lossy_name(name)),
             3 => {
                 self.scopes.end_module();
                 self.open = false;
@@ -94,7 +94,7 @@ impl Items {
     pub(super) fn items(&mut self, contents: &[u8], width: usize) {
         let Some((kind, rest)) = contents.split_first() else { return self.damaged += 1 };
         match kind {
-            0 | 1 => match named(rest, width, 1) {
+            0 | 1 => match split_items(rest, width, 1) {
                 Some(items) => items.iter().for_each(|item| self.symbol(item, *kind == 1)),
                 None => self.damaged += 1,
             },
@@ -109,7 +109,7 @@ impl Items {
     pub(super) fn keil(&mut self, contents: &[u8]) {
         let Some((kind, rest)) = contents.split_first() else { return self.damaged += 1 };
         match kind {
-            0 | 1 => match (1..=3).find_map(|between| named(rest, 1, between)) {
+            0 | 1 => match (1..=3).find_map(|between| split_items(rest, 1, between)) {
                 Some(items) => items.iter().for_each(|item| self.symbol(item, *kind == 1)),
                 None => self.damaged += 1,
             },
@@ -120,7 +120,7 @@ impl Items {
 
     /// Public definitions.
     pub(super) fn publics(&mut self, contents: &[u8], width: usize) {
-        match named(contents, width, 1) {
+        match split_items(contents, width, 1) {
             Some(items) => items.iter().for_each(|item| self.symbol(item, true)),
             None => self.damaged += 1,
         }
@@ -135,7 +135,7 @@ impl Items {
             Some((&first, rest)) if usize::from(first) == rest.len() => rest,
             _ => name,
         };
-        let name = text(name);
+        let name = lossy_name(name);
         let file = name.rsplit(['\\', '/']).next().unwrap_or_default();
         if too_long(file) {
             self.damaged += 1;
@@ -156,28 +156,28 @@ impl Items {
             let Some((segment, [a, b, c, d])) = item.split_at_checked(width) else { continue };
             let (addr, line) = (u16::from_le_bytes([*a, *b]), u16::from_le_bytes([*c, *d]));
             self.count += 1;
-            if segment.iter().all(|byte| *byte == 0) && line > 0 && self.count <= MOST {
+            if segment.iter().all(|byte| *byte == 0) && line > 0 && self.count <= MAX_ITEMS {
                 self.scopes.line(addr.into(), line.into(), Pos::default());
             }
         }
     }
 
-    fn symbol(&mut self, item: &Item<'_>, public: bool) {
+    fn symbol(&mut self, item: &OmfItem<'_>, public: bool) {
         self.count += 1;
-        if item.name.is_empty() || self.count > MOST {
+        if item.name.is_empty() || self.count > MAX_ITEMS {
             return;
         }
-        let (addr, name) = (u32::from(item.offset), text(item.name));
+        let (addr, name) = (u32::from(item.offset), lossy_name(item.name));
         let mem = match item.info & 7 {
-            0 => Mem::Code,
-            1 => Mem::Xdata,
-            2 if addr <= 0xFF => Mem::Sfr,
-            3 if addr <= 0xFF => Mem::Idata,
-            4 if addr <= 0xFF => Mem::Bit,
+            0 => MemorySpace::Code,
+            1 => MemorySpace::Xdata,
+            2 if addr <= 0xFF => MemorySpace::Sfr,
+            3 if addr <= 0xFF => MemorySpace::Idata,
+            4 if addr <= 0xFF => MemorySpace::Bit,
             5 => return self.found.unplaced.push((name, addr)),
             _ => return self.damaged += 1,
         };
-        let (pos, mut quiet) = (Pos::default(), Faults::new("", ""));
+        let (pos, mut quiet) = (Pos::default(), FaultList::new("", ""));
         match public {
             true => self.scopes.public(mem, addr, &name, pos, &mut self.found, &mut quiet),
             false => self.scopes.local(mem, addr, &name, pos, &mut self.found, &mut quiet),
@@ -185,12 +185,12 @@ impl Items {
     }
 
     /// The symbols and lines. What could not be read is told once.
-    pub(super) fn finish(mut self, faults: &mut Faults) -> (Vec<SymbolAt>, Vec<LineAt>) {
-        self.scopes.finish(&mut self.found, &mut Faults::new("", ""));
-        if self.damaged > 0 || self.count > MOST {
+    pub(super) fn finish(mut self, faults: &mut FaultList) -> (Vec<SymbolAt>, Vec<SourceLine>) {
+        self.scopes.finish(&mut self.found, &mut FaultList::new("", ""));
+        if self.damaged > 0 || self.count > MAX_ITEMS {
             let damaged = self.damaged;
             let cause = || match damaged {
-                0 => format!("there are more names and lines than {MOST}, the rest is left out"),
+                0 => format!("there are more names and lines than {MAX_ITEMS}, the rest is left out"),
                 _ => format!(
                     "{damaged} records or names of debugging information cannot be read, so names and lines may be missing"
                 ),
@@ -199,18 +199,18 @@ impl Items {
         }
         // Of two places for one name none has it: names never refuse a program.
         for entry in &mut self.found.entries {
-            entry.names.iter_mut().filter(|(rank, _)| *rank == Rank::Exact).for_each(|(rank, _)| *rank = Rank::Full);
+            entry.names.iter_mut().filter(|(rank, _)| *rank == NameRank::Exact).for_each(|(rank, _)| *rank = NameRank::Full);
         }
-        let mut symbols = settle(&self.found.entries, &[], &mut Vec::new());
+        let mut symbols = resolve_names(&self.found.entries, &[], &mut Vec::new());
         symbols.extend(
-            self.found.unplaced.into_iter().map(|(name, value)| SymbolAt::new(name, crate::image::CONSTANT, value, 0)),
+            self.found.unplaced.into_iter().map(|(name, value)| SymbolAt::new(name, crate::image::CONSTANT_SPACE, value, 0)),
         );
         (symbols, self.found.lines)
     }
 }
 
 /// The items with names of a record, with `between` bytes between offset and name; nothing where they do not fill it.
-fn named(mut bytes: &[u8], width: usize, between: usize) -> Option<Vec<Item<'_>>> {
+fn split_items(mut bytes: &[u8], width: usize, between: usize) -> Option<Vec<OmfItem<'_>>> {
     let mut items = Vec::new();
     while !bytes.is_empty() {
         let (segment, rest) = bytes.split_at_checked(width)?;
@@ -221,7 +221,7 @@ fn named(mut bytes: &[u8], width: usize, between: usize) -> Option<Vec<Item<'_>>
         }
         // What lies in a segment without an address has none.
         if segment.iter().all(|byte| *byte == 0) {
-            items.push(Item { info, offset: u16::from_le_bytes([low, high]), name });
+            items.push(OmfItem { info, offset: u16::from_le_bytes([low, high]), name });
         }
         bytes = rest;
     }

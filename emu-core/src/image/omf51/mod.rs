@@ -13,14 +13,14 @@ mod items;
 
 use diag::{Diagnostic, Pos};
 
-use super::faults::Faults;
-use super::place::{Origin, Placed, Trouble, describe};
-use super::{Image, Lines, Loaded, Space};
+use super::faults::FaultList;
+use super::placement::{SourceSpan, PlacedBytes, PlacementError, describe_spaces};
+use super::{Image, SourceLines, LoadedImage, ImageSpace};
 pub use codes::OMF_CODES;
-use items::Items;
+use items::OmfItems;
 
 /// Types of records. Keil's linkers write those of Intel with numbers of segments of two bytes under the next odd number.
-mod kind {
+mod record_kind {
     pub(super) const HEADER: u8 = 0x02;
     pub(super) const END: u8 = 0x04;
     pub(super) const CONTENT: u8 = 0x06;
@@ -44,7 +44,7 @@ mod kind {
 
 /// What a file seems to be by its first record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Guess {
+pub(super) enum OmfGuess {
     /// A module of OMF-51.
     Module,
     /// A library of such modules.
@@ -54,26 +54,26 @@ pub(super) enum Guess {
 }
 
 /// What a file is, if it is no text. No text begins with the byte 02; the two others are letters, so their first record must be right.
-pub(super) fn guess(bytes: &[u8]) -> Option<Guess> {
+pub(super) fn guess_format(bytes: &[u8]) -> Option<OmfGuess> {
     let right = || {
         let length = usize::from(u16::from_le_bytes([*bytes.get(1)?, *bytes.get(2)?]));
-        (length > 0).then(|| bytes.get(..3 + length)).flatten().filter(|record| sum(record) == 0)
+        (length > 0).then(|| bytes.get(..3 + length)).flatten().filter(|record| checksum(record) == 0)
     };
     match *bytes.first()? {
-        kind::HEADER => Some(Guess::Module),
-        kind::LIBRARY => right().map(|_| Guess::Library),
-        kind::OMF2 => right().map(|_| Guess::Omf2),
+        record_kind::HEADER => Some(OmfGuess::Module),
+        record_kind::LIBRARY => right().map(|_| OmfGuess::Library),
+        record_kind::OMF2 => right().map(|_| OmfGuess::Omf2),
         _ => None,
     }
 }
 
-fn sum(record: &[u8]) -> u8 {
+fn checksum(record: &[u8]) -> u8 {
     record.iter().fold(0, |sum: u8, byte| sum.wrapping_add(*byte))
 }
 
 /// A record whose check sum is right.
 #[derive(Clone, Copy)]
-struct Record<'b> {
+struct OmfRecord<'b> {
     kind: u8,
     /// Between length and check sum.
     contents: &'b [u8],
@@ -81,10 +81,10 @@ struct Record<'b> {
     offset: usize,
 }
 
-impl Record<'_> {
+impl OmfRecord<'_> {
     /// The type in Intel's specification, and the bytes that a number of a segment has.
     fn intel(&self) -> (u8, usize) {
-        let odd = self.kind < kind::FIRST_OWN && self.kind % 2 == 1;
+        let odd = self.kind < record_kind::FIRST_OWN && self.kind % 2 == 1;
         if odd { (self.kind - 1, 2) } else { (self.kind, 1) }
     }
 }
@@ -93,16 +93,16 @@ impl Record<'_> {
 ///
 /// # Errors
 /// All faults of the file (codes in [`OMF_CODES`]); at most [`super::LIMIT`] and a closing note with the number of others.
-pub fn load_omf51(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, Vec<Diagnostic>> {
-    let mut faults = Faults::new(file, "OMF010");
-    match guess(bytes) {
-        Some(Guess::Module) => {}
-        Some(Guess::Library) => {
+pub fn load_omf51(file: &str, bytes: &[u8], spaces: &[ImageSpace]) -> Result<LoadedImage, Vec<Diagnostic>> {
+    let mut faults = FaultList::new(file, "OMF010");
+    match guess_format(bytes) {
+        Some(OmfGuess::Module) => {}
+        Some(OmfGuess::Library) => {
             let cause = || "the file is a library of object modules, not a program".to_owned();
             faults.error("OMF003", Pos::default(), cause, "link a program with it and load that");
             return faults.finish(Image::default());
         }
-        Some(Guess::Omf2) => {
+        Some(OmfGuess::Omf2) => {
             let cause = || "the file is of Keil's LX51, in a format of its own (OMF2), which is not read".to_owned();
             faults.error(
                 "OMF004",
@@ -115,27 +115,27 @@ pub fn load_omf51(file: &str, bytes: &[u8], spaces: &[Space]) -> Result<Loaded, 
         None => {
             let first =
                 bytes.first().map_or("the file is empty".to_owned(), |b| format!("the first byte is 0x{b:02X}"));
-            faults.error("OMF005", Pos::default(), || format!("{first}, wanted 0x02, a module header"), GET_AGAIN);
+            faults.error("OMF005", Pos::default(), || format!("{first}, wanted 0x02, a module header"), REBUILD_HINT);
             return faults.finish(Image::default());
         }
     }
-    let mut reader = Reader { placed: Placed::new(spaces), spaces, items: Items::default(), seen: Seen::default() };
+    let mut reader = OmfReader { placed: PlacedBytes::new(spaces), spaces, items: OmfItems::default(), seen: SeenRecords::default() };
     reader.read(bytes, &mut faults);
-    let Reader { placed, items, seen, .. } = reader;
-    if faults.none() && !seen.content {
+    let OmfReader { placed, items, seen, .. } = reader;
+    if faults.is_empty() && !seen.content {
         let cause = || "no record has contents of program memory".to_owned();
         faults.error("OMF009", Pos::default(), cause, "link a program; this may be a module of names alone");
     }
     let (symbols, lines) = items.finish(&mut faults);
-    let lines = Lines::new(lines);
+    let lines = SourceLines::new(lines);
     faults.finish(Image { segments: placed.into_segments(), symbols, lines, entry: None })
 }
 
-const GET_AGAIN: &str = "the file is cut off or damaged: build or get it again";
+const REBUILD_HINT: &str = "the file is cut off or damaged: build or get it again";
 
 /// What has been seen.
 #[derive(Default)]
-struct Seen {
+struct SeenRecords {
     content: bool,
     /// The module header's name.
     name: Option<Vec<u8>>,
@@ -143,24 +143,24 @@ struct Seen {
     relocatable: bool,
 }
 
-struct Reader<'s> {
-    placed: Placed<'s>,
-    spaces: &'s [Space],
-    items: Items,
-    seen: Seen,
+struct OmfReader<'s> {
+    placed: PlacedBytes<'s>,
+    spaces: &'s [ImageSpace],
+    items: OmfItems,
+    seen: SeenRecords,
 }
 
-impl Reader<'_> {
-    fn read(&mut self, bytes: &[u8], faults: &mut Faults) {
+impl OmfReader<'_> {
+    fn read(&mut self, bytes: &[u8], faults: &mut FaultList) {
         let mut offset = 0;
         loop {
-            if faults.hopeless() {
+            if faults.give_up_if_hopeless() {
                 return;
             }
             let rest = bytes.get(offset..).unwrap_or_default();
             let Some((&kind, after)) = rest.split_first() else {
                 let cause = || "the file ends without a module end record (type 0x04)".to_owned();
-                return faults.error("OMF001", Pos::default(), cause, GET_AGAIN);
+                return faults.error("OMF001", Pos::default(), cause, REBUILD_HINT);
             };
             let whole = after.first_chunk().and_then(|length| {
                 let length = usize::from(u16::from_le_bytes(*length));
@@ -169,12 +169,12 @@ impl Reader<'_> {
             let Some(whole) = whole else {
                 let cause =
                     || format!("the record of type 0x{kind:02X} at 0x{offset:X} goes beyond the end of the file");
-                return faults.error("OMF001", Pos::default(), cause, GET_AGAIN);
+                return faults.error("OMF001", Pos::default(), cause, REBUILD_HINT);
             };
             let end = offset + whole.len();
-            if sum(whole) == 0 {
+            if checksum(whole) == 0 {
                 let contents = whole.get(3..whole.len() - 1).unwrap_or_default();
-                if self.record(Record { kind, contents, offset }, faults) {
+                if self.record(OmfRecord { kind, contents, offset }, faults) {
                     // CP/M and ISIS fill the last sector of 128 bytes.
                     let behind = bytes.get(end..).unwrap_or_default();
                     let filled = behind.len() < 128 && behind.iter().all(|byte| matches!(byte, 0 | 0x1A));
@@ -186,33 +186,33 @@ impl Reader<'_> {
                 }
             } else {
                 let found = whole.last().copied().unwrap_or(0);
-                let wanted = found.wrapping_sub(sum(whole));
+                let wanted = found.wrapping_sub(checksum(whole));
                 let cause = || {
                     format!(
                         "record 0x{kind:02X} at 0x{offset:X} has the check sum 0x{found:02X}, its bytes want 0x{wanted:02X}"
                     )
                 };
-                faults.error("OMF002", Pos::default(), cause, GET_AGAIN);
+                faults.error("OMF002", Pos::default(), cause, REBUILD_HINT);
             }
             offset = end;
         }
     }
 
     /// One record; true for the last.
-    fn record(&mut self, record: Record<'_>, faults: &mut Faults) -> bool {
+    fn record(&mut self, record: OmfRecord<'_>, faults: &mut FaultList) -> bool {
         let (kind, width) = record.intel();
         match kind {
-            kind::HEADER if self.seen.name.is_some() => {
+            record_kind::HEADER if self.seen.name.is_some() => {
                 damaged(record, "a second module header", faults);
             }
-            kind::HEADER => match items::name(record.contents) {
+            record_kind::HEADER => match items::name(record.contents) {
                 Some((name, [_, ..])) => {
                     self.seen.name = Some(name.to_vec());
                     self.items.header(name);
                 }
                 _ => damaged(record, "its name goes beyond its end", faults),
             },
-            kind::END => {
+            record_kind::END => {
                 match items::name(record.contents) {
                     Some((name, _)) if self.seen.name.as_deref().is_some_and(|first| first != name) => {
                         damaged(record, "it names another module than the module header", faults);
@@ -222,24 +222,24 @@ impl Reader<'_> {
                 }
                 return true;
             }
-            kind::CONTENT => self.content(record, width, faults),
-            kind::FIXUP => self.relocatable(record, "has addresses that a linker fills in", faults),
-            kind::EXTERNALS if !record.contents.is_empty() => {
+            record_kind::CONTENT => self.content(record, width, faults),
+            record_kind::FIXUP => self.relocatable(record, "has addresses that a linker fills in", faults),
+            record_kind::EXTERNALS if !record.contents.is_empty() => {
                 self.relocatable(record, "has names of other modules", faults);
             }
-            kind::SCOPE => self.items.scope(record.contents),
-            kind::ITEMS => self.items.items(record.contents, width),
-            kind::PUBLICS => self.items.publics(record.contents, width),
-            kind::KEIL_ITEMS => self.items.keil(record.contents),
-            kind::KEIL_SOURCE => self.items.source(record.contents),
+            record_kind::SCOPE => self.items.scope(record.contents),
+            record_kind::ITEMS => self.items.items(record.contents, width),
+            record_kind::PUBLICS => self.items.publics(record.contents, width),
+            record_kind::KEIL_ITEMS => self.items.keil(record.contents),
+            record_kind::KEIL_SOURCE => self.items.source(record.contents),
             // What of it is placed stands in the contents; Keil's descriptions of types are not needed.
-            kind::SEGMENTS | kind::EXTERNALS | kind::FIRST_OWN.. => {}
+            record_kind::SEGMENTS | record_kind::EXTERNALS | record_kind::FIRST_OWN.. => {}
             _ => damaged(record, "its type is unknown", faults),
         }
         false
     }
 
-    fn content(&mut self, record: Record<'_>, width: usize, faults: &mut Faults) {
+    fn content(&mut self, record: OmfRecord<'_>, width: usize, faults: &mut FaultList) {
         let Some((segment, rest)) = record.contents.split_at_checked(width) else {
             return damaged(record, "it is too short", faults);
         };
@@ -249,17 +249,17 @@ impl Reader<'_> {
         let Some((offset, data)) = rest.split_first_chunk() else { return damaged(record, "it is too short", faults) };
         let addr = u16::from_le_bytes(*offset);
         self.seen.content |= !data.is_empty();
-        let from = Origin { line: u32::try_from(record.offset).unwrap_or(u32::MAX), column: 0 };
+        let from = SourceSpan { line: u32::try_from(record.offset).unwrap_or(u32::MAX), column: 0 };
         let spaces = self.spaces;
-        self.placed.put(addr.into(), data, from, |trouble| match trouble {
-            Trouble::Outside { start, end } => {
+        self.placed.place_bytes(addr.into(), data, from, |trouble| match trouble {
+            PlacementError::Outside { start, end } => {
                 let cause = || {
                     let (last, at) = (end - 1, record.offset);
-                    format!("the contents at 0x{at:X} fill 0x{start:04X} to 0x{last:04X}, outside the memories of the chip: {}", describe(spaces))
+                    format!("the contents at 0x{at:X} fill 0x{start:04X} to 0x{last:04X}, outside the memories of the chip: {}", describe_spaces(spaces))
                 };
                 faults.error("OMF006", Pos::default(), cause, "link for this chip, or choose the chip it was linked for");
             }
-            Trouble::Overlap { start, end, with } | Trouble::Replaced { start, end, with } => {
+            PlacementError::Overlap { start, end, with } | PlacementError::Replaced { start, end, with } => {
                 let cause = || {
                     let (last, at, other) = (end - 1, record.offset, with.line);
                     format!("the contents at 0x{at:X} fill 0x{start:04X} to 0x{last:04X}, which those at 0x{other:X} have filled")
@@ -270,7 +270,7 @@ impl Reader<'_> {
     }
 
     /// The module is not absolute. Once said is enough.
-    fn relocatable(&mut self, record: Record<'_>, what: &str, faults: &mut Faults) {
+    fn relocatable(&mut self, record: OmfRecord<'_>, what: &str, faults: &mut FaultList) {
         if std::mem::replace(&mut self.seen.relocatable, true) {
             return;
         }
@@ -280,7 +280,7 @@ impl Reader<'_> {
     }
 }
 
-fn damaged(record: Record<'_>, what: &str, faults: &mut Faults) {
+fn damaged(record: OmfRecord<'_>, what: &str, faults: &mut FaultList) {
     let cause = || format!("record 0x{:02X} at 0x{:X} cannot be read: {what}", record.kind, record.offset);
-    faults.error("OMF005", Pos::default(), cause, GET_AGAIN);
+    faults.error("OMF005", Pos::default(), cause, REBUILD_HINT);
 }

@@ -11,25 +11,25 @@ use std::collections::HashMap;
 
 use diag::Pos;
 
-use super::names::{self, Debug, Scope};
-use super::{Faults, Found, LineKind, Mem, numbered, pos_of, short};
+use super::names::{self, DebugRecord, SymbolScope};
+use super::{FaultList, CollectedSymbols, SourceKind, MemorySpace, numbered_lines, pos_of, shortened};
 
 /// What a symbol or function record says.
 #[derive(Clone, Copy)]
-struct Kind {
+struct CdbSymbol {
     /// None for what lies on a stack or in registers.
-    mem: Option<Mem>,
+    mem: Option<MemorySpace>,
     size: u32,
 }
 
-type Key<'t> = (Scope<'t>, &'t str, &'t str, &'t str);
+type CdbKey<'t> = (SymbolScope<'t>, &'t str, &'t str, &'t str);
 
 /// Reads a file of records.
-pub(super) fn read(text: &str, found: &mut Found, faults: &mut Faults) {
-    let mut kinds: HashMap<Key, Kind> = HashMap::new();
+pub(super) fn read_cdb(text: &str, found: &mut CollectedSymbols, faults: &mut FaultList) {
+    let mut kinds: HashMap<CdbKey, CdbSymbol> = HashMap::new();
     let mut links = Vec::new();
-    for (number, line) in numbered(text).filter(|(_, line)| !line.is_empty()) {
-        if faults.full() {
+    for (number, line) in numbered_lines(text).filter(|(_, line)| !line.is_empty()) {
+        if faults.is_full() {
             return;
         }
         match line.as_bytes() {
@@ -49,26 +49,26 @@ pub(super) fn read(text: &str, found: &mut Found, faults: &mut Faults) {
             _ => damaged(number, line, line, "the line begins with no record type", faults),
         }
     }
-    if links.is_empty() && faults.none() {
+    if links.is_empty() && faults.is_empty() {
         let cause = || format!("{} symbols, but no link address (record L)", kinds.len());
         let hint = "link with --debug as well and give the .cdb that the linker wrote";
         faults.error("SYM007", Pos::default(), cause, hint);
     }
     for (number, line, name, addr) in links {
-        place(name, addr, &kinds, pos_of(number, line, name), found, faults);
+        place_symbol(name, addr, &kinds, pos_of(number, line, name), found, faults);
     }
 }
 
-fn place(name: &str, addr: u32, kinds: &HashMap<Key, Kind>, pos: Pos, found: &mut Found, faults: &mut Faults) {
-    match names::debug(name) {
-        Some(Debug::CLine { file, line }) => found.line(addr, LineKind::C, file, line, pos, faults),
-        Some(Debug::AsmLine { module, line }) => {
-            found.line(addr, LineKind::Asm, &format!("{module}.asm"), line, pos, faults);
+fn place_symbol(name: &str, addr: u32, kinds: &HashMap<CdbKey, CdbSymbol>, pos: Pos, found: &mut CollectedSymbols, faults: &mut FaultList) {
+    match names::parse_debug_record(name) {
+        Some(DebugRecord::CLine { file, line }) => found.add_line(addr, SourceKind::C, file, line, pos, faults),
+        Some(DebugRecord::AsmLine { module, line }) => {
+            found.add_line(addr, SourceKind::Asm, &format!("{module}.asm"), line, pos, faults);
         }
-        Some(Debug::End) => {}
-        Some(Debug::Symbol { scope, name: short, level, block }) => match kinds.get(&(scope, short, level, block)) {
-            Some(&Kind { mem: Some(mem), size }) => {
-                found.place(mem, addr, size, names::in_c(scope, short, block), pos, faults);
+        Some(DebugRecord::End) => {}
+        Some(DebugRecord::Symbol { scope, name: short, level, block }) => match kinds.get(&(scope, short, level, block)) {
+            Some(&CdbSymbol { mem: Some(mem), size }) => {
+                found.add_symbol(mem, addr, size, names::c_names(scope, short, block), pos, faults);
             }
             _ => found.unplaced.push((short.to_owned(), addr)),
         },
@@ -76,13 +76,13 @@ fn place(name: &str, addr: u32, kinds: &HashMap<Key, Kind>, pos: Pos, found: &mu
     }
 }
 
-type Damage<'t> = (&'t str, &'static str);
+type CdbDamage<'t> = (&'t str, &'static str);
 
 /// `S:name({size}type),space,...`
-fn symbol(line: &str) -> Result<(Key<'_>, Kind), Damage<'_>> {
+fn symbol(line: &str) -> Result<(CdbKey<'_>, CdbSymbol), CdbDamage<'_>> {
     let rest = line.get(2..).unwrap_or_default();
     let (name, _) = rest.split_once('(').ok_or((rest, "the type in parentheses is missing"))?;
-    let Some(Debug::Symbol { scope, name, level, block }) = names::debug(name) else {
+    let Some(DebugRecord::Symbol { scope, name, level, block }) = names::parse_debug_record(name) else {
         return Err((name, "wanted a name such as G$main$0_0$0"));
     };
     let (chain, after) = rest.rsplit_once(')').ok_or((rest, "the type is not closed"))?;
@@ -95,22 +95,22 @@ fn symbol(line: &str) -> Result<(Key<'_>, Kind), Damage<'_>> {
     let function = size.1.starts_with("DF");
     let mem = match space {
         // A function that only a declaration or an interrupt table names has the space of undefined symbols.
-        "C" | "D" => Some(Mem::Code),
-        "Z" if function => Some(Mem::Code),
-        "E" | "G" => Some(Mem::Idata),
-        "F" | "P" => Some(Mem::Xdata),
-        "H" | "J" => Some(Mem::Bit),
-        "I" => Some(Mem::Sfr),
+        "C" | "D" => Some(MemorySpace::Code),
+        "Z" if function => Some(MemorySpace::Code),
+        "E" | "G" => Some(MemorySpace::Idata),
+        "F" | "P" => Some(MemorySpace::Xdata),
+        "H" | "J" => Some(MemorySpace::Bit),
+        "I" => Some(MemorySpace::Sfr),
         "A" | "B" | "R" | "Z" => None,
         _ => return Err((if space.is_empty() { after } else { space }, "the address space is unknown")),
     };
     // The size of a function's record is that of a pointer to it; that of a bit is in bytes.
     let size = if function { 0 } else { bytes };
-    Ok(((scope, name, level, block), Kind { mem, size }))
+    Ok(((scope, name, level, block), CdbSymbol { mem, size }))
 }
 
 /// `L:name:address`
-fn link(line: &str) -> Result<(&str, u32), Damage<'_>> {
+fn link(line: &str) -> Result<(&str, u32), CdbDamage<'_>> {
     let rest = line.get(2..).unwrap_or_default();
     let (name, addr) = rest.rsplit_once(':').ok_or((rest, "the address is missing"))?;
     if name.is_empty() {
@@ -122,7 +122,7 @@ fn link(line: &str) -> Result<(&str, u32), Damage<'_>> {
     Ok((name, addr))
 }
 
-fn damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut Faults) {
-    let cause = || format!("{what}: {:?}", short(part));
+fn damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut FaultList) {
+    let cause = || format!("{what}: {:?}", shortened(part));
     faults.error("SYM003", pos_of(number, line, part), cause, "the file is cut off or damaged: build anew");
 }

@@ -10,15 +10,15 @@
 //! ```
 
 /// Where the line number ends: with addresses of 24 bits (SDCC 3 and 4) and of 16 bits (SDCC 2).
-const WIDTHS: [usize; 2] = [39, 31];
+const GUTTER_WIDTHS: [usize; 2] = [39, 31];
 /// An address begins before this column and a value behind it.
-const ADDRESS: usize = 10;
+const ADDRESS_COLUMN: usize = 10;
 /// The first column where bytes may stand.
-const BYTES: usize = 8;
+const BYTES_COLUMN: usize = 8;
 
 /// One line of a listing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Row<'t> {
+pub(super) struct GutterRow<'t> {
     pub address: Option<u32>,
     /// The value of a symbol that is given one.
     pub value: Option<u32>,
@@ -33,23 +33,23 @@ pub(super) struct Row<'t> {
 }
 
 /// The column where line numbers end, by the first line of a listing.
-pub(super) fn width(first: &str) -> Option<usize> {
-    WIDTHS.into_iter().find(|&width| {
+pub(super) fn gutter_width(first: &str) -> Option<usize> {
+    GUTTER_WIDTHS.into_iter().find(|&width| {
         let (Some(gutter), Some(rest)) = (first.get(..width), first.get(width..)) else { return false };
         (gutter == "1" || gutter.ends_with(" 1"))
             && (rest.is_empty() || rest.starts_with([' ', '\t']))
-            && row(first, width).is_some()
+            && split_gutter(first, width).is_some()
     })
 }
 
 /// Takes a line apart; nothing when it is none of a listing.
-pub(super) fn row(line: &str, width: usize) -> Option<Row<'_>> {
+pub(super) fn split_gutter(line: &str, width: usize) -> Option<GutterRow<'_>> {
     // A line number of more than five digits moves the source to the right.
     let digits = line.get(width..).map_or(0, |rest| rest.bytes().take_while(u8::is_ascii_digit).count());
     let at = (width + digits).min(line.len());
     let (gutter, source) = (line.get(..at)?, line.get(at..)?);
     let source = source.strip_prefix(' ').unwrap_or(source);
-    let mut row = Row { address: None, value: None, bytes: false, relocated: false, more: true, source };
+    let mut row = GutterRow { address: None, value: None, bytes: false, relocated: false, more: true, source };
     let body = gutter.trim_end();
     let start = body.len() - body.trim_start().len();
     let body = body.get(start..)?;
@@ -66,18 +66,18 @@ pub(super) fn row(line: &str, width: usize) -> Option<Row<'_>> {
         return (!row.more).then_some(row);
     }
     if row.more {
-        (start >= BYTES && source.is_empty()).then_some(())?;
+        (start >= BYTES_COLUMN && source.is_empty()).then_some(())?;
         row.bytes = true;
-        row.relocated = pairs(body)?;
+        row.relocated = is_byte_pairs(body)?;
         return Some(row);
     }
     let (first, rest) = body.split_once(' ').unwrap_or((body, ""));
-    let number = hex(first)?;
-    if start < ADDRESS {
+    let number = parse_hex(first)?;
+    if start < ADDRESS_COLUMN {
         let code = rest.split_once('[').map_or(rest, |(code, _)| code).trim();
         row.address = Some(number);
         row.bytes = !code.is_empty();
-        row.relocated = row.bytes && pairs(code)?;
+        row.relocated = row.bytes && is_byte_pairs(code)?;
     } else {
         rest.is_empty().then_some(())?;
         row.value = Some(number);
@@ -86,7 +86,7 @@ pub(super) fn row(line: &str, width: usize) -> Option<Row<'_>> {
 }
 
 /// Bytes of two digits with one character between them; true when one of those is a mark of the linker's.
-fn pairs(text: &str) -> Option<bool> {
+fn is_byte_pairs(text: &str) -> Option<bool> {
     let mut marked = false;
     for group in text.as_bytes().chunks(3) {
         match group {
@@ -99,6 +99,6 @@ fn pairs(text: &str) -> Option<bool> {
     Some(marked)
 }
 
-fn hex(text: &str) -> Option<u32> {
+fn parse_hex(text: &str) -> Option<u32> {
     (text.len() >= 4 && text.bytes().all(|b| b.is_ascii_hexdigit())).then(|| u32::from_str_radix(text, 16).ok())?
 }

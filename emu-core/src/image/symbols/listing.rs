@@ -7,27 +7,27 @@ use std::collections::{HashMap, HashSet};
 
 use diag::Pos;
 
-use super::gutter::{self, Row};
-use super::names::{self, Debug};
-use super::{Faults, Found, LineKind, Mem, extension, numbered, pos_of, short};
+use super::gutter::{self, GutterRow};
+use super::names::{self, DebugRecord};
+use super::{FaultList, CollectedSymbols, SourceKind, MemorySpace, extension, numbered_lines, pos_of, shortened};
 
 /// Lines that may follow the first line of a page: radix, title, subtitle, a blank one.
-const PAGE_HEAD: u32 = 4;
+const PAGE_HEAD_LINES: u32 = 4;
 
 /// Reads a listing; `file` is its name.
-pub(super) fn read(file: &str, text: &str, found: &mut Found, faults: &mut Faults) {
-    let Some(width) = text.lines().find_map(|line| gutter::width(line.trim_end())) else {
+pub(super) fn read_listing(file: &str, text: &str, found: &mut CollectedSymbols, faults: &mut FaultList) {
+    let Some(width) = text.lines().find_map(|line| gutter::gutter_width(line.trim_end())) else {
         let cause = || "no line of the file is line 1 of a listing".to_owned();
         return faults.error("SYM010", Pos::default(), cause, "give a listing of sdas8051, or link anew");
     };
-    let mut page = Page::new(file, text, width);
+    let mut page = ListingReader::new(file, text, width);
     let mut head = 0;
-    for (number, line) in numbered(text) {
+    for (number, line) in numbered_lines(text) {
         if line.trim_start_matches('\u{c}').starts_with("ASxxxx Assembler") {
-            head = PAGE_HEAD;
+            head = PAGE_HEAD_LINES;
             continue;
         }
-        let row = gutter::row(line, width);
+        let row = gutter::split_gutter(line, width);
         if head > 0 && row.is_none() {
             if matches!(line, "Symbol Table" | "Area Table") {
                 break;
@@ -45,7 +45,7 @@ pub(super) fn read(file: &str, text: &str, found: &mut Found, faults: &mut Fault
             }
             None if line.is_empty() => {}
             None => {
-                let cause = || format!("the line is none of a listing in hexadecimal: {:?}", short(line.trim_start()));
+                let cause = || format!("the line is none of a listing in hexadecimal: {:?}", shortened(line.trim_start()));
                 faults.error(
                     "SYM010",
                     pos_of(number, line, line.trim_start()),
@@ -54,7 +54,7 @@ pub(super) fn read(file: &str, text: &str, found: &mut Found, faults: &mut Fault
                 );
             }
         }
-        if faults.full() {
+        if faults.is_full() {
             return;
         }
     }
@@ -62,13 +62,13 @@ pub(super) fn read(file: &str, text: &str, found: &mut Found, faults: &mut Fault
 
 /// What is known of an area.
 #[derive(Clone, Copy)]
-struct Area {
-    mem: Mem,
+struct ListingArea {
+    mem: MemorySpace,
     absolute: bool,
 }
 
 /// The state while lines are read.
-struct Page<'t> {
+struct ListingReader<'t> {
     file: &'t str,
     /// True for a `.lst`, whose areas must be absolute.
     unlinked: bool,
@@ -78,22 +78,22 @@ struct Page<'t> {
     bits: bool,
     module: &'t str,
     public: HashSet<&'t str>,
-    areas: HashMap<&'t str, Area>,
+    areas: HashMap<&'t str, ListingArea>,
     name: &'t str,
-    area: Area,
+    area: ListingArea,
     /// Lines of C that wait for the address of their code.
     waiting: Vec<(&'t str, u32)>,
 }
 
-impl<'t> Page<'t> {
+impl<'t> ListingReader<'t> {
     fn new(file: &'t str, text: &'t str, width: usize) -> Self {
         // Names may be declared public behind their label.
-        let sources = text.lines().filter_map(|line| Some(gutter::row(line.trim_end(), width)?.source.trim_start()));
+        let sources = text.lines().filter_map(|line| Some(gutter::split_gutter(line.trim_end(), width)?.source.trim_start()));
         let public = sources.filter_map(|s| s.strip_prefix(".globl")).flat_map(|s| {
             let names = s.split_once(';').map_or(s, |(names, _)| names);
             names.split([',', ' ', '\t']).filter(|name| !name.is_empty())
         });
-        Page {
+        ListingReader {
             file,
             unlinked: extension(file) == "lst",
             compiled: false,
@@ -103,7 +103,7 @@ impl<'t> Page<'t> {
             areas: HashMap::new(),
             name: "_CODE",
             // The assembler's area without a name has no attributes, which makes it internal RAM.
-            area: Area { mem: Mem::Idata, absolute: false },
+            area: ListingArea { mem: MemorySpace::Idata, absolute: false },
             waiting: Vec::new(),
         }
     }
@@ -113,9 +113,9 @@ impl<'t> Page<'t> {
         &mut self,
         number: u32,
         line: &'t str,
-        row: Row<'t>,
-        found: &mut Found,
-        faults: &mut Faults,
+        row: GutterRow<'t>,
+        found: &mut CollectedSymbols,
+        faults: &mut FaultList,
     ) -> Result<(), (&'t str, String)> {
         if row.relocated {
             return Err((line.trim_start(), "the listing has bytes that the linker will change".to_owned()));
@@ -131,21 +131,21 @@ impl<'t> Page<'t> {
             let cause = format!("the area {} is not absolute, so the addresses of a .lst are not final", self.name);
             return Err((line.trim_start(), cause));
         }
-        if let Some((name, global)) = label(row.source) {
+        if let Some((name, global)) = parse_label(row.source) {
             let names = self.names(name, global);
-            found.place(self.area.mem, addr, 0, names, pos_of(number, line, name), faults);
+            found.add_symbol(self.area.mem, addr, 0, names, pos_of(number, line, name), faults);
         }
-        if row.bytes && self.area.mem == Mem::Code {
+        if row.bytes && self.area.mem == MemorySpace::Code {
             let pos = Pos::new(number, 0, 0);
-            found.line(addr, LineKind::Listing, self.file, number, pos, faults);
+            found.add_line(addr, SourceKind::Listing, self.file, number, pos, faults);
             for (file, line) in self.waiting.drain(..) {
-                found.line(addr, LineKind::C, file, line, pos, faults);
+                found.add_line(addr, SourceKind::C, file, line, pos, faults);
             }
         }
         Ok(())
     }
 
-    fn without_address(&mut self, number: u32, line: &'t str, row: Row<'t>, found: &mut Found, faults: &mut Faults) {
+    fn without_address(&mut self, number: u32, line: &'t str, row: GutterRow<'t>, found: &mut CollectedSymbols, faults: &mut FaultList) {
         let source = row.source.trim_start();
         if let Some(comment) = source.strip_prefix(';') {
             self.comment(comment);
@@ -155,21 +155,21 @@ impl<'t> Page<'t> {
         match (words.next(), row.value) {
             (Some(".module"), _) => self.module = words.next().unwrap_or_default(),
             (Some(".optsdcc"), _) => self.compiled = true,
-            (Some(".area"), _) => self.enter(source.trim_start_matches(".area").trim()),
+            (Some(".area"), _) => self.set_scope(source.trim_start_matches(".area").trim()),
             (Some(_), Some(_)) => {
                 // In a data area a symbol that is given a literal number is a place, elsewhere a constant.
-                let given = equate(source).filter(|_| self.area.mem != Mem::Code && self.name != "_CODE");
+                let given = parse_equate(source).filter(|_| self.area.mem != MemorySpace::Code && self.name != "_CODE");
                 if let Some((name, value)) = given {
-                    let mem = if self.area.mem == Mem::Sfr && self.bits { Mem::Bit } else { self.area.mem };
-                    found.place(mem, value, 0, self.names(name, false), pos_of(number, line, name), faults);
+                    let mem = if self.area.mem == MemorySpace::Sfr && self.bits { MemorySpace::Bit } else { self.area.mem };
+                    found.add_symbol(mem, value, 0, self.names(name, false), pos_of(number, line, name), faults);
                 }
             }
             _ => {}
         }
     }
 
-    fn names(&self, name: &str, global: bool) -> Vec<names::Name> {
-        if global || self.public.contains(name) { names::linked(name) } else { names::local(self.module, name) }
+    fn names(&self, name: &str, global: bool) -> Vec<names::RankedName> {
+        if global || self.public.contains(name) { names::linker_names(name) } else { names::local_names(self.module, name) }
     }
 
     fn comment(&mut self, text: &'t str) {
@@ -189,7 +189,7 @@ impl<'t> Page<'t> {
     }
 
     /// `NAME (ATTRIBUTES)`; the attributes stand at least where the name comes first.
-    fn enter(&mut self, text: &'t str) {
+    fn set_scope(&mut self, text: &'t str) {
         let (name, attributes) = text.split_once('(').map_or((text, None), |(n, a)| (n, Some(a)));
         let name = name.split([' ', '\t', ';']).next().unwrap_or_default();
         let attributes = attributes.and_then(|a| a.split_once(')')).map(|(a, _)| a.to_ascii_uppercase());
@@ -198,20 +198,20 @@ impl<'t> Page<'t> {
             (Some(attributes), _) => {
                 let has = |wanted| attributes.split(',').any(|a| a.trim() == wanted);
                 let mem = if has("CODE") {
-                    Mem::Code
+                    MemorySpace::Code
                 } else if has("XDATA") {
-                    Mem::Xdata
+                    MemorySpace::Xdata
                 } else if has("BIT") {
-                    Mem::Bit
+                    MemorySpace::Bit
                 } else if name.starts_with("RSEG") {
-                    Mem::Sfr
+                    MemorySpace::Sfr
                 } else {
-                    Mem::Idata
+                    MemorySpace::Idata
                 };
-                Area { mem, absolute: has("ABS") }
+                ListingArea { mem, absolute: has("ABS") }
             }
             (None, Some(known)) => known,
-            (None, None) => Area { mem: Mem::Idata, absolute: false },
+            (None, None) => ListingArea { mem: MemorySpace::Idata, absolute: false },
         };
         self.areas.insert(name, area);
         self.waiting.clear();
@@ -221,7 +221,7 @@ impl<'t> Page<'t> {
 
 /// The label that a line begins with, and whether two colons make it public. Labels of digits and `$` are local to a few
 /// lines.
-fn label(source: &str) -> Option<(&str, bool)> {
+fn parse_label(source: &str) -> Option<(&str, bool)> {
     let (name, rest) = source.trim_start().split_once(':')?;
     let fits = name.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'.' | b'$'));
     let fits = fits && !name.is_empty() && !name.starts_with(|c: char| c.is_ascii_digit());
@@ -229,7 +229,7 @@ fn label(source: &str) -> Option<(&str, bool)> {
 }
 
 /// `name = 0x80`, for debugging names nothing.
-fn equate(source: &str) -> Option<(&str, u32)> {
+fn parse_equate(source: &str) -> Option<(&str, u32)> {
     let (name, value) = source.split_once('=')?;
     let value = value.trim_start_matches('=');
     let value = value.split_once(';').map_or(value, |(value, _)| value).trim();
@@ -239,6 +239,6 @@ fn equate(source: &str) -> Option<(&str, u32)> {
         None if value.bytes().all(|b| b.is_ascii_digit()) => value.parse().ok()?,
         _ => return None,
     };
-    let plain = !matches!(names::debug(name), Some(Debug::Symbol { .. }));
+    let plain = !matches!(names::parse_debug_record(name), Some(DebugRecord::Symbol { .. }));
     (plain && !name.is_empty() && !name.contains(char::is_whitespace)).then_some((name, value))
 }

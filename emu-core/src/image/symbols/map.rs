@@ -13,11 +13,11 @@
 
 use diag::Pos;
 
-use super::names::{self, Debug, Rank};
-use super::{CUT, Faults, Found, LineKind, Mem, numbered, pos_of, short};
+use super::names::{self, DebugRecord, NameRank};
+use super::{TRUNCATED_CODE, FaultList, CollectedSymbols, SourceKind, MemorySpace, numbered_lines, pos_of, shortened};
 
 /// The linker cuts names to this many characters; a name of this length may be a longer one.
-const NAME: usize = 32;
+const NAME_COLUMN_WIDTH: usize = 32;
 
 /// True for the line above a table of areas.
 pub(super) fn is_heading(line: &str) -> bool {
@@ -25,13 +25,13 @@ pub(super) fn is_heading(line: &str) -> bool {
 }
 
 /// Reads a map.
-pub(super) fn read(text: &str, found: &mut Found, faults: &mut Faults) {
+pub(super) fn read_map(text: &str, found: &mut CollectedSymbols, faults: &mut FaultList) {
     let mut radix = 16;
-    let mut area: Option<Area> = None;
+    let mut area: Option<MapArea> = None;
     let mut seen = false;
     let mut cut = 0u32;
-    for (number, line) in numbered(text) {
-        if faults.full() {
+    for (number, line) in numbered_lines(text) {
+        if faults.is_full() {
             return;
         }
         let line = line.trim_start_matches('\u{c}');
@@ -45,7 +45,7 @@ pub(super) fn read(text: &str, found: &mut Found, faults: &mut Faults) {
         if let Some(wanted) = radix_of(line) {
             radix = wanted;
         } else if line.starts_with("[ Bank") {
-        } else if let Some(next) = Area::read(line) {
+        } else if let Some(next) = MapArea::read(line) {
             area = Some(next);
             seen = true;
         } else if line.matches("Value").count() > 1 {
@@ -54,19 +54,19 @@ pub(super) fn read(text: &str, found: &mut Found, faults: &mut Faults) {
             return faults.error("SYM006", Pos::new(number, 0, 0), cause, hint);
         } else if line.trim_start().starts_with("Value") {
         } else if let Some(area) = &area {
-            symbol(number, line, area, radix, &mut cut, found, faults);
+            read_symbol(number, line, area, radix, &mut cut, found, faults);
         } else {
-            damaged(number, line, line, "a line before the first area", faults);
+            report_damaged(number, line, line, "a line before the first area", faults);
         }
     }
-    if !seen && faults.none() {
+    if !seen && faults.is_empty() {
         let cause = || "the map has no area".to_owned();
         faults.error("SYM009", Pos::default(), cause, "the file is cut off: link anew");
     }
     if cut > 0 {
         let cause =
-            || format!("{cut} names of {NAME} characters may be cut off by the linker; lines named so are left out");
-        faults.warning(CUT, Pos::default(), cause, "give the .cdb or the .rst files too, which have them whole");
+            || format!("{cut} names of {NAME_COLUMN_WIDTH} characters may be cut off by the linker; lines named so are left out");
+        faults.warning(TRUNCATED_CODE, Pos::default(), cause, "give the .cdb or the .rst files too, which have them whole");
     }
 }
 
@@ -86,12 +86,12 @@ fn radix_of(line: &str) -> Option<u32> {
 }
 
 /// An area of the linker.
-struct Area {
+struct MapArea {
     /// None for absolute values, of which the map does not say what they are.
-    mem: Option<Mem>,
+    mem: Option<MemorySpace>,
 }
 
-impl Area {
+impl MapArea {
     /// The line of an area: name, address, size, attributes.
     fn read(line: &str) -> Option<Self> {
         let (head, attributes) = line.split_once(" bytes (")?;
@@ -99,24 +99,24 @@ impl Area {
         let name = head.split_whitespace().next()?;
         let has = |wanted| attributes.split(',').any(|a| a == wanted);
         let mem = if has("CODE") {
-            Some(Mem::Code)
+            Some(MemorySpace::Code)
         } else if has("XDATA") {
-            Some(Mem::Xdata)
+            Some(MemorySpace::Xdata)
         } else if has("BIT") {
-            Some(Mem::Bit)
+            Some(MemorySpace::Bit)
         } else if name == "." || name.contains(".ABS.") {
             None
         } else if name.starts_with("RSEG") {
-            Some(Mem::Sfr)
+            Some(MemorySpace::Sfr)
         } else {
-            Some(Mem::Idata)
+            Some(MemorySpace::Idata)
         };
-        Some(Area { mem })
+        Some(MapArea { mem })
     }
 }
 
 /// The line of a symbol: memory, value, name, module.
-fn symbol(number: u32, line: &str, area: &Area, radix: u32, cut: &mut u32, found: &mut Found, faults: &mut Faults) {
+fn read_symbol(number: u32, line: &str, area: &MapArea, radix: u32, cut: &mut u32, found: &mut CollectedSymbols, faults: &mut FaultList) {
     // The memory is said by the area as well; in front of the value it is `C:`, `D:` or `B:`, in old maps `0D:`.
     let body = match line.split_once(':') {
         Some((page, rest)) if matches!(page.trim(), "B" | "C" | "D" | "0B" | "0C" | "0D") => rest,
@@ -124,15 +124,15 @@ fn symbol(number: u32, line: &str, area: &Area, radix: u32, cut: &mut u32, found
     };
     let mut words = body.split_whitespace();
     let (Some(value), Some(name)) = (words.next(), words.next()) else {
-        return damaged(number, line, line, "wanted a value and a name", faults);
+        return report_damaged(number, line, line, "wanted a value and a name", faults);
     };
     let digits = value.bytes().all(|b| b.is_ascii_alphanumeric());
     let Some(addr) = u32::from_str_radix(value, radix).ok().filter(|_| digits) else {
-        return damaged(number, line, value, "the value is no number", faults);
+        return report_damaged(number, line, value, "the value is no number", faults);
     };
     let module = words.next();
     if words.next().is_some() {
-        return damaged(number, line, line, "wanted a value, a name and a module", faults);
+        return report_damaged(number, line, line, "wanted a value, a name and a module", faults);
     }
     let of_linker = module.is_none() && (name.starts_with("l_") || name.starts_with("s_"));
     if of_linker || name == ".__.ABS." {
@@ -140,24 +140,24 @@ fn symbol(number: u32, line: &str, area: &Area, radix: u32, cut: &mut u32, found
         return;
     }
     let pos = pos_of(number, line, name);
-    let may_be_cut = name.chars().count() >= NAME;
+    let may_be_cut = name.chars().count() >= NAME_COLUMN_WIDTH;
     *cut += u32::from(may_be_cut);
-    match (names::debug(name), area.mem) {
+    match (names::parse_debug_record(name), area.mem) {
         (Some(_), _) if may_be_cut => {}
         // The debugging names of absolute values stand beside their plain names.
-        (Some(Debug::End), _) | (Some(Debug::Symbol { .. }), None) => {}
-        (Some(Debug::CLine { file, line }), _) => found.line(addr, LineKind::C, file, line, pos, faults),
-        (Some(Debug::AsmLine { module, line }), _) => {
-            found.line(addr, LineKind::Asm, &format!("{module}.asm"), line, pos, faults);
+        (Some(DebugRecord::End), _) | (Some(DebugRecord::Symbol { .. }), None) => {}
+        (Some(DebugRecord::CLine { file, line }), _) => found.add_line(addr, SourceKind::C, file, line, pos, faults),
+        (Some(DebugRecord::AsmLine { module, line }), _) => {
+            found.add_line(addr, SourceKind::Asm, &format!("{module}.asm"), line, pos, faults);
         }
-        (Some(Debug::Symbol { scope, name, block, .. }), Some(mem)) => {
-            found.place(mem, addr, 0, names::in_c(scope, name, block), pos, faults);
+        (Some(DebugRecord::Symbol { scope, name, block, .. }), Some(mem)) => {
+            found.add_symbol(mem, addr, 0, names::c_names(scope, name, block), pos, faults);
         }
         (None, Some(_)) if may_be_cut && looks_like_debug(name) => {}
         (None, Some(mem)) if may_be_cut => {
-            found.place(mem, addr, 0, vec![(Rank::Cut, name.to_owned())], pos, faults);
+            found.add_symbol(mem, addr, 0, vec![(NameRank::Cut, name.to_owned())], pos, faults);
         }
-        (None, Some(mem)) => found.place(mem, addr, 0, names::linked(name), pos, faults),
+        (None, Some(mem)) => found.add_symbol(mem, addr, 0, names::linker_names(name), pos, faults),
         (None, None) => found.unplaced.push((name.to_owned(), addr)),
     }
 }
@@ -167,7 +167,7 @@ fn looks_like_debug(name: &str) -> bool {
     name.starts_with("XG$") || name.starts_with(['A', 'C', 'F', 'G', 'L', 'X']) && name.contains(['$', '.'])
 }
 
-fn damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut Faults) {
-    let cause = || format!("{what}: {:?}", short(part.trim_start()));
+fn report_damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut FaultList) {
+    let cause = || format!("{what}: {:?}", shortened(part.trim_start()));
     faults.error("SYM009", pos_of(number, line, part), cause, "the file is cut off or damaged: link anew");
 }

@@ -26,11 +26,11 @@ mod spaces;
 use diag::text::{into_printable, printable};
 use diag::{Diagnostic, Pos};
 
-use super::faults::Faults;
-use super::{Image, LineAt, LineKind, SymbolAt};
-pub use gputils::message::{Message, load_messages};
-use names::Entry;
-pub(super) use spaces::Mem;
+use super::faults::FaultList;
+use super::{Image, SourceLine, SourceKind, SymbolAt};
+pub use gputils::message::{SimulatorMessage, load_messages};
+use names::SymbolEntry;
+pub(super) use spaces::MemorySpace;
 pub use spaces::SymbolSpaces;
 
 /// A file of symbols, read into memory.
@@ -49,12 +49,12 @@ pub struct Symbols {
     /// its names; no name occurs twice in one memory.
     pub symbols: Vec<SymbolAt>,
     /// The lines by address, kind, file and line; none twice.
-    pub lines: Vec<LineAt>,
+    pub lines: Vec<SourceLine>,
     /// Names with a value but no memory, by name: a map does not tell a register at 0x80 from a bit at 0x80 or from a
     /// mere constant. What another of the files explains is not listed.
     pub unplaced: Vec<(String, u32)>,
     /// The chips that the files name, each with the name of its file, as the file writes it (`16F873`); only `.cod` files do.
-    pub processors: Vec<(String, String)>,
+    pub processors_by_file: Vec<(String, String)>,
     /// What is odd about the files, though not wrong.
     pub warnings: Vec<Diagnostic>,
 }
@@ -63,7 +63,7 @@ impl Symbols {
     /// The line of one kind that the code at a byte address belongs to: the nearest that begins there or before. Of
     /// several that begin at the same address it is the last, whose code it is; the others made none.
     #[must_use]
-    pub fn line(&self, kind: LineKind, addr: u32) -> Option<&LineAt> {
+    pub fn line_at(&self, kind: SourceKind, addr: u32) -> Option<&SourceLine> {
         let end = self.lines.partition_point(|line| line.addr <= addr);
         self.lines.get(..end)?.iter().rev().find(|line| line.kind == kind)
     }
@@ -76,11 +76,11 @@ impl Symbols {
 /// All faults of all files (codes in [`super::SYMBOL_CODES`]), file by file in the order of their places, at most
 /// [`super::LIMIT`] of each; then the names on which the files disagree.
 pub fn load_symbols(files: &[SymbolFile], spaces: SymbolSpaces) -> Result<Symbols, Vec<Diagnostic>> {
-    let mut found = Found::default();
+    let mut found = CollectedSymbols::default();
     let (mut refused, mut warnings) = (Vec::new(), Vec::new());
     for (index, file) in files.iter().enumerate() {
-        let mut faults = Faults::new(file.name, MORE);
-        found.file = index;
+        let mut faults = FaultList::new(file.name, MORE_CODE);
+        found.file_index = index;
         read(file, spaces, &mut found, &mut faults);
         match faults.finish(Image::default()) {
             Ok(loaded) => warnings.extend(loaded.warnings),
@@ -89,8 +89,8 @@ pub fn load_symbols(files: &[SymbolFile], spaces: SymbolSpaces) -> Result<Symbol
     }
     // Files with faults disagree for reasons that are already told.
     if refused.is_empty() {
-        warnings.retain(|warning| !(found.whole && warning.code == CUT));
-        let symbols = names::settle(&found.entries, files, &mut refused);
+        warnings.retain(|warning| !(found.is_complete && warning.code == TRUNCATED_CODE));
+        let symbols = names::resolve_names(&found.entries, files, &mut refused);
         if refused.is_empty() {
             return Ok(found.into_symbols(symbols, warnings));
         }
@@ -99,59 +99,59 @@ pub fn load_symbols(files: &[SymbolFile], spaces: SymbolSpaces) -> Result<Symbol
 }
 
 /// Code of the note that counts what is not shown.
-const MORE: &str = "SYM012";
+const MORE_CODE: &str = "SYM012";
 /// Code of the warning of names that are cut off, which needs no telling when another file has them whole.
-const CUT: &str = "SYM011";
+const TRUNCATED_CODE: &str = "SYM011";
 
 /// What the readers find.
 #[derive(Default)]
-pub(super) struct Found {
+pub(super) struct CollectedSymbols {
     /// Number of the file that is being read.
-    file: usize,
+    file_index: usize,
     /// True when a file was read that has long names whole.
-    whole: bool,
-    pub entries: Vec<Entry>,
-    pub lines: Vec<LineAt>,
+    is_complete: bool,
+    pub entries: Vec<SymbolEntry>,
+    pub lines: Vec<SourceLine>,
     pub unplaced: Vec<(String, u32)>,
     processors: Vec<(String, String)>,
 }
 
-impl Found {
+impl CollectedSymbols {
     /// Adds a place with its names. A register of several bytes is given as one number with a byte for each address,
     /// lowest first; each gets a row of its own, `name.0` being the low byte.
-    fn place(&mut self, mem: Mem, addr: u32, size: u32, names: Vec<names::Name>, pos: Pos, faults: &mut Faults) {
-        let file = self.file;
+    fn add_symbol(&mut self, mem: MemorySpace, addr: u32, size: u32, names: Vec<names::RankedName>, pos: Pos, faults: &mut FaultList) {
+        let file = self.file_index;
         if let Some((_, name)) = names.iter().find(|(_, name)| too_long(name)) {
             return long_name(name, pos, faults);
         }
-        if mem == Mem::Sfr && addr > 0xFF {
+        if mem == MemorySpace::Sfr && addr > 0xFF {
             let bytes = addr.to_le_bytes();
             let used = 4 - addr.leading_zeros() as usize / 8;
             for (at, &byte) in bytes.iter().enumerate().take(used) {
                 let names = names.iter().map(|(rank, name)| (*rank, format!("{name}.{at}"))).collect();
-                self.entries.push(Entry { mem: direct(byte.into()), addr: byte.into(), size: 1, names, pos, file });
+                self.entries.push(SymbolEntry { mem: direct_space(byte.into()), addr: byte.into(), size: 1, names, pos, file });
             }
             return;
         }
-        if addr > mem.last() {
-            let cause = || format!("the address 0x{addr:X} is beyond the last of its memory, 0x{:X}", mem.last());
+        if addr > mem.last_address() {
+            let cause = || format!("the address 0x{addr:X} is beyond the last of its memory, 0x{:X}", mem.last_address());
             let hint = "code banks are not emulated: link the program without them";
             return faults.error("SYM004", pos, cause, hint);
         }
-        let mem = if mem == Mem::Sfr { direct(addr) } else { mem };
-        self.entries.push(Entry { mem, addr, size, names, pos, file });
+        let mem = if mem == MemorySpace::Sfr { direct_space(addr) } else { mem };
+        self.entries.push(SymbolEntry { mem, addr, size, names, pos, file });
     }
 
-    fn line(&mut self, addr: u32, kind: LineKind, file: &str, line: u32, pos: Pos, faults: &mut Faults) {
-        if addr > Mem::Code.last() {
-            let cause = || format!("the address 0x{addr:X} is beyond the last of its memory, 0x{:X}", Mem::Code.last());
+    fn add_line(&mut self, addr: u32, kind: SourceKind, file: &str, line: u32, pos: Pos, faults: &mut FaultList) {
+        if addr > MemorySpace::Code.last_address() {
+            let cause = || format!("the address 0x{addr:X} is beyond the last of its memory, 0x{:X}", MemorySpace::Code.last_address());
             let hint = "code banks are not emulated: link the program without them";
             return faults.error("SYM004", pos, cause, hint);
         }
         if too_long(file) {
             return long_name(file, pos, faults);
         }
-        self.lines.push(LineAt { addr, kind, file: printable(file).into(), line, len: 0 });
+        self.lines.push(SourceLine { addr, kind, file: printable(file).into(), line, len: 0 });
     }
 
     fn into_symbols(mut self, symbols: Vec<SymbolAt>, warnings: Vec<Diagnostic>) -> Symbols {
@@ -163,54 +163,54 @@ impl Found {
         self.unplaced.retain(|(name, _)| !known.contains(name.as_str()));
         self.unplaced.sort_unstable();
         self.unplaced.dedup();
-        Symbols { symbols, lines: self.lines, unplaced: self.unplaced, processors: self.processors, warnings }
+        Symbols { symbols, lines: self.lines, unplaced: self.unplaced, processors_by_file: self.processors, warnings }
     }
 }
 
 /// Most characters of a name with the module and the function in front of it, and of a file's name. Those are put in front of every name
 /// of a module, so that a long one makes gigabytes of a small file.
-const LONGEST: usize = 1024;
+const MAX_NAME: usize = 1024;
 
 pub(super) fn too_long(name: &str) -> bool {
-    name.len() > LONGEST && name.chars().count() > LONGEST
+    name.len() > MAX_NAME && name.chars().count() > MAX_NAME
 }
 
-fn long_name(name: &str, pos: Pos, faults: &mut Faults) {
+fn long_name(name: &str, pos: Pos, faults: &mut FaultList) {
     let cause = || {
-        format!("a name of {} characters, of which {LONGEST} are the most: {:?}..", name.chars().count(), short(name))
+        format!("a name of {} characters, of which {MAX_NAME} are the most: {:?}..", name.chars().count(), shortened(name))
     };
     faults.error("SYM018", pos, cause, "the file is damaged, or no tool wrote it: build anew");
 }
 
 /// A direct address below 0x80 is internal RAM.
-fn direct(addr: u32) -> Mem {
-    if addr < 0x80 { Mem::Idata } else { Mem::Sfr }
+fn direct_space(addr: u32) -> MemorySpace {
+    if addr < 0x80 { MemorySpace::Idata } else { MemorySpace::Sfr }
 }
 
-fn read(file: &SymbolFile, spaces: SymbolSpaces, found: &mut Found, faults: &mut Faults) {
+fn read(file: &SymbolFile, spaces: SymbolSpaces, found: &mut CollectedSymbols, faults: &mut FaultList) {
     if spaces == SymbolSpaces::PIC16 {
         return read_gputils(file, found, faults);
     }
     let text = String::from_utf8_lossy(file.bytes);
     if text.trim().is_empty() {
-        return empty(faults);
+        return report_empty(faults);
     }
-    match kind(file, &text) {
-        Some(Kind::Map) => map::read(&text, found, faults),
-        Some(Kind::Keil) => {
-            found.whole = true;
-            keil::m51::read(&text, found, faults);
+    match guess_format(file, &text) {
+        Some(SymbolFormat::Map) => map::read_map(&text, found, faults),
+        Some(SymbolFormat::Keil) => {
+            found.is_complete = true;
+            keil::m51::read_m51(&text, found, faults);
         }
-        Some(Kind::Cdb) => {
-            found.whole = true;
-            cdb::read(&text, found, faults);
+        Some(SymbolFormat::Cdb) => {
+            found.is_complete = true;
+            cdb::read_cdb(&text, found, faults);
         }
-        Some(Kind::Listing) => {
-            found.whole = true;
-            listing::read(file.name, &text, found, faults);
+        Some(SymbolFormat::Listing) => {
+            found.is_complete = true;
+            listing::read_listing(file.name, &text, found, faults);
         }
         None => {
-            let cause = || format!("{}, wanted an SDCC .map, .cdb, .rst or .lst, or a .m51 of Keil", what(file.bytes));
+            let cause = || format!("{}, wanted an SDCC .map, .cdb, .rst or .lst, or a .m51 of Keil", describe_content(file.bytes));
             faults.error(
                 "SYM001",
                 Pos::default(),
@@ -221,7 +221,7 @@ fn read(file: &SymbolFile, spaces: SymbolSpaces, found: &mut Found, faults: &mut
     }
 }
 
-enum Kind {
+enum SymbolFormat {
     Map,
     Keil,
     Cdb,
@@ -229,57 +229,57 @@ enum Kind {
 }
 
 /// The kind of a file by its first lines, and where they say nothing by its extension.
-fn kind(file: &SymbolFile, text: &str) -> Option<Kind> {
+fn guess_format(file: &SymbolFile, text: &str) -> Option<SymbolFormat> {
     if file.bytes.contains(&0) || file.bytes.starts_with(b":") {
         return None;
     }
     let mut heads = text.lines().filter(|line| !line.trim().is_empty()).take(8);
     let first = heads.next()?.trim_start_matches('\u{c}');
     if first.starts_with("ASxxxx Linker") {
-        return Some(Kind::Map);
+        return Some(SymbolFormat::Map);
     }
-    if keil::m51::is(first) {
-        return Some(Kind::Keil);
+    if keil::m51::is_m51_map(first) {
+        return Some(SymbolFormat::Keil);
     }
-    if first.starts_with("ASxxxx Assembler") || gutter::width(first).is_some() {
-        return Some(Kind::Listing);
+    if first.starts_with("ASxxxx Assembler") || gutter::gutter_width(first).is_some() {
+        return Some(SymbolFormat::Listing);
     }
     if matches!(first.as_bytes(), [b'M' | b'F' | b'S' | b'T' | b'L', b':', ..]) {
-        return Some(Kind::Cdb);
+        return Some(SymbolFormat::Cdb);
     }
     match extension(file.name).as_str() {
-        "map" if heads.any(map::is_heading) => Some(Kind::Map),
-        "cdb" => Some(Kind::Cdb),
-        "rst" | "lst" => Some(Kind::Listing),
+        "map" if heads.any(map::is_heading) => Some(SymbolFormat::Map),
+        "cdb" => Some(SymbolFormat::Cdb),
+        "rst" | "lst" => Some(SymbolFormat::Listing),
         _ => None,
     }
 }
 
-fn read_gputils(file: &SymbolFile, found: &mut Found, faults: &mut Faults) {
-    if gputils::cod::is(file.bytes) {
+fn read_gputils(file: &SymbolFile, found: &mut CollectedSymbols, faults: &mut FaultList) {
+    if gputils::cod::is_cod_file(file.bytes) {
         found
             .processors
-            .extend(gputils::cod::processor(file.bytes).map(|chip| (file.name.to_owned(), into_printable(chip))));
-        return gputils::cod::read(file.bytes, found, faults);
+            .extend(gputils::cod::processor_name(file.bytes).map(|chip| (file.name.to_owned(), into_printable(chip))));
+        return gputils::cod::read_cod(file.bytes, found, faults);
     }
     let text = String::from_utf8_lossy(file.bytes);
     if text.trim().is_empty() {
-        return empty(faults);
+        return report_empty(faults);
     }
     let mut heads = text.lines().map(|line| line.trim_start_matches('\u{c}'));
     let (first, second) = (heads.next().unwrap_or(""), heads.next().unwrap_or(""));
-    match gputils::listing::kind(first, second, file.bytes) {
+    match gputils::listing::guess_listing(first, second, file.bytes) {
         _ if file.bytes.contains(&0) || file.bytes.starts_with(b":") => {
-            unknown(file, "a .cod, .map or .lst of gputils", faults)
+            report_unknown_format(file, "a .cod, .map or .lst of gputils", faults)
         }
-        Some(listing) => gputils::listing::read(listing, file.name, &text, found, faults),
-        None if gputils::map::is(first) => gputils::map::read(&text, found, faults),
-        None => unknown(file, "a .cod, .map or .lst of gputils", faults),
+        Some(listing) => gputils::listing::read_listing(listing, file.name, &text, found, faults),
+        None if gputils::map::is_map_file(first) => gputils::map::read_map(&text, found, faults),
+        None => report_unknown_format(file, "a .cod, .map or .lst of gputils", faults),
     }
 }
 
-fn unknown(file: &SymbolFile, wanted: &str, faults: &mut Faults) {
-    let cause = || format!("{}, wanted {wanted}", what(file.bytes));
+fn report_unknown_format(file: &SymbolFile, wanted: &str, faults: &mut FaultList) {
+    let cause = || format!("{}, wanted {wanted}", describe_content(file.bytes));
     faults.error(
         "SYM001",
         Pos::default(),
@@ -288,12 +288,12 @@ fn unknown(file: &SymbolFile, wanted: &str, faults: &mut Faults) {
     );
 }
 
-fn empty(faults: &mut Faults) {
+fn report_empty(faults: &mut FaultList) {
     let cause = || "there is nothing but white space in the file".to_owned();
     faults.error("SYM002", Pos::default(), cause, "look at the messages of the tool that wrote it");
 }
 
-fn what(bytes: &[u8]) -> &'static str {
+fn describe_content(bytes: &[u8]) -> &'static str {
     match bytes {
         [0x7F, b'E', b'L', b'F', ..] => "the file is an ELF image, which has its own symbols",
         [b':', ..] => "the file is an Intel HEX image, which has no symbols",
@@ -307,7 +307,7 @@ fn extension(name: &str) -> String {
 }
 
 /// The lines of a text with their numbers, from 1, without line ends and trailing spaces.
-fn numbered(text: &str) -> impl Iterator<Item = (u32, &str)> {
+fn numbered_lines(text: &str) -> impl Iterator<Item = (u32, &str)> {
     (1..).zip(text.lines().map(str::trim_end))
 }
 
@@ -319,6 +319,6 @@ fn pos_of(number: u32, line: &str, part: &str) -> Pos {
 }
 
 /// A text of bearable length for messages.
-fn short(text: &str) -> String {
+fn shortened(text: &str) -> String {
     text.chars().take(60).collect()
 }

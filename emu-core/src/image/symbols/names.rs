@@ -12,16 +12,16 @@ use std::collections::BTreeMap;
 
 use diag::{Diagnostic, Pos, Severity};
 
-use super::{Mem, SymbolFile};
+use super::{MemorySpace, SymbolFile};
 use crate::image::SymbolAt;
 
 /// A name and how strong its claim is.
-pub(in crate::image) type Name = (Rank, String);
+pub(in crate::image) type RankedName = (NameRank, String);
 
 /// How strong the claim of a place on a name is. The strongest has it; of several equal ones none has it, except that
 /// two places for one [`Rank::Exact`] name are an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(in crate::image) enum Rank {
+pub(in crate::image) enum NameRank {
     /// A name as the linker knows it.
     Exact,
     /// A static with all that tells it from others: `module.name`, `module.function.name$block`.
@@ -37,20 +37,20 @@ pub(in crate::image) enum Rank {
 }
 
 /// A place with its names.
-pub(in crate::image) struct Entry {
-    pub mem: Mem,
+pub(in crate::image) struct SymbolEntry {
+    pub mem: MemorySpace,
     pub addr: u32,
     pub size: u32,
-    pub names: Vec<Name>,
+    pub names: Vec<RankedName>,
     pub pos: Pos,
     pub file: usize,
 }
 
 /// A debugging name, taken apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Debug<'t> {
+pub(super) enum DebugRecord<'t> {
     Symbol {
-        scope: Scope<'t>,
+        scope: SymbolScope<'t>,
         name: &'t str,
         level: &'t str,
         block: &'t str,
@@ -69,7 +69,7 @@ pub(super) enum Debug<'t> {
 
 /// Where a name is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Scope<'t> {
+pub(super) enum SymbolScope<'t> {
     Global,
     Module(&'t str),
     /// `module.function`, or `function` alone as old versions write it.
@@ -77,70 +77,70 @@ pub(super) enum Scope<'t> {
 }
 
 /// Takes a debugging name apart; nothing for any other name.
-pub(super) fn debug(text: &str) -> Option<Debug<'_>> {
+pub(super) fn parse_debug_record(text: &str) -> Option<DebugRecord<'_>> {
     if let Some(rest) = text.strip_prefix("A$") {
         let (module, line) = rest.rsplit_once('$')?;
-        return Some(Debug::AsmLine { module: some(module)?, line: line.parse().ok()? });
+        return Some(DebugRecord::AsmLine { module: non_empty(module)?, line: line.parse().ok()? });
     }
     let mut parts = text.rsplitn(3, '$');
-    let (block, level) = (some(parts.next()?)?, some(parts.next()?)?);
+    let (block, level) = (non_empty(parts.next()?)?, non_empty(parts.next()?)?);
     let (scope, name) = parts.next()?.split_once('$')?;
     if !block.bytes().all(|b| b.is_ascii_digit()) || !level.bytes().all(|b| b.is_ascii_digit() || b == b'_') {
         return None;
     }
     if scope == "C" {
         let (file, line) = name.rsplit_once('$')?;
-        return Some(Debug::CLine { file: some(file)?, line: line.parse().ok()? });
+        return Some(DebugRecord::CLine { file: non_empty(file)?, line: line.parse().ok()? });
     }
     let scope = match (scope.get(..1)?, scope.get(1..)?) {
-        ("G", "") => Scope::Global,
-        ("F", module) => Scope::Module(some(module)?),
-        ("L", function) => Scope::Function(some(function)?),
-        ("X", rest) if rest == "G" || rest.starts_with(['F', 'L']) => return Some(Debug::End),
+        ("G", "") => SymbolScope::Global,
+        ("F", module) => SymbolScope::Module(non_empty(module)?),
+        ("L", function) => SymbolScope::Function(non_empty(function)?),
+        ("X", rest) if rest == "G" || rest.starts_with(['F', 'L']) => return Some(DebugRecord::End),
         _ => return None,
     };
     // Functions have the level `0` in one kind of record and `0_0` in the other.
     let level = level.split_once('_').map_or(level, |(level, _)| level);
-    Some(Debug::Symbol { scope, name: some(name)?, level, block })
+    Some(DebugRecord::Symbol { scope, name: non_empty(name)?, level, block })
 }
 
-fn some(text: &str) -> Option<&str> {
+fn non_empty(text: &str) -> Option<&str> {
     (!text.is_empty()).then_some(text)
 }
 
 /// The names of a symbol that the linker calls `name`.
-pub(in crate::image) fn linked(name: &str) -> Vec<Name> {
-    let plain = name.strip_prefix('_').and_then(some).map(|plain| (Rank::Plain, plain.to_owned()));
-    std::iter::once((Rank::Exact, name.to_owned())).chain(plain).collect()
+pub(in crate::image) fn linker_names(name: &str) -> Vec<RankedName> {
+    let plain = name.strip_prefix('_').and_then(non_empty).map(|plain| (NameRank::Plain, plain.to_owned()));
+    std::iter::once((NameRank::Exact, name.to_owned())).chain(plain).collect()
 }
 
 /// The names of a label that only its module knows.
-pub(in crate::image) fn local(module: &str, name: &str) -> Vec<Name> {
-    let plain = name.strip_prefix('_').and_then(some);
+pub(in crate::image) fn local_names(module: &str, name: &str) -> Vec<RankedName> {
+    let plain = name.strip_prefix('_').and_then(non_empty);
     let each = [Some(name), plain].into_iter().flatten();
-    let full = |name: &str| (!module.is_empty()).then(|| (Rank::Full, format!("{module}.{name}")));
-    each.flat_map(|name| full(name).into_iter().chain([(Rank::Bare, name.to_owned())])).collect()
+    let full = |name: &str| (!module.is_empty()).then(|| (NameRank::Full, format!("{module}.{name}")));
+    each.flat_map(|name| full(name).into_iter().chain([(NameRank::Bare, name.to_owned())])).collect()
 }
 
 /// The names of a symbol that C calls `name`.
-pub(super) fn in_c(scope: Scope, name: &str, block: &str) -> Vec<Name> {
+pub(super) fn c_names(scope: SymbolScope, name: &str, block: &str) -> Vec<RankedName> {
     match scope {
-        Scope::Global => linked(&format!("_{name}")),
-        Scope::Module(module) => {
+        SymbolScope::Global => linker_names(&format!("_{name}")),
+        SymbolScope::Module(module) => {
             vec![
-                (Rank::Full, format!("{module}.{name}")),
-                (Rank::Bare, format!("_{name}")),
-                (Rank::Bare, name.to_owned()),
+                (NameRank::Full, format!("{module}.{name}")),
+                (NameRank::Bare, format!("_{name}")),
+                (NameRank::Bare, name.to_owned()),
             ]
         }
-        Scope::Function(path) => {
+        SymbolScope::Function(path) => {
             let mut names = vec![
-                (Rank::Full, format!("{path}.{name}${block}")),
-                (Rank::Near, format!("{path}.{name}")),
-                (Rank::Bare, name.to_owned()),
+                (NameRank::Full, format!("{path}.{name}${block}")),
+                (NameRank::Near, format!("{path}.{name}")),
+                (NameRank::Bare, name.to_owned()),
             ];
             if let Some((_, function)) = path.rsplit_once('.') {
-                names.push((Rank::Near, format!("{function}.{name}")));
+                names.push((NameRank::Near, format!("{function}.{name}")));
             }
             names
         }
@@ -148,12 +148,12 @@ pub(super) fn in_c(scope: Scope, name: &str, block: &str) -> Vec<Name> {
 }
 
 /// Gives each name to the place with the strongest claim, and adds a fault for each name on which files disagree.
-pub(in crate::image) fn settle(
-    entries: &[Entry],
+pub(in crate::image) fn resolve_names(
+    entries: &[SymbolEntry],
     files: &[SymbolFile],
     refused: &mut Vec<Diagnostic>,
 ) -> Vec<SymbolAt> {
-    let mut claims: BTreeMap<(Mem, &str), Vec<(Rank, &Entry)>> = BTreeMap::new();
+    let mut claims: BTreeMap<(MemorySpace, &str), Vec<(NameRank, &SymbolEntry)>> = BTreeMap::new();
     for entry in entries {
         for (rank, name) in &entry.names {
             claims.entry((entry.mem, name)).or_default().push((*rank, entry));
@@ -170,7 +170,7 @@ pub(in crate::image) fn settle(
                 let size = same.map(|(_, entry)| entry.size).max().unwrap_or(0);
                 symbols.push((mem, SymbolAt::new(name, mem.name(), first.addr, size)));
             }
-            Some(other) if best == Rank::Exact && refused.len() < crate::image::LIMIT => {
+            Some(other) if best == NameRank::Exact && refused.len() < crate::image::MAX_REPORTED => {
                 refused.push(disagreement(name, first, other, files));
             }
             Some(_) => {}
@@ -180,9 +180,9 @@ pub(in crate::image) fn settle(
     symbols.into_iter().map(|(_, symbol)| symbol).collect()
 }
 
-fn disagreement(name: &str, first: &Entry, other: &Entry, files: &[SymbolFile]) -> Diagnostic {
-    let file = |entry: &Entry| files.get(entry.file).map_or("", |file| file.name);
-    let (space, name) = (first.mem.name(), super::short(name));
+fn disagreement(name: &str, first: &SymbolEntry, other: &SymbolEntry, files: &[SymbolFile]) -> Diagnostic {
+    let file = |entry: &SymbolEntry| files.get(entry.file).map_or("", |file| file.name);
+    let (space, name) = (first.mem.name(), super::shortened(name));
     let cause = format!(
         "{space} symbol `{name}` is at 0x{:04X}, but at 0x{:04X} in {}:{}",
         other.addr,

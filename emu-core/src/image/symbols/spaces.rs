@@ -21,7 +21,7 @@ impl SymbolSpaces {
 
 /// The memories of both families, in the order in which symbols are listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(in crate::image) enum Mem {
+pub(in crate::image) enum MemorySpace {
     Code,
     Idata,
     Sfr,
@@ -33,29 +33,29 @@ pub(in crate::image) enum Mem {
     Config,
 }
 
-impl Mem {
+impl MemorySpace {
     /// The name that the chips give it.
     pub(crate) const fn name(self) -> &'static str {
         match self {
-            Mem::Code => "code",
-            Mem::Idata => "idata",
-            Mem::Sfr => "sfr",
-            Mem::Xdata => "xdata",
-            Mem::Bit => "bit",
-            Mem::Flash => "flash",
-            Mem::Data => "data",
-            Mem::Eeprom => "eeprom",
-            Mem::Config => "config",
+            MemorySpace::Code => "code",
+            MemorySpace::Idata => "idata",
+            MemorySpace::Sfr => "sfr",
+            MemorySpace::Xdata => "xdata",
+            MemorySpace::Bit => "bit",
+            MemorySpace::Flash => "flash",
+            MemorySpace::Data => "data",
+            MemorySpace::Eeprom => "eeprom",
+            MemorySpace::Config => "config",
         }
     }
 
     /// The last address.
-    pub(crate) const fn last(self) -> u32 {
+    pub(crate) const fn last_address(self) -> u32 {
         match self {
-            Mem::Code | Mem::Xdata => 0xFFFF,
-            Mem::Idata | Mem::Sfr | Mem::Bit | Mem::Eeprom => 0xFF,
-            Mem::Flash => 0x3FFF,
-            Mem::Data | Mem::Config => 0x1FF,
+            MemorySpace::Code | MemorySpace::Xdata => 0xFFFF,
+            MemorySpace::Idata | MemorySpace::Sfr | MemorySpace::Bit | MemorySpace::Eeprom => 0xFF,
+            MemorySpace::Flash => 0x3FFF,
+            MemorySpace::Data | MemorySpace::Config => 0x1FF,
         }
     }
 }

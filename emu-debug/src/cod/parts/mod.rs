@@ -3,14 +3,14 @@
 pub mod usart;
 pub mod wave;
 
-use super::value::Value;
-use crate::devices::eeprom24::{self, Eeprom};
-use usart::Usart;
-use wave::Wave;
+use super::value::CodValue;
+use crate::devices::eeprom24::{self, Eeprom24};
+use usart::CodUsart;
+use wave::StimulusWave;
 
 /// A source behind a resistance, as one pin of a part shows it to the net.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Source {
+pub struct VoltageSource {
     /// Voltage without load, in millivolts.
     pub millivolts: i64,
     /// Conductance in nanosiemens: 1,000,000,000 / ohms.
@@ -18,13 +18,13 @@ pub struct Source {
 }
 
 /// Supply voltage in millivolts.
-pub const SUPPLY: i64 = 5000;
+pub const SUPPLY_MILLIVOLTS: i64 = 5000;
 
-impl Source {
+impl VoltageSource {
     /// An output of a part: 250 ohms, as gpsim's.
     #[must_use]
-    pub fn output(millivolts: i64) -> Source {
-        Source { millivolts, conductance: conductance(250.0) }
+    pub fn output(millivolts: i64) -> VoltageSource {
+        VoltageSource { millivolts, conductance: conductance(250.0) }
     }
 }
 
@@ -37,69 +37,69 @@ pub fn conductance(ohms: f64) -> i64 {
 
 /// A part.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Part {
+pub struct CodPart {
     /// The name that the program gave it.
     pub name: String,
     /// What it is.
-    pub kind: Kind,
+    pub kind: CodPartKind,
     /// Levels of its pins as it sees them.
-    pub seen: Vec<bool>,
+    pub pin_levels: Vec<bool>,
 }
 
 /// What a part is.
 #[derive(Debug, Clone, PartialEq)]
 #[rustfmt::skip]
-pub enum Kind {
+pub enum CodPartKind {
     /// A resistor to a voltage (`pullup`, `pulldown`): millivolts, ohms.
     Resistor { millivolts: i64, ohms: f64 },
     /// `not`, `and2`, `or2`, `xor2`: pins in0, in1, out.
-    Gate(Gate),
+    Gate(LogicGate),
     /// `switch`: pins A, B.
     Switch { closed: bool, ohms_closed: f64, ohms_open: f64 },
     /// `pulsegen`, or an asynchronous stimulus.
-    Wave(Wave),
+    Wave(StimulusWave),
     /// `usart`: pins TXPIN, RXPIN, CTS, RTS.
-    Usart(Usart),
+    Usart(CodUsart),
     /// `e24xx..`.
-    Eeprom(Eeprom),
+    Eeprom(Eeprom24),
 }
 
 /// A gate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)]
-pub enum Gate {
+pub enum LogicGate {
     Not,
     And,
     Or,
     Xor,
 }
 
-impl Part {
+impl CodPart {
     /// A part by the name of its module; nothing where there is none of that name.
     #[must_use]
-    pub fn new(module: &str, name: &str) -> Option<Part> {
+    pub fn new(module: &str, name: &str) -> Option<CodPart> {
         let kind = match module {
-            "pullup" | "pu" => Kind::Resistor { millivolts: SUPPLY, ohms: 10e3 },
-            "pulldown" | "pd" => Kind::Resistor { millivolts: 0, ohms: 10e3 },
-            "not" => Kind::Gate(Gate::Not),
-            "and2" => Kind::Gate(Gate::And),
-            "or2" => Kind::Gate(Gate::Or),
-            "xor2" => Kind::Gate(Gate::Xor),
-            "switch" | "sw" => Kind::Switch { closed: false, ohms_closed: 10.0, ohms_open: 100e6 },
-            "pulsegen" | "pg" => Kind::Wave(Wave::default()),
-            "usart" => Kind::Usart(Usart::default()),
-            _ => Kind::Eeprom(Eeprom::module(module)?),
+            "pullup" | "pu" => CodPartKind::Resistor { millivolts: SUPPLY_MILLIVOLTS, ohms: 10e3 },
+            "pulldown" | "pd" => CodPartKind::Resistor { millivolts: 0, ohms: 10e3 },
+            "not" => CodPartKind::Gate(LogicGate::Not),
+            "and2" => CodPartKind::Gate(LogicGate::And),
+            "or2" => CodPartKind::Gate(LogicGate::Or),
+            "xor2" => CodPartKind::Gate(LogicGate::Xor),
+            "switch" | "sw" => CodPartKind::Switch { closed: false, ohms_closed: 10.0, ohms_open: 100e6 },
+            "pulsegen" | "pg" => CodPartKind::Wave(StimulusWave::default()),
+            "usart" => CodPartKind::Usart(CodUsart::default()),
+            _ => CodPartKind::Eeprom(Eeprom24::module(module)?),
         };
-        Some(Part::of(name, kind))
+        Some(CodPart::of(name, kind))
     }
 
     /// A part of a kind.
     #[must_use]
-    pub fn of(name: &str, kind: Kind) -> Part {
-        let mut part = Part { name: name.to_owned(), kind, seen: Vec::new() };
+    pub fn of(name: &str, kind: CodPartKind) -> CodPart {
+        let mut part = CodPart { name: name.to_owned(), kind, pin_levels: Vec::new() };
         // Buses and serial lines rest high.
-        let rest = matches!(part.kind, Kind::Usart(_) | Kind::Eeprom(_));
-        part.seen = part.pins().iter().enumerate().map(|(pin, _)| rest && pin < 2).collect();
+        let rest = matches!(part.kind, CodPartKind::Usart(_) | CodPartKind::Eeprom(_));
+        part.pin_levels = part.pins().iter().enumerate().map(|(pin, _)| rest && pin < 2).collect();
         part
     }
 
@@ -107,52 +107,52 @@ impl Part {
     #[must_use]
     pub fn pins(&self) -> &'static [&'static str] {
         match self.kind {
-            Kind::Resistor { .. } | Kind::Wave(_) => &["pin"],
-            Kind::Gate(Gate::Not) => &["in0", "out"],
-            Kind::Gate(_) => &["in0", "in1", "out"],
-            Kind::Switch { .. } => &["A", "B"],
-            Kind::Usart(_) => &["TXPIN", "RXPIN", "CTS", "RTS"],
-            Kind::Eeprom(_) => &eeprom24::PINS,
+            CodPartKind::Resistor { .. } | CodPartKind::Wave(_) => &["pin"],
+            CodPartKind::Gate(LogicGate::Not) => &["in0", "out"],
+            CodPartKind::Gate(_) => &["in0", "in1", "out"],
+            CodPartKind::Switch { .. } => &["A", "B"],
+            CodPartKind::Usart(_) => &["TXPIN", "RXPIN", "CTS", "RTS"],
+            CodPartKind::Eeprom(_) => &eeprom24::PINS,
         }
     }
 
     /// What it puts on a pin at a clock; nothing where it only listens. `cycle` is the clocks of a machine cycle, `hz` those of
     /// a second.
     #[must_use]
-    pub fn drives(&self, pin: usize, t: u64, cycle: u64, hz: u64) -> Option<Source> {
-        let level = |high: bool| if high { SUPPLY } else { 0 };
+    pub fn source_of_pin(&self, pin: usize, t: u64, cycle: u64, hz: u64) -> Option<VoltageSource> {
+        let level = |high: bool| if high { SUPPLY_MILLIVOLTS } else { 0 };
         match &self.kind {
-            Kind::Resistor { millivolts, ohms } => {
-                Some(Source { millivolts: *millivolts, conductance: conductance(*ohms) })
+            CodPartKind::Resistor { millivolts, ohms } => {
+                Some(VoltageSource { millivolts: *millivolts, conductance: conductance(*ohms) })
             }
-            Kind::Gate(gate) if pin + 1 == self.pins().len() => Some(Source::output(level(self.gate(*gate)))),
-            Kind::Wave(wave) => Some(Source::output(wave.at(t / cycle.max(1)))),
-            Kind::Usart(usart) if pin == 0 => Some(Source::output(level(usart.tx(t, hz)))),
+            CodPartKind::Gate(gate) if pin + 1 == self.pins().len() => Some(VoltageSource::output(level(self.gate(*gate)))),
+            CodPartKind::Wave(wave) => Some(VoltageSource::output(wave.at(t / cycle.max(1)))),
+            CodPartKind::Usart(usart) if pin == 0 => Some(VoltageSource::output(level(usart.tx_level(t, hz)))),
             // An input with a pull-up of 10 kilohms.
-            Kind::Usart(_) if pin > 1 => Some(Source { millivolts: SUPPLY, conductance: conductance(10e3) }),
-            Kind::Eeprom(eeprom) if pin == 0 && eeprom.pulls => Some(Source::output(0)),
+            CodPartKind::Usart(_) if pin > 1 => Some(VoltageSource { millivolts: SUPPLY_MILLIVOLTS, conductance: conductance(10e3) }),
+            CodPartKind::Eeprom(eeprom) if pin == 0 && eeprom.pulls_sda => Some(VoltageSource::output(0)),
             _ => None,
         }
     }
 
-    fn gate(&self, gate: Gate) -> bool {
-        let input = |pin: usize| self.seen.get(pin).copied().unwrap_or(false);
+    fn gate(&self, gate: LogicGate) -> bool {
+        let input = |pin: usize| self.pin_levels.get(pin).copied().unwrap_or(false);
         match gate {
-            Gate::Not => !input(0),
-            Gate::And => input(0) && input(1),
-            Gate::Or => input(0) || input(1),
-            Gate::Xor => input(0) != input(1),
+            LogicGate::Not => !input(0),
+            LogicGate::And => input(0) && input(1),
+            LogicGate::Or => input(0) || input(1),
+            LogicGate::Xor => input(0) != input(1),
         }
     }
 
     /// A pin has another level at a clock.
-    pub fn line(&mut self, pin: usize, high: bool, t: u64, hz: u64) {
-        if let Some(seen) = self.seen.get_mut(pin) {
+    pub fn on_pin_change(&mut self, pin: usize, high: bool, t: u64, hz: u64) {
+        if let Some(seen) = self.pin_levels.get_mut(pin) {
             *seen = high;
         }
         match &mut self.kind {
-            Kind::Usart(usart) if pin == 1 => usart.line(high, t, hz),
-            Kind::Eeprom(eeprom) => eeprom.line(pin, high, t, hz),
+            CodPartKind::Usart(usart) if pin == 1 => usart.on_rx_change(high, t, hz),
+            CodPartKind::Eeprom(eeprom) => eeprom.on_pin_change(pin, high, t, hz),
             _ => {}
         }
     }
@@ -161,68 +161,68 @@ impl Part {
     #[must_use]
     pub fn next_drive(&self, t: u64, cycle: u64, hz: u64) -> Option<u64> {
         match &self.kind {
-            Kind::Wave(wave) => wave.next(t / cycle.max(1))?.checked_mul(cycle),
-            Kind::Usart(usart) => usart.next_drive(t, hz),
+            CodPartKind::Wave(wave) => wave.next(t / cycle.max(1))?.checked_mul(cycle),
+            CodPartKind::Usart(usart) => usart.next_drive(t, hz),
             _ => None,
         }
     }
 
     /// The next clock at which it looks at a line by itself.
     #[must_use]
-    pub fn next_look(&self, hz: u64) -> Option<u64> {
+    pub fn next_sample(&self, hz: u64) -> Option<u64> {
         match &self.kind {
-            Kind::Usart(usart) => usart.next_look(hz),
+            CodPartKind::Usart(usart) => usart.next_sample(hz),
             _ => None,
         }
     }
 
     /// Looks wherever that is due up to `t`.
-    pub fn look(&mut self, t: u64, hz: u64) {
-        if let Kind::Usart(usart) = &mut self.kind {
-            usart.look(t, hz);
+    pub fn sample(&mut self, t: u64, hz: u64) {
+        if let CodPartKind::Usart(usart) = &mut self.kind {
+            usart.sample(t, hz);
         }
     }
 
     /// Is at `t` now, as far as it drives by itself.
     pub fn advance(&mut self, t: u64, hz: u64) {
-        if let Kind::Usart(usart) = &mut self.kind {
+        if let CodPartKind::Usart(usart) = &mut self.kind {
             usart.advance(t, hz);
         }
     }
 
     /// The value of an attribute; nothing where it has none of that name.
     #[must_use]
-    pub fn attribute(&self, name: &str) -> Option<Value> {
-        let whole = |value: u64| Value::Int(i64::try_from(value).unwrap_or(i64::MAX));
+    pub fn attribute(&self, name: &str) -> Option<CodValue> {
+        let whole = |value: u64| CodValue::Int(i64::try_from(value).unwrap_or(i64::MAX));
         Some(match (&self.kind, name) {
-            (Kind::Resistor { millivolts, .. }, "voltage") => Value::Real(*millivolts as f64 / 1000.0),
-            (Kind::Resistor { ohms, .. }, "resistance") => Value::Real(*ohms),
-            (Kind::Switch { closed, .. }, "state") => Value::Bool(*closed),
-            (Kind::Switch { ohms_closed, .. }, "Rclosed") => Value::Real(*ohms_closed),
-            (Kind::Switch { ohms_open, .. }, "Ropen") => Value::Real(*ohms_open),
-            (Kind::Wave(wave), "period") => whole(wave.period),
-            (Kind::Usart(usart), "rx") => Value::Int(usart.rx.into()),
-            (Kind::Usart(usart), "txbaud") => whole(usart.txbaud),
-            (Kind::Usart(usart), "rxbaud") => whole(usart.rxbaud),
-            (Kind::Usart(usart), "loop") => Value::Bool(usart.echo),
+            (CodPartKind::Resistor { millivolts, .. }, "voltage") => CodValue::Real(*millivolts as f64 / 1000.0),
+            (CodPartKind::Resistor { ohms, .. }, "resistance") => CodValue::Real(*ohms),
+            (CodPartKind::Switch { closed, .. }, "state") => CodValue::Bool(*closed),
+            (CodPartKind::Switch { ohms_closed, .. }, "Rclosed") => CodValue::Real(*ohms_closed),
+            (CodPartKind::Switch { ohms_open, .. }, "Ropen") => CodValue::Real(*ohms_open),
+            (CodPartKind::Wave(wave), "period") => whole(wave.period),
+            (CodPartKind::Usart(usart), "rx") => CodValue::Int(usart.rx.into()),
+            (CodPartKind::Usart(usart), "txbaud") => whole(usart.txbaud),
+            (CodPartKind::Usart(usart), "rxbaud") => whole(usart.rxbaud),
+            (CodPartKind::Usart(usart), "loop") => CodValue::Bool(usart.echo),
             _ => return None,
         })
     }
 
     /// Sets an attribute at a clock. False where it has none of that name, or not of such values.
-    pub fn assign(&mut self, name: &str, value: &Value, t: u64, hz: u64) -> bool {
-        if matches!(name, "xpos" | "ypos" | "capacitance") && value.real().is_some() {
+    pub fn assign(&mut self, name: &str, value: &CodValue, t: u64, hz: u64) -> bool {
+        if matches!(name, "xpos" | "ypos" | "capacitance") && value.to_real().is_some() {
             // Where it is drawn; and charges, which are not modelled.
             return true;
         }
-        match (&mut self.kind, name, value.real()) {
-            (Kind::Resistor { millivolts, .. }, "voltage", Some(volts)) => *millivolts = (volts * 1000.0) as i64,
-            (Kind::Resistor { ohms, .. }, "resistance", Some(value)) => *ohms = value,
-            (Kind::Switch { closed, .. }, "state", Some(on)) => *closed = on != 0.0,
-            (Kind::Switch { ohms_closed, .. }, "Rclosed", Some(value)) => *ohms_closed = value,
-            (Kind::Switch { ohms_open, .. }, "Ropen", Some(value)) => *ohms_open = value,
-            (Kind::Wave(wave), ..) => return wave.assign(name, value),
-            (Kind::Usart(usart), ..) => return usart.assign(name, value, t, hz),
+        match (&mut self.kind, name, value.to_real()) {
+            (CodPartKind::Resistor { millivolts, .. }, "voltage", Some(volts)) => *millivolts = (volts * 1000.0) as i64,
+            (CodPartKind::Resistor { ohms, .. }, "resistance", Some(value)) => *ohms = value,
+            (CodPartKind::Switch { closed, .. }, "state", Some(on)) => *closed = on != 0.0,
+            (CodPartKind::Switch { ohms_closed, .. }, "Rclosed", Some(value)) => *ohms_closed = value,
+            (CodPartKind::Switch { ohms_open, .. }, "Ropen", Some(value)) => *ohms_open = value,
+            (CodPartKind::Wave(wave), ..) => return wave.assign(name, value),
+            (CodPartKind::Usart(usart), ..) => return usart.assign(name, value, t, hz),
             _ => return false,
         }
         true

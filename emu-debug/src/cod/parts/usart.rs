@@ -2,14 +2,14 @@
 
 use std::collections::VecDeque;
 
-use crate::cod::value::Value;
+use crate::cod::value::CodValue;
 
 /// Bits of a byte on its way: start, 8 data bits, stop.
-const BITS: u64 = 10;
+const BITS_PER_FRAME: u64 = 10;
 
 /// The port. Times are clocks of the chip's oscillator.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Usart {
+pub struct CodUsart {
     /// Bits per second that it sends.
     pub txbaud: u64,
     /// Bits per second that it takes in.
@@ -18,25 +18,25 @@ pub struct Usart {
     pub echo: bool,
     /// The byte taken in last.
     pub rx: u8,
-    waiting: VecDeque<u8>,
+    send_queue: VecDeque<u8>,
     /// The byte being sent and the clock at which its start bit begins.
     sending: Option<(u8, u64)>,
     /// The clock at which a start bit began that is being taken in, how many of its bits were looked at, and what they were.
-    taking: Option<(u64, u64, u8)>,
+    receiving: Option<(u64, u64, u8)>,
     /// Level of the line, high while nothing is sent.
     line: bool,
 }
 
-impl Default for Usart {
+impl Default for CodUsart {
     fn default() -> Self {
-        Usart {
+        CodUsart {
             txbaud: 9600,
             rxbaud: 9600,
             echo: false,
             rx: 0,
-            waiting: VecDeque::new(),
+            send_queue: VecDeque::new(),
             sending: None,
-            taking: None,
+            receiving: None,
             line: true,
         }
     }
@@ -49,15 +49,15 @@ fn half_bits(halves: u64, hz: u64, baud: u64) -> u64 {
     u64::try_from(clocks).unwrap_or(u64::MAX).max(halves)
 }
 
-impl Usart {
+impl CodUsart {
     /// Level of the sending pin at a clock.
     #[must_use]
-    pub fn tx(&self, t: u64, hz: u64) -> bool {
+    pub fn tx_level(&self, t: u64, hz: u64) -> bool {
         let Some((byte, start)) = self.sending else { return true };
         if t < start {
             return true;
         }
-        let bits = (1..=BITS).take_while(|bit| start.saturating_add(half_bits(2 * bit, hz, self.txbaud)) <= t).count();
+        let bits = (1..=BITS_PER_FRAME).take_while(|bit| start.saturating_add(half_bits(2 * bit, hz, self.txbaud)) <= t).count();
         match bits {
             0 => false,
             1..=8 => byte >> (bits - 1) & 1 == 1,
@@ -69,25 +69,25 @@ impl Usart {
     #[must_use]
     pub fn next_drive(&self, t: u64, hz: u64) -> Option<u64> {
         let (_, start) = self.sending?;
-        let times = (0..=BITS).map(|bit| start.saturating_add(half_bits(2 * bit, hz, self.txbaud)));
+        let times = (0..=BITS_PER_FRAME).map(|bit| start.saturating_add(half_bits(2 * bit, hz, self.txbaud)));
         times.into_iter().enumerate().find(|(bit, at)| *at > t || (*bit == 0 && start > t)).map(|(_, at)| at)
     }
 
     /// Ends the byte whose stop bit has passed at `t`, and begins the next.
     pub fn advance(&mut self, t: u64, hz: u64) {
         while let Some((_, start)) = self.sending {
-            let end = start.saturating_add(half_bits(2 * BITS, hz, self.txbaud));
+            let end = start.saturating_add(half_bits(2 * BITS_PER_FRAME, hz, self.txbaud));
             if end > t {
                 return;
             }
-            self.sending = self.waiting.pop_front().map(|byte| (byte, end));
+            self.sending = self.send_queue.pop_front().map(|byte| (byte, end));
         }
     }
 
     /// Sends a byte: after those that wait, else one bit from now.
     pub fn send(&mut self, byte: u8, t: u64, hz: u64) {
         if self.sending.is_some() {
-            self.waiting.push_back(byte);
+            self.send_queue.push_back(byte);
         } else {
             self.sending = Some((byte, t.saturating_add(half_bits(2, hz, self.txbaud))));
         }
@@ -95,24 +95,24 @@ impl Usart {
 
     /// The clock at which the line is looked at next.
     #[must_use]
-    pub fn next_look(&self, hz: u64) -> Option<u64> {
-        let (start, looked, _) = self.taking?;
+    pub fn next_sample(&self, hz: u64) -> Option<u64> {
+        let (start, looked, _) = self.receiving?;
         Some(start.saturating_add(half_bits(2 * looked + 1, hz, self.rxbaud)))
     }
 
     /// Looks at the line wherever that is due up to `t`, its level being the same all along.
-    pub fn look(&mut self, t: u64, hz: u64) {
-        while let (Some(due), Some((start, looked, byte))) = (self.next_look(hz), self.taking) {
+    pub fn sample(&mut self, t: u64, hz: u64) {
+        while let (Some(due), Some((start, looked, byte))) = (self.next_sample(hz), self.receiving) {
             if due > t {
                 return;
             }
-            self.taking = match looked {
+            self.receiving = match looked {
                 0 if self.line => None,
                 0 => Some((start, 1, 0)),
                 1..=8 => Some((start, looked + 1, byte >> 1 | u8::from(self.line) << 7)),
                 _ => None,
             };
-            if looked == BITS - 1 && self.line {
+            if looked == BITS_PER_FRAME - 1 && self.line {
                 self.rx = byte;
                 if self.echo {
                     self.send(byte, due, hz);
@@ -122,23 +122,23 @@ impl Usart {
     }
 
     /// The line has changed at `t`.
-    pub fn line(&mut self, high: bool, t: u64, hz: u64) {
+    pub fn on_rx_change(&mut self, high: bool, t: u64, hz: u64) {
         // What was due before saw the level that was.
-        self.look(t.saturating_sub(1), hz);
+        self.sample(t.saturating_sub(1), hz);
         if high == self.line {
             return;
         }
         self.line = high;
-        if !high && self.taking.is_none() {
-            self.taking = Some((t, 0, 0));
+        if !high && self.receiving.is_none() {
+            self.receiving = Some((t, 0, 0));
         }
     }
 
     /// Sets `txbaud`, `rxbaud`, `loop`, or sends by `tx` a byte or a text. False where there is none of that name or the value
     /// is of another kind.
-    pub fn assign(&mut self, attribute: &str, value: &Value, t: u64, hz: u64) -> bool {
-        match (attribute, value, value.int()) {
-            ("tx", Value::Text(text), _) => unescaped(text).into_iter().for_each(|byte| self.send(byte, t, hz)),
+    pub fn assign(&mut self, attribute: &str, value: &CodValue, t: u64, hz: u64) -> bool {
+        match (attribute, value, value.to_integer()) {
+            ("tx", CodValue::Text(text), _) => unescaped(text).into_iter().for_each(|byte| self.send(byte, t, hz)),
             ("tx", _, Some(byte)) => self.send(byte as u8, t, hz),
             ("txbaud", _, Some(baud @ 1..)) => self.txbaud = baud.unsigned_abs(),
             ("rxbaud", _, Some(baud @ 1..)) => self.rxbaud = baud.unsigned_abs(),

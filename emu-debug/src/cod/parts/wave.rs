@@ -1,10 +1,10 @@
 //! A voltage that changes at given cycles: pulse generators and asynchronous stimuli.
 
-use crate::cod::value::Value;
+use crate::cod::value::CodValue;
 
 /// The voltage of a pin, in millivolts, as a function of time in machine cycles.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Wave {
+pub struct StimulusWave {
     /// Cycle from which the times of points and laps count.
     pub start: u64,
     /// Cycles of a lap; 0 where there is only one.
@@ -12,12 +12,12 @@ pub struct Wave {
     /// Millivolts before the first point.
     pub initial: i64,
     /// Every lap begins with `initial` again; else the last voltage stays.
-    pub rests: bool,
+    pub holds_last: bool,
     /// Millivolts from a cycle of the lap on, in order of cycles, one for each.
     points: Vec<(u64, i64)>,
 }
 
-impl Wave {
+impl StimulusWave {
     /// From `cycle` of each lap on the pin is at `millivolts`.
     pub fn set(&mut self, cycle: u64, millivolts: i64) {
         match self.points.binary_search_by_key(&cycle, |(at, _)| *at) {
@@ -48,7 +48,7 @@ impl Wave {
         let lap = since.checked_div(self.period).unwrap_or(0);
         let phase = since - lap * self.period;
         let point = self.reached().rev().find(|(at, _)| *at <= phase);
-        let before = || if lap == 0 || self.rests { None } else { self.reached().last() };
+        let before = || if lap == 0 || self.holds_last { None } else { self.reached().last() };
         point.or_else(before).map_or(self.initial, |(_, level)| level)
     }
 
@@ -64,19 +64,19 @@ impl Wave {
             return base.checked_add(at);
         }
         let over = base.checked_add(self.period).filter(|_| self.period > 0)?;
-        if self.rests { Some(over) } else { over.checked_add(first) }
+        if self.holds_last { Some(over) } else { over.checked_add(first) }
     }
 
     /// Sets an attribute of a pulse generator: `set`, `clear`, `delete`, `period` (cycles) and `initial` (volts). False where
     /// there is none of that name or the value is of another kind.
-    pub fn assign(&mut self, attribute: &str, value: &Value) -> bool {
-        let cycle = || value.int().and_then(|i| u64::try_from(i).ok());
+    pub fn assign(&mut self, attribute: &str, value: &CodValue) -> bool {
+        let cycle = || value.to_integer().and_then(|i| u64::try_from(i).ok());
         match (attribute, cycle()) {
             ("set", Some(cycle)) => self.set(cycle, 5000),
             ("clear", Some(cycle)) => self.set(cycle, 0),
             ("delete", Some(cycle)) => self.delete(cycle),
             ("period", Some(cycles)) => self.period = cycles,
-            ("initial", _) => match value.real() {
+            ("initial", _) => match value.to_real() {
                 // A pulse has two levels.
                 Some(volts) => self.initial = if volts > 2.5 { 5000 } else { 0 },
                 None => return false,

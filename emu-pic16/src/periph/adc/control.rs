@@ -1,6 +1,6 @@
 //! What the control registers of each kind of converter mean.
 
-use crate::chips::Adc;
+use crate::chips::Pic16AdcKind;
 
 /// Digital pins by PCFG3:PCFG0, AN7 in bit 7 (DS30292 register 11-2). Chips with less channels have the rows cut short.
 #[rustfmt::skip]
@@ -15,52 +15,52 @@ const PCFG_VREF_MINUS: u16 = 0b1011_1001_0000_0000;
 const PCFG8_DIGITAL: [u8; 4] = [0b0000, 0b0000, 0b1100, 0b1111];
 
 /// The bits of ADCON0 that can be written. Bit 1 of the 16C71 is ADIF, and it has two bits of CHS.
-pub(super) fn adcon0_mask(kind: Adc) -> u8 {
+pub(super) fn adcon0_mask(kind: Pic16AdcKind) -> u8 {
     match kind {
-        Adc::None => 0,
-        Adc::Bits8 => 0b1101_1111,
+        Pic16AdcKind::None => 0,
+        Pic16AdcKind::Bits8 => 0b1101_1111,
         _ => 0b1111_1101,
     }
 }
 
 /// The bits of ADCON1.
-pub(super) fn adcon1_mask(kind: Adc) -> u8 {
+pub(super) fn adcon1_mask(kind: Pic16AdcKind) -> u8 {
     match kind {
-        Adc::None => 0,
-        Adc::Bits8 => 0b0000_0011,
-        Adc::Bits10 => 0b1000_1111,
-        Adc::Bits10Adcs2 => 0b1100_1111,
-        Adc::Ansel => 0b1111_0000,
+        Pic16AdcKind::None => 0,
+        Pic16AdcKind::Bits8 => 0b0000_0011,
+        Pic16AdcKind::Bits10 => 0b1000_1111,
+        Pic16AdcKind::Bits10Adcs2 => 0b1100_1111,
+        Pic16AdcKind::Ansel => 0b1111_0000,
     }
 }
 
 /// The bits of ANSEL, which are all set by a reset.
-pub(super) fn ansel_mask(kind: Adc) -> u8 {
-    if kind == Adc::Ansel { 0x7F } else { 0 }
+pub(super) fn ansel_mask(kind: Pic16AdcKind) -> u8 {
+    if kind == Pic16AdcKind::Ansel { 0x7F } else { 0 }
 }
 
 /// The bits of CHS in a value of ADCON0.
-pub(super) fn chs(kind: Adc, adcon0: u8) -> usize {
-    usize::from(adcon0 >> 3 & if kind == Adc::Bits8 { 3 } else { 7 })
+pub(super) fn chs(kind: Pic16AdcKind, adcon0: u8) -> usize {
+    usize::from(adcon0 >> 3 & if kind == Pic16AdcKind::Bits8 { 3 } else { 7 })
 }
 
 /// Digital inputs among eight channels.
-pub(super) fn digital(kind: Adc, adcon1: u8, ansel: u8) -> u8 {
+pub(super) fn digital(kind: Pic16AdcKind, adcon1: u8, ansel: u8) -> u8 {
     match kind {
-        Adc::None => 0xFF,
-        Adc::Bits8 => PCFG8_DIGITAL[usize::from(adcon1 & 3)],
-        Adc::Bits10 | Adc::Bits10Adcs2 => PCFG_DIGITAL[usize::from(adcon1 & 15)],
-        Adc::Ansel => !ansel,
+        Pic16AdcKind::None => 0xFF,
+        Pic16AdcKind::Bits8 => PCFG8_DIGITAL[usize::from(adcon1 & 3)],
+        Pic16AdcKind::Bits10 | Pic16AdcKind::Bits10Adcs2 => PCFG_DIGITAL[usize::from(adcon1 & 15)],
+        Pic16AdcKind::Ansel => !ansel,
     }
 }
 
 /// VREF+ is AN3 (else VDD), and VREF- is AN2 (else VSS). The 16F88 has a bit for either: VCFG1, VCFG0 (DS30487
 /// section 12, ADCON1).
-pub(super) fn references(kind: Adc, adcon1: u8) -> (bool, bool) {
+pub(super) fn references(kind: Pic16AdcKind, adcon1: u8) -> (bool, bool) {
     let pcfg = 1u16 << (adcon1 & 15);
     match kind {
-        Adc::Bits8 => (adcon1 & 3 == 1, false),
-        Adc::Ansel => (adcon1 & 1 << 5 != 0, adcon1 & 1 << 4 != 0),
+        Pic16AdcKind::Bits8 => (adcon1 & 3 == 1, false),
+        Pic16AdcKind::Ansel => (adcon1 & 1 << 5 != 0, adcon1 & 1 << 4 != 0),
         _ => (PCFG_VREF_PLUS & pcfg != 0, PCFG_VREF_MINUS & pcfg != 0),
     }
 }

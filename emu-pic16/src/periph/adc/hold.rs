@@ -7,7 +7,7 @@
 
 /// The constants of a converter's acquisition equation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Network {
+pub(super) struct HoldNetwork {
     /// CHOLD in femtofarads.
     pub capacity_ff: u64,
     /// RIC + RSS at 5 V in ohms.
@@ -20,8 +20,8 @@ pub(super) struct Network {
 
 /// The capacitor.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Hold {
-    network: Network,
+pub(super) struct HoldCapacitor {
+    network: HoldNetwork,
     hz: u64,
     /// RC in femtoseconds.
     tau_fs: u64,
@@ -38,31 +38,31 @@ pub(super) struct Hold {
 }
 
 emu_core::state! {
-    Hold { microvolts, connected, from } stays { network, hz, tau_fs, dead, full }
+    HoldCapacitor { microvolts, connected, from } stays { network, hz, tau_fs, dead, full }
     if |hold, _now| ![hold.connected, Some(hold.from)].contains(&Some(u64::MAX))
 }
 
-impl Hold {
+impl HoldCapacitor {
     /// An empty, open one, with a source of `ohms`.
-    pub(super) fn new(network: Network, ohms: u32, hz: u64) -> Hold {
+    pub(super) fn new(network: HoldNetwork, ohms: u32, hz: u64) -> HoldCapacitor {
         let (hz, tau_fs) = (hz.max(1), (u64::from(ohms) + network.inner_ohms) * network.capacity_ff);
         let charge_fs = u128::from(tau_fs) * u128::from(network.constants_e6) / 1_000_000;
         let settle_fs = u128::from(network.settle_ns) * 1_000_000;
         let clocks = |fs: u128| (fs * u128::from(hz)).div_ceil(SECOND_FS) as u64;
         let dead = clocks(settle_fs);
         let full = clocks(settle_fs + charge_fs) - dead;
-        Hold { network, hz, tau_fs, dead, full, microvolts: 0, connected: None, from: 0 }
+        HoldCapacitor { network, hz, tau_fs, dead, full, microvolts: 0, connected: None, from: 0 }
     }
 
     /// Another source impedance from `t` on; `source` is the voltage of the source, in microvolts as everywhere here.
     pub(super) fn set_ohms(&mut self, ohms: u32, t: u64, source: u64) {
-        self.disturb(t, source);
-        let new = Hold::new(self.network, ohms, self.hz);
-        *self = Hold { microvolts: self.microvolts, connected: self.connected, from: self.from, ..new };
+        self.inject_charge(t, source);
+        let new = HoldCapacitor::new(self.network, ohms, self.hz);
+        *self = HoldCapacitor { microvolts: self.microvolts, connected: self.connected, from: self.from, ..new };
     }
 
     /// The voltage at `t`.
-    pub(super) fn at(&self, t: u64, source: u64) -> u64 {
+    pub(super) fn voltage_at(&self, t: u64, source: u64) -> u64 {
         let charged = t.saturating_sub(self.from);
         if self.connected.is_none() || charged == 0 {
             return self.microvolts;
@@ -76,14 +76,14 @@ impl Hold {
     }
 
     /// The source is about to change at `t`: charging begins anew from what there is.
-    pub(super) fn disturb(&mut self, t: u64, source: u64) {
-        self.microvolts = self.at(t, source);
+    pub(super) fn inject_charge(&mut self, t: u64, source: u64) {
+        self.microvolts = self.voltage_at(t, source);
         self.from = self.from.max(t);
     }
 
     /// Opens at `t` and keeps what there is.
     pub(super) fn open(&mut self, t: u64, source: u64) {
-        self.microvolts = self.at(t, source);
+        self.microvolts = self.voltage_at(t, source);
         self.connected = None;
     }
 
@@ -95,7 +95,7 @@ impl Hold {
 
     /// Connects to another source at `t`, or when it was to connect anyway if that is later.
     pub(super) fn switch(&mut self, t: u64, source: u64) {
-        self.disturb(t, source);
+        self.inject_charge(t, source);
         if let Some(at) = self.connected {
             self.connect(at.max(t));
         }
@@ -107,7 +107,7 @@ impl Hold {
     }
 
     /// The time of the acquisition equation has passed at `t` since it was connected.
-    pub(super) fn acquired(&self, t: u64) -> bool {
+    pub(super) fn is_acquired(&self, t: u64) -> bool {
         self.connected.is_some_and(|at| t >= at.saturating_add(self.dead).saturating_add(self.full))
     }
 }

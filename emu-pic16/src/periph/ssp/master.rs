@@ -5,24 +5,24 @@
 
 use emu_core::NEVER;
 
-use super::super::map::Flag;
-use super::super::{Outbox, Signal};
-use super::regs::{ACKDT, ACKEN, ACKSTAT, BF, PEN, RCEN, RSEN, RW, Regs, SEN, SEQUENCES, interrupt};
+use super::super::map::InterruptFlag;
+use super::super::{Pic16Outbox, Pic16Signal};
+use super::regs::{ACKDT, ACKEN, ACKSTAT, BF, PEN, RCEN, RSEN, RW, SspRegisters, SEN, SEQUENCES, raise_sspif};
 
 /// What bits are clocked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-enum Job {
+enum ByteTransfer {
     #[default]
     Transmit,
     Receive,
     Acknowledge,
 }
 
-emu_core::state! { enum Job { 0 = Transmit, 1 = Receive, 2 = Acknowledge } }
+emu_core::state! { enum ByteTransfer { 0 = Transmit, 1 = Receive, 2 = Acknowledge } }
 
 /// Where a sequence stands. "Waits" is for a wire, "counts" for the baud rate generator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Step {
+enum MasterStep {
     Idle,
     /// Start: lets the lines go that it still held, and looks at them at the next count.
     StartFree,
@@ -47,25 +47,25 @@ enum Step {
     /// Stop: lets SDA go; counts.
     StopFree,
     /// A bit: pulls SCL; waits.
-    BitFall(Job),
+    BitFall(ByteTransfer),
     /// A bit: SCL is low; counts.
-    BitLow(Job),
+    BitLow(ByteTransfer),
     /// A bit: lets SCL go; waits.
-    BitRise(Job),
+    BitRise(ByteTransfer),
     /// A bit: SCL is high; counts.
-    BitHigh(Job),
+    BitHigh(ByteTransfer),
 }
 
 emu_core::state! {
-    enum Step {
+    enum MasterStep {
         0 = Idle, 1 = StartFree, 2 = StartHigh, 3 = StartLow, 4 = AgainFall, 5 = AgainLow, 6 = AgainRise, 7 = StopFall, 8 = StopLow,
         9 = StopRise, 10 = StopHigh, 11 = StopFree, 12 = BitFall(job), 13 = BitLow(job), 14 = BitRise(job), 15 = BitHigh(job),
     }
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Master {
-    step: Step,
+pub(super) struct I2cMaster {
+    step: MasterStep,
     /// When the baud rate generator runs out; `NEVER` while it is held.
     timer: u64,
     /// SSPSR.
@@ -77,23 +77,23 @@ pub(super) struct Master {
     sends_one: bool,
 }
 
-emu_core::state! { Master { step, timer, sr, falls, sends_one } if |of, _now| of.falls <= 10 }
+emu_core::state! { I2cMaster { step, timer, sr, falls, sends_one } if |of, _now| of.falls <= 10 }
 
-impl Master {
-    pub(super) const IDLE: Master = Master { step: Step::Idle, timer: NEVER, sr: 0, falls: 0, sends_one: false };
+impl I2cMaster {
+    pub(super) const IDLE: I2cMaster = I2cMaster { step: MasterStep::Idle, timer: NEVER, sr: 0, falls: 0, sends_one: false };
 
     pub(super) fn next(&self) -> u64 {
         self.timer
     }
 
     /// A sequence runs: SSPBUF and SSPCON2<4:0> may not be written.
-    pub(super) fn busy(&self) -> bool {
-        self.step != Step::Idle
+    pub(super) fn is_busy(&self) -> bool {
+        self.step != MasterStep::Idle
     }
 
     /// Start or Stop on the wires are of this part's own making, and reported when they are complete.
     pub(super) fn own_condition(&self) -> bool {
-        !matches!(self.step, Step::Idle | Step::BitFall(_) | Step::BitLow(_) | Step::BitRise(_) | Step::BitHigh(_))
+        !matches!(self.step, MasterStep::Idle | MasterStep::BitFall(_) | MasterStep::BitLow(_) | MasterStep::BitRise(_) | MasterStep::BitHigh(_))
     }
 
     /// The oscillator stood for so many clocks.
@@ -102,151 +102,151 @@ impl Master {
     }
 
     /// Loads the baud rate generator. It counts at the ends of Q2 and of Q4, from SSPADD<6:0> down past 0 (section 9.4.6.1).
-    fn count(&mut self, step: Step, regs: &Regs, t: u64) {
+    fn schedule_step(&mut self, step: MasterStep, regs: &SspRegisters, t: u64) {
         let counts = u64::from(regs.add & 0x7F) + 1;
         self.step = step;
         self.timer = t.saturating_add(t % 2 + 2 * counts);
     }
 
-    fn wait(&mut self, step: Step) {
+    fn wait_for_line(&mut self, step: MasterStep) {
         self.step = step;
         self.timer = NEVER;
     }
 
     /// SSPCON2<4:0> was written while nothing ran. Of several sequences the lowest bit is taken, the others are dropped.
-    pub(super) fn sequence(&mut self, regs: &mut Regs, t: u64, out: &mut Outbox) {
+    pub(super) fn sequence(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         let asked = regs.con2 & SEQUENCES;
         let asked = asked & asked.wrapping_neg();
         regs.con2 = regs.con2 & !SEQUENCES | asked;
         match asked {
             SEN if regs.pull_scl || regs.pull_sda => {
                 (regs.pull_scl, regs.pull_sda) = (false, false);
-                self.step = Step::StartFree;
+                self.step = MasterStep::StartFree;
                 self.timer = t.saturating_add(2);
             }
             SEN => self.start(regs, t, out),
             RSEN => {
                 regs.pull_scl = true;
-                self.wait(Step::AgainFall);
+                self.wait_for_line(MasterStep::AgainFall);
             }
             PEN => {
                 regs.pull_sda = true;
-                self.wait(Step::StopFall);
+                self.wait_for_line(MasterStep::StopFall);
             }
-            RCEN => self.clock_bits(Job::Receive, regs),
-            ACKEN => self.clock_bits(Job::Acknowledge, regs),
+            RCEN => self.clock_bits(ByteTransfer::Receive, regs),
+            ACKEN => self.clock_bits(ByteTransfer::Acknowledge, regs),
             _ => {}
         }
-        self.look(regs, t, out);
+        self.on_line_changed(regs, t, out);
     }
 
     /// SSPBUF was written while nothing ran.
-    pub(super) fn load(&mut self, regs: &mut Regs, t: u64, out: &mut Outbox) {
+    pub(super) fn load(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         regs.stat |= BF | RW;
         self.sr = regs.buf;
-        self.clock_bits(Job::Transmit, regs);
-        self.look(regs, t, out);
+        self.clock_bits(ByteTransfer::Transmit, regs);
+        self.on_line_changed(regs, t, out);
     }
 
-    fn clock_bits(&mut self, job: Job, regs: &mut Regs) {
+    fn clock_bits(&mut self, job: ByteTransfer, regs: &mut SspRegisters) {
         self.falls = 0;
         self.sends_one = false;
         regs.pull_scl = true;
-        self.wait(Step::BitFall(job));
+        self.wait_for_line(MasterStep::BitFall(job));
     }
 
-    fn start(&mut self, regs: &mut Regs, t: u64, out: &mut Outbox) {
+    fn start(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         if regs.scl && regs.sda {
-            self.count(Step::StartHigh, regs, t);
+            self.schedule_step(MasterStep::StartHigh, regs, t);
         } else {
             self.collide(regs, t, out);
         }
     }
 
     /// The sequence ends as it should.
-    fn end(&mut self, regs: &mut Regs, t: u64, out: &mut Outbox) {
+    fn end(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         regs.con2 &= !SEQUENCES;
-        self.wait(Step::Idle);
-        interrupt(t, out);
+        self.wait_for_line(MasterStep::Idle);
+        raise_sspif(t, out);
     }
 
     /// Another master is on the bus: back to idle, lines let go (section 9.4.17).
-    fn collide(&mut self, regs: &mut Regs, t: u64, out: &mut Outbox) {
+    fn collide(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         // Only a byte that is being sent has R/W set.
         if regs.stat & RW != 0 {
-            regs.stat(BF | RW, false);
+            regs.set_stat_bits(BF | RW, false);
         }
         regs.con2 &= !SEQUENCES;
         (regs.pull_scl, regs.pull_sda) = (false, false);
-        self.wait(Step::Idle);
-        out.push(Signal::Flag { t, flag: Flag::BCLIF });
+        self.wait_for_line(MasterStep::Idle);
+        out.push(Pic16Signal::Flag { t, flag: InterruptFlag::BCLIF });
     }
 
     /// The baud rate generator has run out.
-    pub(super) fn run_out(&mut self, regs: &mut Regs, t: u64, out: &mut Outbox) {
+    pub(super) fn on_baud_timeout(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         self.timer = NEVER;
         match self.step {
-            Step::StartFree => self.start(regs, t, out),
-            Step::StartHigh => self.pull_start(regs, t),
-            Step::StartLow => {
+            MasterStep::StartFree => self.start(regs, t, out),
+            MasterStep::StartHigh => self.pull_start(regs, t),
+            MasterStep::StartLow => {
                 regs.pull_scl = true;
                 self.end(regs, t, out);
             }
-            Step::AgainLow => {
+            MasterStep::AgainLow => {
                 regs.pull_scl = false;
-                self.wait(Step::AgainRise);
+                self.wait_for_line(MasterStep::AgainRise);
             }
-            Step::StopLow => {
+            MasterStep::StopLow => {
                 regs.pull_scl = false;
-                self.wait(Step::StopRise);
+                self.wait_for_line(MasterStep::StopRise);
             }
-            Step::StopHigh => {
+            MasterStep::StopHigh => {
                 regs.pull_sda = false;
-                self.count(Step::StopFree, regs, t);
+                self.schedule_step(MasterStep::StopFree, regs, t);
             }
-            Step::StopFree if regs.sda => self.end(regs, t, out),
-            Step::StopFree => self.collide(regs, t, out),
-            Step::BitLow(job) => {
+            MasterStep::StopFree if regs.sda => self.end(regs, t, out),
+            MasterStep::StopFree => self.collide(regs, t, out),
+            MasterStep::BitLow(job) => {
                 regs.pull_scl = false;
-                self.wait(Step::BitRise(job));
+                self.wait_for_line(MasterStep::BitRise(job));
             }
-            Step::BitHigh(job) => {
+            MasterStep::BitHigh(job) => {
                 regs.pull_scl = true;
-                self.wait(Step::BitFall(job));
+                self.wait_for_line(MasterStep::BitFall(job));
             }
             // These wait for a wire, not for the generator.
-            Step::Idle | Step::AgainFall | Step::AgainRise | Step::StopFall | Step::StopRise => {}
-            Step::BitFall(_) | Step::BitRise(_) => {}
+            MasterStep::Idle | MasterStep::AgainFall | MasterStep::AgainRise | MasterStep::StopFall | MasterStep::StopRise => {}
+            MasterStep::BitFall(_) | MasterStep::BitRise(_) => {}
         }
-        self.look(regs, t, out);
+        self.on_line_changed(regs, t, out);
     }
 
-    fn pull_start(&mut self, regs: &mut Regs, t: u64) {
+    fn pull_start(&mut self, regs: &mut SspRegisters, t: u64) {
         regs.pull_sda = true;
-        self.count(Step::StartLow, regs, t);
+        self.schedule_step(MasterStep::StartLow, regs, t);
     }
 
     /// Looks at the wires, which may have changed.
-    pub(super) fn look(&mut self, regs: &mut Regs, t: u64, out: &mut Outbox) {
+    pub(super) fn on_line_changed(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         match self.step {
             // Section 9.4.17.1: whoever pulls SDA first makes the Start, and this part joins in.
-            Step::StartHigh if !regs.scl => self.collide(regs, t, out),
-            Step::StartHigh if !regs.sda => self.pull_start(regs, t),
-            Step::AgainFall if !regs.scl => {
+            MasterStep::StartHigh if !regs.scl => self.collide(regs, t, out),
+            MasterStep::StartHigh if !regs.sda => self.pull_start(regs, t),
+            MasterStep::AgainFall if !regs.scl => {
                 regs.pull_sda = false;
-                self.count(Step::AgainLow, regs, t);
+                self.schedule_step(MasterStep::AgainLow, regs, t);
             }
-            Step::AgainRise if regs.scl => self.start(regs, t, out),
-            Step::StopFall if !regs.sda => self.count(Step::StopLow, regs, t),
-            Step::StopRise if regs.scl => self.count(Step::StopHigh, regs, t),
-            Step::StopHigh if !regs.scl => self.collide(regs, t, out),
-            Step::BitFall(job) if !regs.scl => self.fallen(job, regs, t, out),
-            Step::BitRise(_) | Step::BitHigh(_) if regs.scl && self.sends_one && !regs.sda => {
+            MasterStep::AgainRise if regs.scl => self.start(regs, t, out),
+            MasterStep::StopFall if !regs.sda => self.schedule_step(MasterStep::StopLow, regs, t),
+            MasterStep::StopRise if regs.scl => self.schedule_step(MasterStep::StopHigh, regs, t),
+            MasterStep::StopHigh if !regs.scl => self.collide(regs, t, out),
+            MasterStep::BitFall(job) if !regs.scl => self.fallen(job, regs, t, out),
+            MasterStep::BitRise(_) | MasterStep::BitHigh(_) if regs.scl && self.sends_one && !regs.sda => {
                 self.collide(regs, t, out)
             }
-            Step::BitRise(job) if regs.scl => self.count(Step::BitHigh(job), regs, t),
+            MasterStep::BitRise(job) if regs.scl => self.schedule_step(MasterStep::BitHigh(job), regs, t),
             // The fastest of several masters ends the high time of all.
-            Step::BitHigh(job) if !regs.scl => {
+            MasterStep::BitHigh(job) if !regs.scl => {
                 regs.pull_scl = true;
                 self.fallen(job, regs, t, out);
             }
@@ -255,45 +255,45 @@ impl Master {
     }
 
     /// SCL is low: the bit before is over, and the next one goes out.
-    fn fallen(&mut self, job: Job, regs: &mut Regs, t: u64, out: &mut Outbox) {
+    fn fallen(&mut self, job: ByteTransfer, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         let bit = self.falls;
         self.falls += 1;
         match (job, bit) {
-            (Job::Transmit, 0..=7) => {
-                self.put(self.sr & 0x80 != 0, regs);
+            (ByteTransfer::Transmit, 0..=7) => {
+                self.put_bit(self.sr & 0x80 != 0, regs);
                 self.sr <<= 1;
             }
-            (Job::Transmit, 8) => {
-                self.put(true, regs);
+            (ByteTransfer::Transmit, 8) => {
+                self.put_bit(true, regs);
                 self.sends_one = false;
-                regs.stat(BF, false);
+                regs.set_stat_bits(BF, false);
             }
-            (Job::Transmit, _) => {
+            (ByteTransfer::Transmit, _) => {
                 regs.con2 = regs.con2 & !ACKSTAT | if regs.sda { ACKSTAT } else { 0 };
-                regs.stat(RW, false);
+                regs.set_stat_bits(RW, false);
                 return self.end(regs, t, out);
             }
-            (Job::Receive, 0) => {
-                self.put(true, regs);
+            (ByteTransfer::Receive, 0) => {
+                self.put_bit(true, regs);
                 self.sends_one = false;
             }
-            (Job::Receive, _) => {
+            (ByteTransfer::Receive, _) => {
                 self.sr = self.sr << 1 | u8::from(regs.sda);
                 if bit >= 8 {
                     regs.receive(self.sr);
                     return self.end(regs, t, out);
                 }
             }
-            (Job::Acknowledge, 0) => self.put(regs.con2 & ACKDT != 0, regs),
-            (Job::Acknowledge, _) => {
+            (ByteTransfer::Acknowledge, 0) => self.put_bit(regs.con2 & ACKDT != 0, regs),
+            (ByteTransfer::Acknowledge, _) => {
                 regs.pull_sda = false;
                 return self.end(regs, t, out);
             }
         }
-        self.count(Step::BitLow(job), regs, t);
+        self.schedule_step(MasterStep::BitLow(job), regs, t);
     }
 
-    fn put(&mut self, high: bool, regs: &mut Regs) {
+    fn put_bit(&mut self, high: bool, regs: &mut SspRegisters) {
         regs.pull_sda = !high;
         self.sends_one = high;
     }

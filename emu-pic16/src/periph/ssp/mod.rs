@@ -12,50 +12,50 @@ mod spi;
 
 use emu_core::NEVER;
 
-use super::map::{Line, Sfr};
-use super::{Device, Drive, Outbox};
-use master::Master;
-use regs::{BF, CKE, CKP, Mode, P, RW, Regs, S, SEQUENCES, SMP, UA, WCOL, interrupt};
-use slave::Slave;
-use spi::Spi;
+use super::map::{Pic16Line, Sfr};
+use super::{Pic16Device, Pic16Drive, Pic16Outbox};
+use master::I2cMaster;
+use regs::{BF, CKE, CKP, SspMode, P, RW, SspRegisters, S, SEQUENCES, SMP, UA, WCOL, raise_sspif};
+use slave::I2cSlave;
+use spi::SpiShifter;
 
 /// The port.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Ssp {
-    regs: Regs,
-    spi: Spi,
-    slave: Slave,
-    master: Master,
+pub struct Pic16Ssp {
+    regs: SspRegisters,
+    spi: SpiShifter,
+    slave: I2cSlave,
+    master: I2cMaster,
     /// Since when the oscillator stands.
     asleep: Option<u64>,
 }
 
-emu_core::state! { Ssp { regs, spi, slave, master, asleep } if |of, now| of.asleep.is_none_or(|since| since <= now + 4) }
+emu_core::state! { Pic16Ssp { regs, spi, slave, master, asleep } if |of, now| of.asleep.is_none_or(|since| since <= now + 4) }
 
-impl Ssp {
+impl Pic16Ssp {
     /// A port after power-up: an MSSP, or the basic SSP without SSPCON2, I2C master and general call.
     #[must_use]
-    pub fn new(master: bool) -> Ssp {
-        Ssp { regs: Regs::new(master), spi: Spi::IDLE, slave: Slave::IDLE, master: Master::IDLE, asleep: None }
+    pub fn new(master: bool) -> Pic16Ssp {
+        Pic16Ssp { regs: SspRegisters::new(master), spi: SpiShifter::IDLE, slave: I2cSlave::IDLE, master: I2cMaster::IDLE, asleep: None }
     }
 
     /// The MSSP of the 16F87XA, where SEN makes a slave stretch the clock after every byte that it receives (DS39582 section
     /// 9.4.4; DS30292 register 9-3 has SEN for the master only).
     #[must_use]
-    pub fn with_stretch(mut self, stretch: bool) -> Ssp {
+    pub fn with_stretch(mut self, stretch: bool) -> Pic16Ssp {
         self.regs.stretch = stretch;
         self
     }
 
     /// SS raised within a byte leaves what was shifted in SSPSR ([`Readings::ss_keeps_bits`](crate::Readings)).
     #[must_use]
-    pub fn with_kept_bits(mut self, keeps: bool) -> Ssp {
+    pub fn with_kept_bits(mut self, keeps: bool) -> Pic16Ssp {
         self.regs.keeps_bits = keeps;
         self
     }
 
     /// Reset (DS39582 table 14-6): all registers 0 but SSPBUF, which is unknown after power-up (0 here) and kept otherwise.
-    pub fn reset(&mut self, power_on: bool, t: u64, out: &mut Outbox) {
+    pub fn reset(&mut self, power_on: bool, t: u64, out: &mut Pic16Outbox) {
         self.set_mode(0);
         let regs = &mut self.regs;
         (regs.con2, regs.add, regs.stat) = (0, 0, 0);
@@ -69,20 +69,20 @@ impl Ssp {
     /// Periods of timer 2 clock the port: SPI master, SSPM 0011.
     #[must_use]
     pub fn wants_timer2(&self) -> bool {
-        self.regs.mode() == Mode::SpiMaster(None)
+        self.regs.mode() == SspMode::SpiMaster(None)
     }
 
     /// A byte is on its way out, and its next half bit begins with a period of timer 2.
     #[must_use]
     pub fn waits_for_timer2(&self) -> bool {
-        self.wants_timer2() && self.spi.shifting()
+        self.wants_timer2() && self.spi.is_shifting()
     }
 
     /// A period of timer 2 has ended at `t`: half a bit of SPI. It comes before a write at the same clock.
-    pub fn timer2(&mut self, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    pub fn timer2(&mut self, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         if self.waits_for_timer2() && self.asleep.is_none() {
-            self.spi.half(&self.regs, t);
+            self.spi.half_clock(&self.regs, t);
             self.settle(t, out);
         }
     }
@@ -90,21 +90,21 @@ impl Ssp {
     /// The port is on in a mode of I2C: what it drives reaches SCL and SDA whatever TRIS says.
     #[must_use]
     pub fn is_i2c(&self) -> bool {
-        self.regs.mode().i2c()
+        self.regs.mode().is_i2c()
     }
 
     /// Says what the lines are driven with, where that has changed.
-    fn settle(&mut self, t: u64, out: &mut Outbox) {
+    fn settle(&mut self, t: u64, out: &mut Pic16Outbox) {
         let regs = &self.regs;
-        let wire = |pull| if pull { Drive::Low } else { Drive::Open };
+        let wire = |pull| if pull { Pic16Drive::Low } else { Pic16Drive::Open };
         let (sck, sdi, sdo) = match regs.mode() {
-            Mode::Off => (Drive::Port, Drive::Port, Drive::Port),
-            Mode::SpiMaster(_) => {
-                (Drive::of(self.spi.active != (regs.con & CKP != 0)), Drive::Port, Drive::of(self.spi.sdo))
+            SspMode::Off => (Pic16Drive::Port, Pic16Drive::Port, Pic16Drive::Port),
+            SspMode::SpiMaster(_) => {
+                (Pic16Drive::from_bit(self.spi.active != (regs.con & CKP != 0)), Pic16Drive::Port, Pic16Drive::from_bit(self.spi.sdo))
             }
-            Mode::SpiSlave { select } if select && regs.ss => (Drive::Port, Drive::Port, Drive::Float),
-            Mode::SpiSlave { .. } => (Drive::Port, Drive::Port, Drive::of(self.spi.sdo)),
-            _ => (wire(regs.pull_scl), wire(regs.pull_sda), Drive::Port),
+            SspMode::SpiSlave { select } if select && regs.ss => (Pic16Drive::Port, Pic16Drive::Port, Pic16Drive::Float),
+            SspMode::SpiSlave { .. } => (Pic16Drive::Port, Pic16Drive::Port, Pic16Drive::from_bit(self.spi.sdo)),
+            _ => (wire(regs.pull_scl), wire(regs.pull_sda), Pic16Drive::Port),
         };
         self.regs.settle(sck, sdi, sdo, t, out);
     }
@@ -115,32 +115,32 @@ impl Ssp {
         self.regs.con = con;
         let mode = self.regs.mode();
         if mode != before {
-            self.spi = Spi::IDLE;
-            self.slave = Slave::IDLE;
-            self.master = Master::IDLE;
-            if !(before.i2c() && mode.i2c()) {
-                self.regs.stat(S | P, false);
+            self.spi = SpiShifter::IDLE;
+            self.slave = I2cSlave::IDLE;
+            self.master = I2cMaster::IDLE;
+            if !(before.is_i2c() && mode.is_i2c()) {
+                self.regs.set_stat_bits(S | P, false);
             }
             // R/W says that what fills SSPBUF was to be sent.
             if self.regs.stat & RW != 0 {
-                self.regs.stat(BF, false);
+                self.regs.set_stat_bits(BF, false);
             }
-            self.regs.stat(RW | UA, false);
+            self.regs.set_stat_bits(RW | UA, false);
             (self.regs.pull_scl, self.regs.pull_sda) = (false, false);
         }
-        if let Mode::Slave { .. } = mode {
-            self.slave.hold(&mut self.regs);
+        if let SspMode::Slave { .. } = mode {
+            self.slave.hold_clock(&mut self.regs);
         }
     }
 
     /// SSPBUF is written.
-    fn write_buf(&mut self, value: u8, t: u64, out: &mut Outbox) {
+    fn write_buf(&mut self, value: u8, t: u64, out: &mut Pic16Outbox) {
         let mode = self.regs.mode();
         let busy = match mode {
-            Mode::Off | Mode::Firmware => false,
-            Mode::SpiMaster(_) | Mode::SpiSlave { .. } => self.spi.busy(),
-            Mode::Slave { .. } => self.slave.busy(),
-            Mode::Master => self.master.busy(),
+            SspMode::Off | SspMode::Firmware => false,
+            SspMode::SpiMaster(_) | SspMode::SpiSlave { .. } => self.spi.is_busy(),
+            SspMode::Slave { .. } => self.slave.is_busy(),
+            SspMode::Master => self.master.is_busy(),
         };
         if busy {
             self.regs.con |= WCOL;
@@ -148,20 +148,20 @@ impl Ssp {
         }
         self.regs.buf = value;
         match mode {
-            Mode::Off | Mode::Firmware => {}
-            Mode::SpiMaster(_) | Mode::SpiSlave { .. } => self.spi.load(&self.regs, t),
-            Mode::Slave { .. } => self.slave.load(&mut self.regs),
-            Mode::Master => self.master.load(&mut self.regs, t, out),
+            SspMode::Off | SspMode::Firmware => {}
+            SspMode::SpiMaster(_) | SspMode::SpiSlave { .. } => self.spi.load(&self.regs, t),
+            SspMode::Slave { .. } => self.slave.load(&mut self.regs),
+            SspMode::Master => self.master.load(&mut self.regs, t, out),
         }
     }
 
     /// SSPCON2 is written.
-    fn write_con2(&mut self, value: u8, t: u64, out: &mut Outbox) {
+    fn write_con2(&mut self, value: u8, t: u64, out: &mut Pic16Outbox) {
         if !self.regs.master {
             return;
         }
-        let master = self.regs.mode() == Mode::Master;
-        if master && self.master.busy() {
+        let master = self.regs.mode() == SspMode::Master;
+        if master && self.master.is_busy() {
             self.regs.con2 = self.regs.con2 & SEQUENCES | value & !SEQUENCES;
             return;
         }
@@ -172,11 +172,11 @@ impl Ssp {
     }
 
     /// SDA changes while SCL is high.
-    fn condition(&mut self, start: bool, t: u64, out: &mut Outbox) {
-        self.regs.stat(S, start);
-        self.regs.stat(P, !start);
+    fn condition(&mut self, start: bool, t: u64, out: &mut Pic16Outbox) {
+        self.regs.set_stat_bits(S, start);
+        self.regs.set_stat_bits(P, !start);
         let notice = match self.regs.mode() {
-            Mode::Slave { notice, .. } => {
+            SspMode::Slave { notice, .. } => {
                 if start {
                     self.slave.start(&mut self.regs);
                 } else {
@@ -184,36 +184,36 @@ impl Ssp {
                 }
                 notice
             }
-            Mode::Master => !self.master.own_condition(),
+            SspMode::Master => !self.master.own_condition(),
             _ => true,
         };
         if notice {
-            interrupt(t, out);
+            raise_sspif(t, out);
         }
     }
 
     /// SCK or SCL changes.
-    fn clock(&mut self, t: u64, out: &mut Outbox) {
+    fn clock(&mut self, t: u64, out: &mut Pic16Outbox) {
         match self.regs.mode() {
-            Mode::SpiSlave { select } if !(select && self.regs.ss) => {
+            SspMode::SpiSlave { select } if !(select && self.regs.ss) => {
                 self.spi.clock(&mut self.regs, t, self.asleep.is_some(), out);
             }
-            Mode::Slave { .. } if self.regs.scl => self.slave.rise(&mut self.regs),
-            Mode::Slave { ten, .. } => self.slave.fall(&mut self.regs, ten, t, out),
+            SspMode::Slave { .. } if self.regs.scl => self.slave.rise(&mut self.regs),
+            SspMode::Slave { ten, .. } => self.slave.fall(&mut self.regs, ten, t, out),
             _ => {}
         }
     }
 }
 
-impl Device for Ssp {
-    fn run(&mut self, t: u64, out: &mut Outbox) {
+impl Pic16Device for Pic16Ssp {
+    fn run_due(&mut self, t: u64, out: &mut Pic16Outbox) {
         loop {
-            let due = self.next();
+            let due = self.next_clock();
             if due > t || due == NEVER {
                 return;
             }
             if self.master.next() == due {
-                self.master.run_out(&mut self.regs, due, out);
+                self.master.on_baud_timeout(&mut self.regs, due, out);
             } else {
                 self.spi.step(&mut self.regs, due, out);
             }
@@ -221,14 +221,14 @@ impl Device for Ssp {
         }
     }
 
-    fn next(&self) -> u64 {
+    fn next_clock(&self) -> u64 {
         if self.asleep.is_some() { NEVER } else { self.spi.next().min(self.master.next()) }
     }
 
-    fn read(&mut self, reg: Sfr, t: u64, _: &mut Outbox) -> u8 {
+    fn read(&mut self, reg: Sfr, t: u64, _: &mut Pic16Outbox) -> u8 {
         let value = self.peek(reg, t);
         if reg == Sfr::SSPBUF {
-            self.regs.stat(BF, false);
+            self.regs.set_stat_bits(BF, false);
         }
         value
     }
@@ -245,15 +245,15 @@ impl Device for Ssp {
         }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         match reg {
             Sfr::SSPBUF => self.write_buf(value, t, out),
             Sfr::SSPCON => self.set_mode(value),
             Sfr::SSPCON2 => self.write_con2(value, t, out),
             Sfr::SSPADD => {
                 self.regs.add = value;
-                if let Mode::Slave { .. } = self.regs.mode() {
+                if let SspMode::Slave { .. } = self.regs.mode() {
                     self.slave.address(&mut self.regs);
                 }
             }
@@ -263,11 +263,11 @@ impl Device for Ssp {
         self.settle(t, out);
     }
 
-    fn line(&mut self, line: Line, high: bool, t: u64, out: &mut Outbox) {
+    fn on_line_changed(&mut self, line: Pic16Line, high: bool, t: u64, out: &mut Pic16Outbox) {
         let level = match line {
-            Line::Sck => &mut self.regs.scl,
-            Line::Sdi => &mut self.regs.sda,
-            Line::Ss => &mut self.regs.ss,
+            Pic16Line::Sck => &mut self.regs.scl,
+            Pic16Line::Sdi => &mut self.regs.sda,
+            Pic16Line::Ss => &mut self.regs.ss,
             _ => return,
         };
         if std::mem::replace(level, high) == high {
@@ -275,9 +275,9 @@ impl Device for Ssp {
         }
         let mode = self.regs.mode();
         match line {
-            Line::Sck => self.clock(t, out),
-            Line::Sdi if mode.i2c() && self.regs.scl => self.condition(!high, t, out),
-            Line::Ss if mode == (Mode::SpiSlave { select: true }) => {
+            Pic16Line::Sck => self.clock(t, out),
+            Pic16Line::Sdi if mode.is_i2c() && self.regs.scl => self.condition(!high, t, out),
+            Pic16Line::Ss if mode == (SspMode::SpiSlave { select: true }) => {
                 self.spi.restart(&self.regs);
                 if !high {
                     self.spi.present(&self.regs);
@@ -285,35 +285,35 @@ impl Device for Ssp {
             }
             _ => {}
         }
-        if mode == Mode::Master && self.asleep.is_none() {
-            self.master.look(&mut self.regs, t, out);
+        if mode == SspMode::Master && self.asleep.is_none() {
+            self.master.on_line_changed(&mut self.regs, t, out);
         }
         self.settle(t, out);
     }
 
-    fn sleep(&mut self, t: u64, out: &mut Outbox) {
+    fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
         self.asleep = Some(t);
         self.spi.sleep(&mut self.regs, t, out);
     }
 
-    fn wake(&mut self, t: u64, out: &mut Outbox) {
+    fn restart_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
         let Some(since) = self.asleep.take() else { return };
         let stood = t.saturating_sub(since);
         self.spi.shift(stood);
         self.master.shift(stood);
-        if self.regs.mode() == Mode::Master {
+        if self.regs.mode() == SspMode::Master {
             // Wires are not looked at while the clock stands.
-            self.master.look(&mut self.regs, t, out);
+            self.master.on_line_changed(&mut self.regs, t, out);
         }
         self.settle(t, out);
     }
 
-    fn steady(&self, reg: Sfr, t: u64) -> u64 {
+    fn steady_until(&self, reg: Sfr, t: u64) -> u64 {
         match reg {
             Sfr::SSPADD => NEVER,
             Sfr::SSPBUF if self.regs.stat & BF != 0 => t,
             _ if self.waits_for_timer2() => t,
-            _ => self.next(),
+            _ => self.next_clock(),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Registers, wires and modes: what the engines of the port share.
 
-use super::super::map::{Flag, Line};
-use super::super::{Drive, Outbox, Signal};
+use super::super::map::{InterruptFlag, Pic16Line};
+use super::super::{Pic16Drive, Pic16Outbox, Pic16Signal};
 
 /// SSPSTAT: input sampled at the end of a bit (SPI master).
 pub(super) const SMP: u8 = 0x80;
@@ -50,7 +50,7 @@ pub(super) const SEQUENCES: u8 = ACKEN | RCEN | PEN | RSEN | SEN;
 
 /// What SSPEN and SSPM select.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Mode {
+pub(super) enum SspMode {
     /// Off, or a reserved value of SSPM.
     Off,
     /// SPI master with half a bit of so many clocks; `None` where a bit half is a period of timer 2.
@@ -65,38 +65,38 @@ pub(super) enum Mode {
     Master,
 }
 
-impl Mode {
+impl SspMode {
     /// DS39582 registers 9-2 and 9-4; DS30292 register 9-2.
-    fn of(con: u8, master: bool) -> Mode {
+    fn from_sspcon(con: u8, master: bool) -> SspMode {
         if con & SSPEN == 0 {
-            return Mode::Off;
+            return SspMode::Off;
         }
         match con & 0x0F {
-            0 => Mode::SpiMaster(Some(2)),
-            1 => Mode::SpiMaster(Some(8)),
-            2 => Mode::SpiMaster(Some(32)),
-            3 => Mode::SpiMaster(None),
-            4 => Mode::SpiSlave { select: true },
-            5 => Mode::SpiSlave { select: false },
-            6 => Mode::Slave { ten: false, notice: false },
-            7 => Mode::Slave { ten: true, notice: false },
-            8 if master => Mode::Master,
-            11 => Mode::Firmware,
-            14 => Mode::Slave { ten: false, notice: true },
-            15 => Mode::Slave { ten: true, notice: true },
-            _ => Mode::Off,
+            0 => SspMode::SpiMaster(Some(2)),
+            1 => SspMode::SpiMaster(Some(8)),
+            2 => SspMode::SpiMaster(Some(32)),
+            3 => SspMode::SpiMaster(None),
+            4 => SspMode::SpiSlave { select: true },
+            5 => SspMode::SpiSlave { select: false },
+            6 => SspMode::Slave { ten: false, notice: false },
+            7 => SspMode::Slave { ten: true, notice: false },
+            8 if master => SspMode::Master,
+            11 => SspMode::Firmware,
+            14 => SspMode::Slave { ten: false, notice: true },
+            15 => SspMode::Slave { ten: true, notice: true },
+            _ => SspMode::Off,
         }
     }
 
     /// The wires are those of I2C.
-    pub(super) fn i2c(self) -> bool {
-        matches!(self, Mode::Slave { .. } | Mode::Firmware | Mode::Master)
+    pub(super) fn is_i2c(self) -> bool {
+        matches!(self, SspMode::Slave { .. } | SspMode::Firmware | SspMode::Master)
     }
 }
 
 /// Registers and wires.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Regs {
+pub(super) struct SspRegisters {
     /// An MSSP.
     pub(super) master: bool,
     /// SEN stretches the clock of the slave.
@@ -119,16 +119,16 @@ pub(super) struct Regs {
     /// SS raised within a byte leaves SSPSR as it is.
     pub(super) keeps_bits: bool,
     /// What was last said of SDI, SCK, SDO.
-    drives: [Drive; 3],
+    drives: [Pic16Drive; 3],
 }
 
 emu_core::state! {
-    Regs { buf, con, con2, add, stat, scl, sda, ss, pull_scl, pull_sda, drives } stays { master, stretch, keeps_bits }
+    SspRegisters { buf, con, con2, add, stat, scl, sda, ss, pull_scl, pull_sda, drives } stays { master, stretch, keeps_bits }
 }
 
-impl Regs {
-    pub(super) fn new(master: bool) -> Regs {
-        Regs {
+impl SspRegisters {
+    pub(super) fn new(master: bool) -> SspRegisters {
+        SspRegisters {
             master,
             stretch: false,
             buf: 0,
@@ -142,16 +142,16 @@ impl Regs {
             keeps_bits: false,
             pull_scl: false,
             pull_sda: false,
-            drives: [Drive::Port; 3],
+            drives: [Pic16Drive::Port; 3],
         }
     }
 
-    pub(super) fn mode(&self) -> Mode {
-        Mode::of(self.con, self.master)
+    pub(super) fn mode(&self) -> SspMode {
+        SspMode::from_sspcon(self.con, self.master)
     }
 
     /// Sets or clears bits of SSPSTAT.
-    pub(super) fn stat(&mut self, bits: u8, on: bool) {
+    pub(super) fn set_stat_bits(&mut self, bits: u8, on: bool) {
         self.stat = self.stat & !bits | if on { bits } else { 0 };
     }
 
@@ -168,11 +168,11 @@ impl Regs {
     }
 
     /// Says what has changed of the drives. SDA comes before SCL: what must not be seen as Start or Stop is let go first.
-    pub(super) fn settle(&mut self, sck: Drive, sdi: Drive, sdo: Drive, t: u64, out: &mut Outbox) {
+    pub(super) fn settle(&mut self, sck: Pic16Drive, sdi: Pic16Drive, sdo: Pic16Drive, t: u64, out: &mut Pic16Outbox) {
         let now = [sdi, sck, sdo];
-        for ((line, was), drive) in [Line::Sdi, Line::Sck, Line::Sdo].into_iter().zip(self.drives).zip(now) {
+        for ((line, was), drive) in [Pic16Line::Sdi, Pic16Line::Sck, Pic16Line::Sdo].into_iter().zip(self.drives).zip(now) {
             if was != drive {
-                out.push(Signal::Drive { t, line, drive });
+                out.push(Pic16Signal::Drive { t, line, drive });
             }
         }
         self.drives = now;
@@ -180,6 +180,6 @@ impl Regs {
 }
 
 /// Sets SSPIF.
-pub(super) fn interrupt(t: u64, out: &mut Outbox) {
-    out.push(Signal::Flag { t, flag: Flag::SSPIF });
+pub(super) fn raise_sspif(t: u64, out: &mut Pic16Outbox) {
+    out.push(Pic16Signal::Flag { t, flag: InterruptFlag::SSPIF });
 }

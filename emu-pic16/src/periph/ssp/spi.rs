@@ -5,14 +5,14 @@
 
 use emu_core::NEVER;
 
-use super::super::Outbox;
-use super::regs::{BF, CKE, CKP, Mode, Regs, SMP, interrupt};
+use super::super::Pic16Outbox;
+use super::regs::{BF, CKE, CKP, SspMode, SspRegisters, SMP, raise_sspif};
 
 /// Halves of the eight bits.
-const HALVES: u8 = 16;
+const HALF_CLOCKS: u8 = 16;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Spi {
+pub(super) struct SpiShifter {
     /// SSPSR.
     sr: u8,
     /// The level on SDO.
@@ -29,31 +29,31 @@ pub(super) struct Spi {
     done: (u64, u8),
 }
 
-emu_core::state! { Spi { sr, sdo, active, shifting, count, edge, done } if |spi, _now| spi.count <= HALVES + 1 }
+emu_core::state! { SpiShifter { sr, sdo, active, shifting, count, edge, done } if |spi, _now| spi.count <= HALF_CLOCKS + 1 }
 
-impl Spi {
-    pub(super) const IDLE: Spi =
-        Spi { sr: 0, sdo: false, active: false, shifting: false, count: 0, edge: NEVER, done: (NEVER, 0) };
+impl SpiShifter {
+    pub(super) const IDLE: SpiShifter =
+        SpiShifter { sr: 0, sdo: false, active: false, shifting: false, count: 0, edge: NEVER, done: (NEVER, 0) };
 
     pub(super) fn next(&self) -> u64 {
         self.edge.min(self.done.0)
     }
 
     /// A byte is between its first edge and its last one.
-    pub(super) fn shifting(&self) -> bool {
+    pub(super) fn is_shifting(&self) -> bool {
         self.shifting
     }
 
     /// SSPBUF may not be written.
-    pub(super) fn busy(&self) -> bool {
+    pub(super) fn is_busy(&self) -> bool {
         self.shifting || self.done.0 != NEVER
     }
 
     /// SSPBUF was written: it goes to SSPSR, too.
-    pub(super) fn load(&mut self, regs: &Regs, t: u64) {
+    pub(super) fn load(&mut self, regs: &SspRegisters, t: u64) {
         self.sr = regs.buf;
         match regs.mode() {
-            Mode::SpiMaster(half) => {
+            SspMode::SpiMaster(half) => {
                 self.shifting = true;
                 self.count = 0;
                 // The first bit begins as Q2 of the next cycle ends: figure 9-3 has the last one end there.
@@ -64,25 +64,25 @@ impl Spi {
     }
 
     /// With CKE = 1 the slave's first bit is out before the clock comes.
-    pub(super) fn present(&mut self, regs: &Regs) {
+    pub(super) fn present(&mut self, regs: &SspRegisters) {
         if regs.stat & CKE != 0 {
             self.sdo = self.sr & 0x80 != 0;
         }
     }
 
     /// What [`Spi::next`] is about.
-    pub(super) fn step(&mut self, regs: &mut Regs, t: u64, out: &mut Outbox) {
+    pub(super) fn step(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         if self.done.0 == t {
             self.finish(regs, t, out);
         } else {
-            self.half(regs, t);
+            self.half_clock(regs, t);
         }
     }
 
     /// A half of the master's bit begins; the last call ends the last one.
-    pub(super) fn half(&mut self, regs: &Regs, t: u64) {
+    pub(super) fn half_clock(&mut self, regs: &SspRegisters, t: u64) {
         let begins = self.count.is_multiple_of(2);
-        let last = self.count >= HALVES;
+        let last = self.count >= HALF_CLOCKS;
         let at_end = regs.stat & SMP != 0;
         if self.count > 0 && begins == at_end {
             self.sample(regs);
@@ -96,30 +96,30 @@ impl Spi {
             self.shifting = false;
             self.edge = NEVER;
             self.done = (flag_clock(t), self.sr);
-        } else if let Mode::SpiMaster(Some(half)) = regs.mode() {
+        } else if let SspMode::SpiMaster(Some(half)) = regs.mode() {
             self.edge = t.saturating_add(half);
         }
     }
 
-    fn sample(&mut self, regs: &Regs) {
+    fn sample(&mut self, regs: &SspRegisters) {
         self.sr = self.sr << 1 | u8::from(regs.sda);
     }
 
     /// The byte goes to SSPBUF. The master never overruns: section 9.3.1, SSPOV.
-    fn finish(&mut self, regs: &mut Regs, t: u64, out: &mut Outbox) {
+    fn finish(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         let byte = self.done.1;
         self.done = (NEVER, 0);
-        if matches!(regs.mode(), Mode::SpiMaster(_)) {
+        if matches!(regs.mode(), SspMode::SpiMaster(_)) {
             regs.buf = byte;
             regs.stat |= BF;
         } else {
             regs.receive(byte);
         }
-        interrupt(t, out);
+        raise_sspif(t, out);
     }
 
     /// The slave's clock has changed.
-    pub(super) fn clock(&mut self, regs: &mut Regs, t: u64, asleep: bool, out: &mut Outbox) {
+    pub(super) fn clock(&mut self, regs: &mut SspRegisters, t: u64, asleep: bool, out: &mut Pic16Outbox) {
         let leading = regs.scl != (regs.con & CKP != 0);
         let late = regs.stat & CKE != 0;
         self.shifting = true;
@@ -146,7 +146,7 @@ impl Spi {
     /// SS has changed: the bit counter is 0, and what was shifted of a byte is lost. SSPSR has again what
     /// SSPBUF holds to be sent (DS39582 figure 9-4, where the byte that is sent begins anew with bit 7), or, as the other reading has
     /// it, what is left of the byte and what came in.
-    pub(super) fn restart(&mut self, regs: &Regs) {
+    pub(super) fn restart(&mut self, regs: &SspRegisters) {
         if self.shifting && !regs.keeps_bits {
             self.sr = regs.buf;
         }
@@ -154,8 +154,8 @@ impl Spi {
     }
 
     /// The oscillator stops: what the slave has complete does not wait for it.
-    pub(super) fn sleep(&mut self, regs: &mut Regs, t: u64, out: &mut Outbox) {
-        if self.done.0 != NEVER && !matches!(regs.mode(), Mode::SpiMaster(_)) {
+    pub(super) fn sleep(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
+        if self.done.0 != NEVER && !matches!(regs.mode(), SspMode::SpiMaster(_)) {
             self.finish(regs, t, out);
         }
     }

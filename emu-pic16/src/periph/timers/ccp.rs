@@ -1,23 +1,23 @@
 //! A CCP module (DS33023 section 14; DS30292 and DS39582 section 8): what it does when the timers and its pin have done
 //! something.
 
-use crate::periph::Drive;
+use crate::periph::Pic16Drive;
 
 /// CCPxCON<3:0>. What the sheets call unused or reserved is off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Mode {
+pub(super) enum CcpMode {
     /// 0000 to 0011.
     Off,
     /// 0100 to 0111.
-    Capture(Edge),
+    Capture(CaptureEdge),
     /// 1000 to 1011.
-    Compare(Action),
+    Compare(MatchAction),
     /// 11xx.
     Pwm,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Edge {
+pub(super) enum CaptureEdge {
     Falling,
     Rising,
     /// Every 4th rising one.
@@ -27,7 +27,7 @@ pub(super) enum Edge {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Action {
+pub(super) enum MatchAction {
     Set,
     Clear,
     /// The flag only.
@@ -40,7 +40,7 @@ pub(super) enum Action {
 const CCPCON: u8 = 0x3F;
 
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub(super) struct Ccp {
+pub(super) struct CcpModule {
     con: u8,
     /// CCPRxL.
     pub(super) low: u8,
@@ -56,21 +56,21 @@ pub(super) struct Ccp {
     edges: u8,
 }
 
-emu_core::state! { Ccp { con, low, high, two, output, pin, edges } if |ccp, _now| ccp.edges <= 16 }
+emu_core::state! { CcpModule { con, low, high, two, output, pin, edges } if |ccp, _now| ccp.edges <= 16 }
 
-impl Ccp {
-    pub(super) fn mode(&self) -> Mode {
+impl CcpModule {
+    pub(super) fn mode(&self) -> CcpMode {
         match self.con & 0xF {
-            0..=3 => Mode::Off,
-            4 => Mode::Capture(Edge::Falling),
-            5 => Mode::Capture(Edge::Rising),
-            6 => Mode::Capture(Edge::Fourth),
-            7 => Mode::Capture(Edge::Sixteenth),
-            8 => Mode::Compare(Action::Set),
-            9 => Mode::Compare(Action::Clear),
-            10 => Mode::Compare(Action::Interrupt),
-            11 => Mode::Compare(Action::Special),
-            _ => Mode::Pwm,
+            0..=3 => CcpMode::Off,
+            4 => CcpMode::Capture(CaptureEdge::Falling),
+            5 => CcpMode::Capture(CaptureEdge::Rising),
+            6 => CcpMode::Capture(CaptureEdge::Fourth),
+            7 => CcpMode::Capture(CaptureEdge::Sixteenth),
+            8 => CcpMode::Compare(MatchAction::Set),
+            9 => CcpMode::Compare(MatchAction::Clear),
+            10 => CcpMode::Compare(MatchAction::Interrupt),
+            11 => CcpMode::Compare(MatchAction::Special),
+            _ => CcpMode::Pwm,
         }
     }
 
@@ -88,36 +88,36 @@ impl Ccp {
     }
 
     /// The value of timer 1 that is compared with, if any is.
-    pub(super) fn compared(&self) -> Option<u16> {
-        matches!(self.mode(), Mode::Compare(_)).then(|| self.ccpr())
+    pub(super) fn compare_value(&self) -> Option<u16> {
+        matches!(self.mode(), CcpMode::Compare(_)).then(|| self.ccpr())
     }
 
     /// The next count of timer 1 from `value` resets it.
-    pub(super) fn resets(&self, value: u16) -> bool {
-        self.mode() == Mode::Compare(Action::Special) && self.ccpr() == value
+    pub(super) fn resets_timer1(&self, value: u16) -> bool {
+        self.mode() == CcpMode::Compare(MatchAction::Special) && self.ccpr() == value
     }
 
     /// What it does to its line.
-    pub(super) fn drive(&self) -> Drive {
+    pub(super) fn drive(&self) -> Pic16Drive {
         match self.mode() {
-            Mode::Pwm | Mode::Compare(Action::Set | Action::Clear) => Drive::of(self.output),
-            _ => Drive::Port,
+            CcpMode::Pwm | CcpMode::Compare(MatchAction::Set | MatchAction::Clear) => Pic16Drive::from_bit(self.output),
+            _ => Pic16Drive::Port,
         }
     }
 
     /// The edge detector of capture mode: its input, by polarity, and its output, a rise of which captures. The prescaler
     /// ripples, so that it gives a rise when it comes round to 0.
-    fn detector(&self, edge: Edge) -> (bool, bool) {
-        let input = self.pin != (edge == Edge::Falling);
+    fn detector(&self, edge: CaptureEdge) -> (bool, bool) {
+        let input = self.pin != (edge == CaptureEdge::Falling);
         match edge {
-            Edge::Falling | Edge::Rising => (input, input),
-            Edge::Fourth => (input, self.edges & 2 == 0),
-            Edge::Sixteenth => (input, self.edges & 8 == 0),
+            CaptureEdge::Falling | CaptureEdge::Rising => (input, input),
+            CaptureEdge::Fourth => (input, self.edges & 2 == 0),
+            CaptureEdge::Sixteenth => (input, self.edges & 8 == 0),
         }
     }
 
     /// The pin or the mode has changed; before, the detector gave `was`. True if that captures.
-    fn detect(&mut self, was: (bool, bool), edge: Edge) -> bool {
+    fn detect(&mut self, was: (bool, bool), edge: CaptureEdge) -> bool {
         if self.detector(edge).0 && !was.0 {
             self.edges = (self.edges + 1) % 16;
         }
@@ -126,7 +126,7 @@ impl Ccp {
 
     /// The level of the pin. True if that captures timer 1.
     pub(super) fn line(&mut self, high: bool) -> bool {
-        let Mode::Capture(edge) = self.mode() else {
+        let CcpMode::Capture(edge) = self.mode() else {
             self.pin = high;
             return false;
         };
@@ -139,22 +139,22 @@ impl Ccp {
     /// from any other mode not.
     pub(super) fn write_con(&mut self, con: u8) -> bool {
         let old = self.mode();
-        let was = if let Mode::Capture(edge) = old { Some(self.detector(edge)) } else { None };
+        let was = if let CcpMode::Capture(edge) = old { Some(self.detector(edge)) } else { None };
         self.con = con & CCPCON;
         let new = self.mode();
-        if let Mode::Capture(edge) = new {
+        if let CcpMode::Capture(edge) = new {
             return was.is_some_and(|was| self.detect(was, edge));
         }
         self.edges = 0;
         if new != old {
-            self.output = new == Mode::Compare(Action::Clear);
+            self.output = new == CcpMode::Compare(MatchAction::Clear);
         }
         false
     }
 
     /// A write to CCPRxH, which PWM mode makes read-only.
     pub(super) fn write_high(&mut self, high: u8) {
-        if self.mode() != Mode::Pwm {
+        if self.mode() != CcpMode::Pwm {
             self.high = high;
         }
     }
@@ -165,18 +165,18 @@ impl Ccp {
     }
 
     /// Timer 1 has become what it is compared with. True if it is the special event.
-    pub(super) fn matches(&mut self) -> bool {
+    pub(super) fn apply_match(&mut self) -> bool {
         match self.mode() {
-            Mode::Compare(Action::Set) => self.output = true,
-            Mode::Compare(Action::Clear) => self.output = false,
+            CcpMode::Compare(MatchAction::Set) => self.output = true,
+            CcpMode::Compare(MatchAction::Clear) => self.output = false,
             _ => {}
         }
-        self.mode() == Mode::Compare(Action::Special)
+        self.mode() == CcpMode::Compare(MatchAction::Special)
     }
 
     /// The duty that is at work, in quarters of a count of timer 2, where a PWM output waits for it.
-    pub(super) fn falls_at(&self) -> Option<u16> {
-        (self.mode() == Mode::Pwm && self.output).then(|| u16::from(self.high) << 2 | u16::from(self.two))
+    pub(super) fn duty_count(&self) -> Option<u16> {
+        (self.mode() == CcpMode::Pwm && self.output).then(|| u16::from(self.high) << 2 | u16::from(self.two))
     }
 
     /// A PWM output ends its pulse.
@@ -185,8 +185,8 @@ impl Ccp {
     }
 
     /// A period of timer 2 has ended: in PWM mode the duty is taken over, and a pulse begins unless it is 0.
-    pub(super) fn period(&mut self) {
-        if self.mode() == Mode::Pwm {
+    pub(super) fn start_period(&mut self) {
+        if self.mode() == CcpMode::Pwm {
             (self.high, self.two) = (self.low, self.con >> 4 & 3);
             self.output = self.high | self.two != 0;
         }
@@ -195,6 +195,6 @@ impl Ccp {
     /// A reset turns the module off, and leaves CCPRx; what it holds at power-on is unknown, and taken as 0.
     pub(super) fn reset(&mut self, power_on: bool) {
         let (low, high) = if power_on { (0, 0) } else { (self.low, self.high) };
-        *self = Ccp { low, high, pin: self.pin, ..Ccp::default() };
+        *self = CcpModule { low, high, pin: self.pin, ..CcpModule::default() };
     }
 }

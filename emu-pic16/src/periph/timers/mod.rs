@@ -17,23 +17,23 @@ mod timer2;
 
 use emu_core::NEVER;
 
-use super::map::{Flag, Line, Sfr};
-use super::{Device, Drive, Outbox, Signal};
-use ccp::{Ccp, Mode};
+use super::map::{InterruptFlag, Pic16Line, Sfr};
+use super::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
+use ccp::{CcpModule, CcpMode};
 use timer1::Timer1;
 use timer2::Timer2;
 
 /// What differs between the two modules.
-const MODULES: [(Line, Flag); 2] = [(Line::Ccp1, Flag::CCP1IF), (Line::Ccp2, Flag::CCP2IF)];
+const MODULES: [(Pic16Line, InterruptFlag); 2] = [(Pic16Line::Ccp1, InterruptFlag::CCP1IF), (Pic16Line::Ccp2, InterruptFlag::CCP2IF)];
 
 /// Timer 1, timer 2 and 0 to 2 CCP modules. It serves the registers `TMR1L TMR1H T1CON TMR2 T2CON PR2` and `CCPRxL CCPRxH
 /// CCPxCON`, the flags `TMR1IF TMR2IF CCP1IF CCP2IF`, and the lines `T1cki Ccp1 Ccp2`. Anything else, and the registers of
 /// a module that is not there, reads 0 and takes no write.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Timers {
+pub struct Pic16Timers {
     timer1: Timer1,
     timer2: Timer2,
-    ccp: [Ccp; 2],
+    ccp: [CcpModule; 2],
     ccps: usize,
     listener: bool,
     asleep: bool,
@@ -41,17 +41,17 @@ pub struct Timers {
     next: [u64; 2],
 }
 
-emu_core::state! { Timers { timer1, timer2, ccp, listener, asleep, next } stays { ccps } }
+emu_core::state! { Pic16Timers { timer1, timer2, ccp, listener, asleep, next } stays { ccps } }
 
-impl Timers {
+impl Pic16Timers {
     /// As after power-on at clock 0, all lines low.
     ///
     /// `ccps`: number of CCP modules, 0 to 2; the special event of the last one starts a conversion. `crystal`: the
     /// oscillator of the chip and the crystal at T1OSI and T1OSO, in hertz, if there is one (not faster than the
     /// oscillator: it is taken as that); it swings from when T1OSCEN is set.
     #[must_use]
-    pub fn new(ccps: u8, crystal: Option<(u64, u64)>) -> Timers {
-        Timers {
+    pub fn new(ccps: u8, crystal: Option<(u64, u64)>) -> Pic16Timers {
+        Pic16Timers {
             timer1: Timer1::new(crystal),
             timer2: Timer2::new(0),
             ccp: Default::default(),
@@ -65,10 +65,10 @@ impl Timers {
     /// A reset at `t`, by power-on or brown-out, or another one (DS30292 table 12-6): T2CON, TMR2 and CCPxCON are 0 and
     /// PR2 is FFh; T1CON is 0 only at power-on, and timer 1 and CCPRx go on as they are after any other. Who listens to
     /// timer 2 goes on doing so. A sleep is over.
-    pub fn reset(&mut self, power_on: bool, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    pub fn reset(&mut self, power_on: bool, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         if self.asleep {
-            self.wake(t, out);
+            self.restart_clock(t, out);
         }
         self.timer2 = Timer2::new(t);
         if power_on {
@@ -76,16 +76,16 @@ impl Timers {
         }
         let before = self.drives();
         self.ccp.iter_mut().for_each(|ccp| ccp.reset(power_on));
-        self.show(before, t, out);
-        self.plan();
+        self.drive_outputs(before, t, out);
+        self.update_deadlines();
     }
 
     /// While `on`, every end of a period of timer 2 after `t` gives [`Signal::Timer2`]: the clock of the SSP is half that.
-    pub fn set_timer2_listener(&mut self, on: bool, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    pub fn set_timer2_listener(&mut self, on: bool, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         self.settle(t);
         self.listener = on;
-        self.plan();
+        self.update_deadlines();
     }
 
     /// The clock of the first end of a period of timer 2 after `t`, if no register is written; `NEVER` if it stands.
@@ -97,16 +97,16 @@ impl Timers {
     /// A pin may still change by itself: a module makes pulses while timer 2 runs, or waits to set or clear its pin.
     #[must_use]
     pub fn moves_pins(&self) -> bool {
-        let waits = |ccp: &Ccp| match ccp.mode() {
-            Mode::Pwm => self.timer2.end_after(0) != NEVER,
-            _ => ccp.drive() != Drive::Port && self.next[0] != NEVER,
+        let waits = |ccp: &CcpModule| match ccp.mode() {
+            CcpMode::Pwm => self.timer2.end_after(0) != NEVER,
+            _ => ccp.drive() != Pic16Drive::Port && self.next[0] != NEVER,
         };
         !self.asleep && self.ccp.iter().any(waits)
     }
 
     /// To be called when anything but time has changed something.
-    fn plan(&mut self) {
-        self.next = [self.next1(), self.next2()];
+    fn update_deadlines(&mut self) {
+        self.next = [self.next_timer1_event(), self.next_timer2_event()];
     }
 
     /// Brings both timers up to `t`, so that what is asked of them from now on is not looked for in the past.
@@ -115,118 +115,118 @@ impl Timers {
         self.timer2.settle(t);
     }
 
-    fn drives(&self) -> [Drive; 2] {
+    fn drives(&self) -> [Pic16Drive; 2] {
         [self.ccp[0].drive(), self.ccp[1].drive()]
     }
 
     /// Says what has become of the lines, which were `before`.
-    fn show(&self, before: [Drive; 2], t: u64, out: &mut Outbox) {
+    fn drive_outputs(&self, before: [Pic16Drive; 2], t: u64, out: &mut Pic16Outbox) {
         for ((before, drive), (line, _)) in before.into_iter().zip(self.drives()).zip(MODULES) {
             if drive != before {
-                out.push(Signal::Drive { t, line, drive });
+                out.push(Pic16Signal::Drive { t, line, drive });
             }
         }
     }
 
     /// Which modules compare with timer 1 and find it to be `value`.
-    fn equal(&self, value: u16) -> [bool; 2] {
-        [self.ccp[0].compared() == Some(value), self.ccp[1].compared() == Some(value)]
+    fn modules_equal_to(&self, value: u16) -> [bool; 2] {
+        [self.ccp[0].compare_value() == Some(value), self.ccp[1].compare_value() == Some(value)]
     }
 
     /// Serves the modules that find timer 1 equal to `value` at `t`, and did not `before`; `drives` is what the lines were.
-    fn compare(&mut self, before: [bool; 2], drives: [Drive; 2], value: u16, t: u64, out: &mut Outbox) {
+    fn compare(&mut self, before: [bool; 2], drives: [Pic16Drive; 2], value: u16, t: u64, out: &mut Pic16Outbox) {
         let last = self.ccps;
-        let now = self.equal(value).into_iter().zip(before).map(|(now, before)| now && !before);
+        let now = self.modules_equal_to(value).into_iter().zip(before).map(|(now, before)| now && !before);
         for (i, ((ccp, matches), (_, flag))) in self.ccp.iter_mut().zip(now).zip(MODULES).enumerate() {
             if matches {
-                out.push(Signal::Flag { t, flag });
-                if ccp.matches() && i + 1 == last {
-                    out.push(Signal::Convert { t });
+                out.push(Pic16Signal::Flag { t, flag });
+                if ccp.apply_match() && i + 1 == last {
+                    out.push(Pic16Signal::Convert { t });
                 }
             }
         }
-        self.show(drives, t, out);
+        self.drive_outputs(drives, t, out);
     }
 
     /// Timer 1, which was `old`, has counted once at `t`.
-    fn counted(&mut self, old: u16, t: u64, out: &mut Outbox) {
-        let reset = self.ccp.iter().any(|ccp| ccp.resets(old));
+    fn on_timer1_count(&mut self, old: u16, t: u64, out: &mut Pic16Outbox) {
+        let reset = self.ccp.iter().any(|ccp| ccp.resets_timer1(old));
         let value = if reset { 0 } else { old.wrapping_add(1) };
         self.timer1.set(value);
         if value == 0 && !reset {
-            out.push(Signal::Flag { t, flag: Flag::TMR1IF });
+            out.push(Pic16Signal::Flag { t, flag: InterruptFlag::TMR1IF });
         }
-        self.compare(self.equal(old), self.drives(), value, t, out);
+        self.compare(self.modules_equal_to(old), self.drives(), value, t, out);
     }
 
     /// The clock at which timer 1 next has more to do than to count: a first edge that does not count, an overflow, a
     /// match, a reset by the special event.
-    fn next1(&self) -> u64 {
+    fn next_timer1_event(&self) -> u64 {
         let value = self.timer1.settled();
         let left = |to: u16| match to.wrapping_sub(value) {
             0 => 0x1_0000,
             n => u64::from(n),
         };
-        let counts = self.ccp.iter().fold(left(0), |n, ccp| match ccp.compared() {
-            Some(_) if ccp.resets(value) => 1,
+        let counts = self.ccp.iter().fold(left(0), |n, ccp| match ccp.compare_value() {
+            Some(_) if ccp.resets_timer1(value) => 1,
             Some(to) => n.min(left(to)),
             None => n,
         });
-        self.timer1.when(counts).min(self.timer1.uncounted())
+        self.timer1.clock_of_count(counts).min(self.timer1.uncounted())
     }
 
-    fn fire1(&mut self, t: u64, out: &mut Outbox) {
+    fn run_timer1_event(&mut self, t: u64, out: &mut Pic16Outbox) {
         if self.timer1.uncounted() == t {
             self.timer1.arm(t);
         } else {
             let old = self.timer1.before(t);
             self.timer1.settle(t);
-            self.counted(old, t, out);
+            self.on_timer1_count(old, t, out);
         }
     }
 
     /// The clock at which the pulse of `ccp` ends.
-    fn falls(&self, ccp: &Ccp) -> u64 {
-        ccp.falls_at().map_or(NEVER, |duty| self.timer2.reaches(duty))
+    fn pwm_fall_clock(&self, ccp: &CcpModule) -> u64 {
+        ccp.duty_count().map_or(NEVER, |duty| self.timer2.clock_of_duty(duty))
     }
 
     /// The clock at which timer 2 next has more to do than to count and to go round.
-    fn next2(&self) -> u64 {
-        let pulses = self.ccp.iter().any(|ccp| ccp.mode() == Mode::Pwm);
-        let period = if pulses || self.listener { self.timer2.end(1) } else { self.timer2.flag() };
-        self.ccp.iter().map(|ccp| self.falls(ccp)).fold(period, u64::min)
+    fn next_timer2_event(&self) -> u64 {
+        let pulses = self.ccp.iter().any(|ccp| ccp.mode() == CcpMode::Pwm);
+        let period = if pulses || self.listener { self.timer2.period_end(1) } else { self.timer2.flag_clock() };
+        self.ccp.iter().map(|ccp| self.pwm_fall_clock(ccp)).fold(period, u64::min)
     }
 
-    fn fire2(&mut self, t: u64, out: &mut Outbox) {
+    fn run_timer2_event(&mut self, t: u64, out: &mut Pic16Outbox) {
         let before = self.drives();
         for i in 0..self.ccp.len() {
-            if self.falls(&self.ccp[i]) == t {
+            if self.pwm_fall_clock(&self.ccp[i]) == t {
                 self.ccp[i].fall();
             }
         }
         let (ended, flag) = self.timer2.settle(t);
         if ended {
-            self.ccp.iter_mut().for_each(Ccp::period);
+            self.ccp.iter_mut().for_each(CcpModule::start_period);
             if flag {
-                out.push(Signal::Flag { t, flag: Flag::TMR2IF });
+                out.push(Pic16Signal::Flag { t, flag: InterruptFlag::TMR2IF });
             }
             if self.listener {
-                out.push(Signal::Timer2 { t });
+                out.push(Pic16Signal::Timer2 { t });
             }
         }
-        self.show(before, t, out);
+        self.drive_outputs(before, t, out);
     }
 
     /// Does what is due of timer 1 up to `t1` and of timer 2 up to `t2`.
-    fn due(&mut self, t1: u64, t2: u64, out: &mut Outbox) {
+    fn run_events(&mut self, t1: u64, t2: u64, out: &mut Pic16Outbox) {
         loop {
             let [next1, next2] = self.next;
             if next1 <= t1 && (next1 <= next2 || next2 > t2) {
-                self.fire1(next1, out);
-                self.next[0] = self.next1();
+                self.run_timer1_event(next1, out);
+                self.next[0] = self.next_timer1_event();
             } else if next2 <= t2 {
-                self.fire2(next2, out);
-                self.next[1] = self.next2();
+                self.run_timer2_event(next2, out);
+                self.next[1] = self.next_timer2_event();
             } else {
                 return;
             }
@@ -248,10 +248,10 @@ impl Timers {
     }
 
     /// A write to a register of a module.
-    fn write_module(&mut self, i: usize, which: u8, value: u8, t: u64, out: &mut Outbox) {
+    fn write_module(&mut self, i: usize, which: u8, value: u8, t: u64, out: &mut Pic16Outbox) {
         self.settle(t);
         let timer1 = self.timer1.settled();
-        let (before, drives) = (self.equal(timer1), self.drives());
+        let (before, drives) = (self.modules_equal_to(timer1), self.drives());
         let ccp = &mut self.ccp[i];
         match which {
             0 => ccp.low = value,
@@ -259,7 +259,7 @@ impl Timers {
             _ => {
                 if ccp.write_con(value) {
                     ccp.capture(timer1);
-                    out.push(Signal::Flag { t, flag: MODULES[i].1 });
+                    out.push(Pic16Signal::Flag { t, flag: MODULES[i].1 });
                 }
             }
         }
@@ -267,13 +267,13 @@ impl Timers {
     }
 }
 
-impl Device for Timers {
-    fn run(&mut self, t: u64, out: &mut Outbox) {
-        self.due(t, t, out);
+impl Pic16Device for Pic16Timers {
+    fn run_due(&mut self, t: u64, out: &mut Pic16Outbox) {
+        self.run_events(t, t, out);
     }
 
     /// Early at times, never late: a reset of timer 1 by the special event counts too.
-    fn next(&self) -> u64 {
+    fn next_clock(&self) -> u64 {
         self.next[0].min(self.next[1])
     }
 
@@ -294,24 +294,24 @@ impl Device for Timers {
         }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Outbox) {
+    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
         // A counter that is written takes the value instead of what is due at this clock.
         let before = t.saturating_sub(1);
         match reg {
             Sfr::TMR1L | Sfr::TMR1H => {
-                self.due(before, t, out);
-                let equal = self.equal(self.timer1.before(t));
+                self.run_events(before, t, out);
+                let equal = self.modules_equal_to(self.timer1.before(t));
                 self.timer1.write(t, |old| {
                     if reg == Sfr::TMR1L { old & 0xFF00 | u16::from(value) } else { old & 0xFF | u16::from(value) << 8 }
                 });
                 self.compare(equal, self.drives(), self.timer1.settled(), t, out);
             }
             Sfr::TMR2 => {
-                self.due(t, before, out);
+                self.run_events(t, before, out);
                 self.timer2.write(value, t);
             }
             _ => {
-                self.run(t, out);
+                self.run_due(t, out);
                 match reg {
                     Sfr::T1CON => self.timer1.write_con(value, t),
                     Sfr::T2CON => self.timer2.write_con(value, t),
@@ -324,24 +324,24 @@ impl Device for Timers {
                 }
             }
         }
-        self.plan();
+        self.update_deadlines();
         // A pulse ends where TMR2 is written to be its duty.
-        self.run(t, out);
+        self.run_due(t, out);
     }
 
-    fn line(&mut self, line: Line, high: bool, t: u64, out: &mut Outbox) {
+    fn on_line_changed(&mut self, line: Pic16Line, high: bool, t: u64, out: &mut Pic16Outbox) {
         match line {
-            Line::T1cki => {
+            Pic16Line::T1cki => {
                 let old = self.timer1.value(t);
                 if self.timer1.line(high, t) {
-                    self.counted(old, t, out);
+                    self.on_timer1_count(old, t, out);
                 }
             }
-            Line::Ccp1 | Line::Ccp2 => {
+            Pic16Line::Ccp1 | Pic16Line::Ccp2 => {
                 for (ccp, (own, flag)) in self.ccp.iter_mut().zip(MODULES) {
                     if own == line && ccp.line(high) {
                         ccp.capture(self.timer1.value(t));
-                        out.push(Signal::Flag { t, flag });
+                        out.push(Pic16Signal::Flag { t, flag });
                     }
                 }
                 // A capture changes nothing that is due.
@@ -349,33 +349,33 @@ impl Device for Timers {
             }
             _ => {}
         }
-        self.plan();
+        self.update_deadlines();
     }
 
-    fn sleep(&mut self, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         self.asleep = true;
         self.timer1.sleep(t);
         self.timer2.sleep(t);
-        self.plan();
+        self.update_deadlines();
     }
 
-    fn wake(&mut self, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn restart_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         self.asleep = false;
         self.timer1.wake(t);
         self.timer2.wake(t);
-        self.plan();
+        self.update_deadlines();
     }
 
-    fn steady(&self, reg: Sfr, t: u64) -> u64 {
-        let ahead = |counts: u64| self.timer1.when(self.timer1.counts(t) + counts).min(self.next[0]);
+    fn steady_until(&self, reg: Sfr, t: u64) -> u64 {
+        let ahead = |counts: u64| self.timer1.clock_of_count(self.timer1.counts(t) + counts).min(self.next[0]);
         match reg {
             Sfr::TMR1L => ahead(1),
             Sfr::TMR1H => ahead(0x100 - u64::from(self.timer1.value(t) & 0xFF)),
             Sfr::TMR2 => self.timer2.count_after(t),
             _ => match self.module(reg) {
-                Some((i, 1)) if self.ccp[i].mode() == Mode::Pwm => self.timer2.end_after(t),
+                Some((i, 1)) if self.ccp[i].mode() == CcpMode::Pwm => self.timer2.end_after(t),
                 _ => NEVER,
             },
         }

@@ -24,7 +24,7 @@ const T1CON: u8 = 0x3F;
 const PRESCALER: u64 = 8;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Source {
+enum ClockSource {
     /// Nothing: Fosc/4 in sleep, or an oscillator without a crystal.
     None,
     /// Fosc/4.
@@ -37,12 +37,12 @@ enum Source {
 
 /// The crystal at T1OSI and T1OSO, against the oscillator of the chip. Both in hertz, `0 < hz <= osc`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Crystal {
+struct CrystalClock {
     osc: u64,
     hz: u64,
 }
 
-impl Crystal {
+impl CrystalClock {
     /// Rising edges within `clocks` of switching on: the `k`-th comes `k` periods after.
     fn rises(self, clocks: u64) -> u64 {
         (u128::from(clocks) * u128::from(self.hz) / u128::from(self.osc)) as u64
@@ -74,7 +74,7 @@ const fn sampled(t: u64) -> u64 {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Timer1 {
     con: u8,
-    crystal: Option<Crystal>,
+    crystal: Option<CrystalClock>,
     /// Clock since which the crystal swings.
     swings: u64,
     /// Level of T1CKI.
@@ -103,7 +103,7 @@ impl Timer1 {
         Timer1 {
             con: 0,
             // Two edges in one clock cannot be told apart, and no crystal is that fast.
-            crystal: crystal.filter(|&(osc, hz)| osc > 0 && hz > 0).map(|(osc, hz)| Crystal { osc, hz: hz.min(osc) }),
+            crystal: crystal.filter(|&(osc, hz)| osc > 0 && hz > 0).map(|(osc, hz)| CrystalClock { osc, hz: hz.min(osc) }),
             swings: 0,
             pin: false,
             at: 0,
@@ -115,17 +115,17 @@ impl Timer1 {
         }
     }
 
-    fn on(&self, bits: u8) -> bool {
+    fn has_bits(&self, bits: u8) -> bool {
         self.con & bits == bits
     }
 
-    fn source(&self) -> Source {
-        match (self.on(TMR1CS), self.on(T1OSCEN)) {
-            (false, _) if self.asleep => Source::None,
-            (false, _) => Source::Cycles,
-            (true, false) => Source::Pin,
-            (true, true) if self.crystal.is_some() => Source::Crystal,
-            (true, true) => Source::None,
+    fn source(&self) -> ClockSource {
+        match (self.has_bits(TMR1CS), self.has_bits(T1OSCEN)) {
+            (false, _) if self.asleep => ClockSource::None,
+            (false, _) => ClockSource::Cycles,
+            (true, false) => ClockSource::Pin,
+            (true, true) if self.crystal.is_some() => ClockSource::Crystal,
+            (true, true) => ClockSource::None,
         }
     }
 
@@ -136,7 +136,7 @@ impl Timer1 {
 
     /// What leaves the prescaler is counted.
     fn counting(&self) -> bool {
-        self.on(TMR1ON) && !(self.asleep && self.synchronous())
+        self.has_bits(TMR1ON) && !(self.asleep && self.synchronous())
     }
 
     /// 1, 2, 4 or 8: the power of two.
@@ -155,8 +155,8 @@ impl Timer1 {
             return 0;
         }
         match (self.source(), self.crystal) {
-            (Source::Cycles, _) => t / 4 - self.at / 4,
-            (Source::Crystal, Some(c)) => c.rises(t - self.swings) - c.rises(self.at - self.swings),
+            (ClockSource::Cycles, _) => t / 4 - self.at / 4,
+            (ClockSource::Crystal, Some(c)) => c.rises(t - self.swings) - c.rises(self.at - self.swings),
             _ => 0,
         }
     }
@@ -164,8 +164,8 @@ impl Timer1 {
     /// Clock of the `n`-th rising edge of the input after `at`.
     fn input(&self, n: u64) -> u64 {
         match (self.source(), self.crystal) {
-            (Source::Cycles, _) => (self.at / 4).saturating_add(n).saturating_mul(4),
-            (Source::Crystal, Some(c)) => {
+            (ClockSource::Cycles, _) => (self.at / 4).saturating_add(n).saturating_mul(4),
+            (ClockSource::Crystal, Some(c)) => {
                 self.swings.saturating_add(c.rise(c.rises(self.at - self.swings).saturating_add(n)))
             }
             _ => NEVER,
@@ -183,7 +183,7 @@ impl Timer1 {
     }
 
     /// The crystal brings an edge to every cycle, and more that the synchroniser cannot tell apart.
-    fn crowded(&self) -> bool {
+    fn has_edges_too_close(&self) -> bool {
         self.crystal.is_some_and(|c| u128::from(c.osc) << self.scale() < 4 * u128::from(c.hz))
     }
 
@@ -202,8 +202,8 @@ impl Timer1 {
             self.outputs(t)
         } else {
             let flown = self.flight.iter().filter(|&&b| b <= t).count() as u64;
-            let (first, late) = if self.source() == Source::Crystal { self.first() } else { (NEVER, 0) };
-            let more = if !self.crowded() {
+            let (first, late) = if self.source() == ClockSource::Crystal { self.first() } else { (NEVER, 0) };
+            let more = if !self.has_edges_too_close() {
                 self.outputs(sampled(t)).saturating_sub(late)
             } else if t < first {
                 0
@@ -215,7 +215,7 @@ impl Timer1 {
     }
 
     /// Clock of the `n`-th count after `at`, `n` at least 1, as far as that is known.
-    pub(super) fn when(&self, n: u64) -> u64 {
+    pub(super) fn clock_of_count(&self, n: u64) -> u64 {
         if !self.counting() {
             return NEVER;
         } else if !self.synchronous() {
@@ -224,11 +224,11 @@ impl Timer1 {
         let waiting = self.flight.iter().filter(|&&b| b != NEVER).count() as u64;
         if n <= waiting {
             return if n == 1 { self.flight[0] } else { self.flight[1] };
-        } else if self.source() != Source::Crystal {
+        } else if self.source() != ClockSource::Crystal {
             return NEVER;
         }
         let (n, (first, late)) = (n - waiting, self.first());
-        if self.crowded() {
+        if self.has_edges_too_close() {
             first.saturating_add((n - 1).saturating_mul(4))
         } else {
             match self.output(n + late) {
@@ -308,14 +308,14 @@ impl Timer1 {
         }
         if changed & (TMR1ON | TMR1CS | T1OSCEN) != 0 {
             let low = match (self.source(), self.crystal) {
-                (Source::Pin, _) => !self.pin,
-                (Source::Crystal, Some(c)) => {
+                (ClockSource::Pin, _) => !self.pin,
+                (ClockSource::Crystal, Some(c)) => {
                     let swung = t.saturating_sub(self.swings);
                     c.falls(swung) > c.rises(swung)
                 }
                 _ => false,
             };
-            self.unarmed = self.on(TMR1ON) && low;
+            self.unarmed = self.has_bits(TMR1ON) && low;
         }
     }
 
@@ -338,7 +338,7 @@ impl Timer1 {
     pub(super) fn line(&mut self, high: bool, t: u64) -> bool {
         let rises = high && !self.pin;
         self.pin = high;
-        if !rises || self.source() != Source::Pin {
+        if !rises || self.source() != ClockSource::Pin {
             return false;
         }
         self.settle(t);

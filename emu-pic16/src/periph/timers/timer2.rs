@@ -54,7 +54,7 @@ impl Timer2 {
     }
 
     /// Clock of the `n`-th count after `at`.
-    fn when(&self, n: u64) -> u64 {
+    fn clock_of_count(&self, n: u64) -> u64 {
         if self.counting() { self.at.saturating_add(n.saturating_mul(4 << self.scale())) } else { NEVER }
     }
 
@@ -77,23 +77,23 @@ impl Timer2 {
     }
 
     /// Clock of the `n`-th end of a period after `at`, `n` at least 1: TMR2 was PR2 and counts to 0.
-    pub(super) fn end(&self, n: u64) -> u64 {
-        self.when(self.first().saturating_add(self.period().saturating_mul(n - 1)))
+    pub(super) fn period_end(&self, n: u64) -> u64 {
+        self.clock_of_count(self.first().saturating_add(self.period().saturating_mul(n - 1)))
     }
 
     /// Clock of the first end of a period after `t`.
     pub(super) fn end_after(&self, t: u64) -> u64 {
-        self.end(self.after(self.counts(t)).0 + 1)
+        self.period_end(self.after(self.counts(t)).0 + 1)
     }
 
     /// Clock of the first count after `t`.
     pub(super) fn count_after(&self, t: u64) -> u64 {
-        self.when(self.counts(t) + 1)
+        self.clock_of_count(self.counts(t) + 1)
     }
 
     /// Clock of the next TMR2IF.
-    pub(super) fn flag(&self) -> u64 {
-        self.end(u64::from(self.postscale().saturating_sub(self.post)).max(1))
+    pub(super) fn flag_clock(&self) -> u64 {
+        self.period_end(u64::from(self.postscale().saturating_sub(self.post)).max(1))
     }
 
     /// TMR2 at `t`.
@@ -108,14 +108,14 @@ impl Timer2 {
         self.post = ((u64::from(self.post) + ends) % u64::from(self.postscale())) as u8;
         self.value = value;
         if counts > 0 {
-            self.at = self.when(counts);
+            self.at = self.clock_of_count(counts);
         }
         (ends > 0, ends > 0 && self.post == 0)
     }
 
     /// The first clock, `at` or later, at which TMR2 with the two bits below it is `duty` (10 bits), unless a period ends
     /// before. The two bits are the Q clock, or the topmost of the prescaler (DS30292 section 8.3.2).
-    pub(super) fn reaches(&self, duty: u16) -> u64 {
+    pub(super) fn clock_of_duty(&self, duty: u16) -> u64 {
         let quarters = u64::from(duty.wrapping_sub(4 * u16::from(self.value)) % 1024);
         if self.con & TMR2ON == 0 {
             if quarters == 0 { self.at } else { NEVER }

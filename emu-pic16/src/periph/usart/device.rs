@@ -2,13 +2,13 @@
 
 use emu_core::NEVER;
 
-use super::super::map::{Line, Sfr};
-use super::super::{Device, Outbox};
-use super::receiver::{Frame, Receiver};
-use super::{BRGH, Baud, CREN, CSRC, FERR, OERR, RCSTA_WRITTEN, RX9D, SPEN, SYNC, TCY, TRMT, TXSTA_WRITTEN, Usart};
+use super::super::map::{Pic16Line, Sfr};
+use super::super::{Pic16Device, Pic16Outbox};
+use super::receiver::{IncomingFrame, UsartReceiver};
+use super::{BRGH, BaudClock, CREN, CSRC, FERR, OERR, RCSTA_WRITTEN, RX9D, SPEN, SYNC, TCY, TRMT, TXSTA_WRITTEN, Pic16Usart};
 
-impl Device for Usart {
-    fn run(&mut self, t: u64, out: &mut Outbox) {
+impl Pic16Device for Pic16Usart {
+    fn run_due(&mut self, t: u64, out: &mut Pic16Outbox) {
         loop {
             let send = self.clock(self.word.map_or(NEVER, |word| word.next));
             let receive = self.clock(self.receiver_due());
@@ -22,7 +22,7 @@ impl Device for Usart {
             } else if send == due {
                 self.send(due, out);
             } else if self.load == due {
-                self.transfer(due);
+                self.load_shifter(due);
             } else {
                 self.receive(due);
             }
@@ -30,13 +30,13 @@ impl Device for Usart {
         }
     }
 
-    fn next(&self) -> u64 {
+    fn next_clock(&self) -> u64 {
         let send = self.word.map_or(NEVER, |word| word.next);
         self.empty_change.min(self.load).min(self.clock(send.min(self.receiver_end())))
     }
 
-    fn read(&mut self, reg: Sfr, t: u64, out: &mut Outbox) -> u8 {
-        self.run(t, out);
+    fn read(&mut self, reg: Sfr, t: u64, out: &mut Pic16Outbox) -> u8 {
+        self.run_due(t, out);
         let value = self.peek(reg, t);
         if reg == Sfr::RCREG {
             self.fifo.pop();
@@ -58,8 +58,8 @@ impl Device for Usart {
         }
     }
 
-    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn write(&mut self, reg: Sfr, value: u8, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         match reg {
             Sfr::RCSTA => {
                 self.control(value, self.txsta, t);
@@ -73,27 +73,27 @@ impl Device for Usart {
             Sfr::SPBRG => self.set_spbrg(value, t),
             Sfr::TXREG => {
                 self.txreg = value;
-                self.fill(true, t);
-                self.call(t);
+                self.write_txreg(true, t);
+                self.request_transfer(t);
             }
             _ => {}
         }
         self.settle(t, out);
     }
 
-    fn line(&mut self, line: Line, high: bool, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn on_line_changed(&mut self, line: Pic16Line, high: bool, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         let now = self.osc(t);
         match line {
-            Line::Rx if high != self.rx_line => {
-                self.past.pass(now, self.rx_line);
+            Pic16Line::Rx if high != self.rx_line => {
+                self.past.record_level(now, self.rx_line);
                 self.rx_line = high;
-                let looking = !self.sync() && self.receives() && self.receiver == Receiver::Idle;
+                let looking = !self.sync() && self.is_receiving_enabled() && self.receiver == UsartReceiver::Idle;
                 if looking && !high && self.asleep.is_none() {
-                    self.receiver = Receiver::Frame(Frame::new(self.baud.began(now)));
+                    self.receiver = UsartReceiver::Frame(IncomingFrame::new(self.baud.began(now)));
                 }
             }
-            Line::Tx if high != self.tx_line => {
+            Pic16Line::Tx if high != self.tx_line => {
                 self.tx_line = high;
                 if self.slave() {
                     if !high {
@@ -109,28 +109,28 @@ impl Device for Usart {
         self.settle(t, out);
     }
 
-    fn sleep(&mut self, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn stop_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         self.asleep = self.asleep.or(Some(t));
     }
 
-    fn wake(&mut self, t: u64, out: &mut Outbox) {
-        self.run(t, out);
+    fn restart_clock(&mut self, t: u64, out: &mut Pic16Outbox) {
+        self.run_due(t, out);
         if let Some(since) = self.asleep.take() {
             self.slept = self.slept.saturating_add(t.saturating_sub(since));
         }
     }
 
-    fn steady(&self, reg: Sfr, t: u64) -> u64 {
+    fn steady_until(&self, reg: Sfr, t: u64) -> u64 {
         match reg {
             Sfr::TXREG | Sfr::SPBRG => NEVER,
-            Sfr::TXSTA if !self.trmt(t) => self.next().min(self.clock(self.trmt_due())).max(t),
-            _ => self.next().max(t),
+            Sfr::TXSTA if !self.trmt(t) => self.next_clock().min(self.clock(self.trmt_due())).max(t),
+            _ => self.next_clock().max(t),
         }
     }
 }
 
-impl Usart {
+impl Pic16Usart {
     /// RCSTA and TXSTA are written.
     pub(super) fn control(&mut self, rcsta: u8, txsta: u8, t: u64) {
         let old = self.clone();
@@ -138,38 +138,38 @@ impl Usart {
         (self.rcsta, self.txsta) = (rcsta & RCSTA_WRITTEN, txsta & TXSTA_WRITTEN);
         let changed = old.txsta ^ self.txsta;
         let mode = changed & SYNC != 0 || self.sync() && changed & CSRC != 0;
-        if old.held() && !self.held() {
+        if old.is_blocked_by_overrun() && !self.is_blocked_by_overrun() {
             self.baud.origin = now.saturating_add(if self.sync() { TCY } else { 0 });
         }
-        if mode || !self.sends() {
+        if mode || !self.is_sending_enabled() {
             (self.word, self.load, self.out_bit) = (None, NEVER, true);
         } else if changed & BRGH != 0 && !self.sync() {
             self.retime_sender(now);
         }
-        self.call(t);
-        let cut = self.sync() && self.receives();
+        self.request_transfer(t);
+        let cut = self.sync() && self.is_receiving_enabled();
         if let Some(word) = &mut self.word {
-            word.cut |= cut;
+            word.is_cut_short |= cut;
         }
-        if mode || !self.receives() || changed & BRGH != 0 && !self.sync() {
-            self.receiver = Receiver::Idle;
+        if mode || !self.is_receiving_enabled() || changed & BRGH != 0 && !self.sync() {
+            self.receiver = UsartReceiver::Idle;
         }
-        if self.sync() && self.receives() && self.receiver == Receiver::Idle {
-            self.receiver = Receiver::clocked(self.shift(now.saturating_add(TCY)));
+        if self.sync() && self.is_receiving_enabled() && self.receiver == UsartReceiver::Idle {
+            self.receiver = UsartReceiver::clocked(self.shift(now.saturating_add(TCY)));
         }
     }
 
     /// SPBRG is written: the generator begins anew.
     pub(super) fn set_spbrg(&mut self, value: u8, t: u64) {
         let now = self.osc(t);
-        if let Receiver::Frame(frame) = &mut self.receiver {
+        if let UsartReceiver::Frame(frame) = &mut self.receiver {
             frame.rebase(now, self.baud.period());
         }
-        self.baud = Baud { spbrg: value, origin: now };
+        self.baud = BaudClock { spbrg: value, origin: now };
         self.retime_sender(now);
         let rise = self.shift(now.saturating_add(1));
         let fall = self.fall(now);
-        if let Receiver::Clocked(word) = &mut self.receiver {
+        if let UsartReceiver::Clocked(word) = &mut self.receiver {
             word.next = if word.high { fall } else { rise };
         }
     }

@@ -2,39 +2,39 @@
 
 /// A word received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Received {
+pub(super) struct ReceivedWord {
     pub(super) byte: u8,
     pub(super) ninth: bool,
     pub(super) bad_stop: bool,
 }
 
-emu_core::state! { Received { byte, ninth, bad_stop } }
+emu_core::state! { ReceivedWord { byte, ninth, bad_stop } }
 
 /// Up to two words, the older one in front. The last one read stays in sight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Fifo {
-    head: Received,
-    second: Received,
+pub(super) struct ReceiveFifo {
+    head: ReceivedWord,
+    second: ReceivedWord,
     held: u8,
 }
 
-emu_core::state! { Fifo { head, second, held } if |fifo, _now| fifo.held <= 2 }
+emu_core::state! { ReceiveFifo { head, second, held } if |fifo, _now| fifo.held <= 2 }
 
-impl Fifo {
-    pub(super) const EMPTY: Fifo = Fifo { head: Received::NONE, second: Received::NONE, held: 0 };
+impl ReceiveFifo {
+    pub(super) const EMPTY: ReceiveFifo = ReceiveFifo { head: ReceivedWord::NONE, second: ReceivedWord::NONE, held: 0 };
 
     /// There is a word.
-    pub(super) const fn held(&self) -> bool {
+    pub(super) const fn has_word(&self) -> bool {
         self.held > 0
     }
 
     /// What RCREG and RCSTA show.
-    pub(super) const fn head(&self) -> Received {
+    pub(super) const fn head(&self) -> ReceivedWord {
         self.head
     }
 
     /// False if there was no room.
-    pub(super) fn push(&mut self, word: Received) -> bool {
+    pub(super) fn push(&mut self, word: ReceivedWord) -> bool {
         match self.held {
             0 => self.head = word,
             1 => self.second = word,
@@ -54,10 +54,10 @@ impl Fifo {
 
     /// Drops all words, and with them the framing error and the ninth bit.
     pub(super) fn clear(&mut self) {
-        *self = Fifo { head: Received { byte: self.head.byte, ..Received::NONE }, ..Fifo::EMPTY };
+        *self = ReceiveFifo { head: ReceivedWord { byte: self.head.byte, ..ReceivedWord::NONE }, ..ReceiveFifo::EMPTY };
     }
 }
 
-impl Received {
-    const NONE: Received = Received { byte: 0, ninth: false, bad_stop: false };
+impl ReceivedWord {
+    const NONE: ReceivedWord = ReceivedWord { byte: 0, ninth: false, bad_stop: false };
 }

@@ -2,28 +2,28 @@
 
 use emu_core::NEVER;
 
-use super::fifo::Received;
-use super::{ADDEN, BRGH, RX9, SREN, Usart};
+use super::fifo::ReceivedWord;
+use super::{ADDEN, BRGH, RX9, SREN, Pic16Usart};
 
 /// What the receiver is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Receiver {
+pub(super) enum UsartReceiver {
     /// Nothing, or looking for the falling edge of a start bit.
     Idle,
     /// Asynchronous.
-    Frame(Frame),
+    Frame(IncomingFrame),
     /// Synchronous.
-    Clocked(Clocked),
+    Clocked(ClockedReception),
 }
 
-emu_core::state! { enum Receiver { 0 = Idle, 1 = Frame(frame), 2 = Clocked(clocked) } }
+emu_core::state! { enum UsartReceiver { 0 = Idle, 1 = Frame(frame), 2 = Clocked(clocked) } }
 
 /// A frame that is coming in. With BRGH = 0 it is sampled as the 7th, 8th and 9th period of the generator end after the edge
 /// of the start bit, and so 16, 32, .. periods later for the other bits. With BRGH = 1 the first period that ends after the
 /// edge is number 1, and the middle of the one that follows number 2, and so 4, 8, .. later, is the rising edge which
 /// evaluates the last three samples of a clock that ticks in Q2 and Q4. (DS33023, 18.3.1, figures 18-1 to 18-3.)
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Frame {
+pub(super) struct IncomingFrame {
     /// Bit on the line: 0 is the start bit.
     pub(super) bit: u8,
     /// Samples of it taken, and how many were high.
@@ -36,39 +36,39 @@ pub(super) struct Frame {
     ended: u64,
 }
 
-emu_core::state! { Frame { bit, samples, highs, bits, base, ended } if |of, _now| of.bit <= 10 && of.samples <= 3 && of.highs <= 3 }
+emu_core::state! { IncomingFrame { bit, samples, highs, bits, base, ended } if |of, _now| of.bit <= 10 && of.samples <= 3 && of.highs <= 3 }
 
-impl Frame {
-    pub(super) const fn new(base: u64) -> Frame {
-        Frame { bit: 0, samples: 0, highs: 0, bits: 0, base, ended: 0 }
+impl IncomingFrame {
+    pub(super) const fn new(base: u64) -> IncomingFrame {
+        IncomingFrame { bit: 0, samples: 0, highs: 0, bits: 0, base, ended: 0 }
     }
 
     /// A sample with BRGH = 0. Gives the majority of three.
-    fn vote(&mut self, high: bool) -> Option<bool> {
+    fn add_vote(&mut self, high: bool) -> Option<bool> {
         self.samples += 1;
         self.highs += u8::from(high);
         (self.samples == 3).then_some(self.highs >= 2)
     }
 
     /// Keeps a bit and goes to the next.
-    fn keep(&mut self, high: bool) {
+    fn keep_bit(&mut self, high: bool) {
         if self.bit > 0 {
             self.bits |= u16::from(high) << (self.bit - 1);
         }
-        *self = Frame { bit: self.bit + 1, samples: 0, highs: 0, ..*self };
+        *self = IncomingFrame { bit: self.bit + 1, samples: 0, highs: 0, ..*self };
     }
 
     /// The next sample, or vote where `quick`, with such periods.
     fn due(&self, period: u64, quick: bool) -> u64 {
-        self.when(self.bit, 7 + self.samples, period, quick)
+        self.sample_clock(self.bit, 7 + self.samples, period, quick)
     }
 
     /// The vote on bit `stop`, or on the present one if that is later.
     fn end(&self, stop: u8, period: u64, quick: bool) -> u64 {
-        self.when(self.bit.max(stop), 9, period, quick)
+        self.sample_clock(self.bit.max(stop), 9, period, quick)
     }
 
-    fn when(&self, bit: u8, sample: u8, period: u64, quick: bool) -> u64 {
+    fn sample_clock(&self, bit: u8, sample: u8, period: u64, quick: bool) -> u64 {
         let (per_bit, first, lag) = if quick { (4, 2, period / 2) } else { (16, u64::from(sample), 0) };
         let left = (first + per_bit * u64::from(bit)).saturating_sub(self.ended);
         self.base.saturating_add(left * period).saturating_add(lag)
@@ -83,7 +83,7 @@ impl Frame {
 
 /// A word that CK brings in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Clocked {
+pub(super) struct ClockedReception {
     n: u8,
     bits: u16,
     /// The master's CK is in the high half of a bit.
@@ -92,9 +92,9 @@ pub(super) struct Clocked {
     pub(super) next: u64,
 }
 
-emu_core::state! { Clocked { n, bits, high, next } if |of, _now| of.n <= 10 }
+emu_core::state! { ClockedReception { n, bits, high, next } if |of, _now| of.n <= 10 }
 
-impl Clocked {
+impl ClockedReception {
     /// Keeps a bit. True if these are all of `of`.
     fn keep(&mut self, high: bool, of: u8) -> bool {
         self.bits |= u16::from(high) << self.n;
@@ -103,34 +103,34 @@ impl Clocked {
     }
 }
 
-impl Receiver {
+impl UsartReceiver {
     /// Waits for the first bit of a word.
-    pub(super) const fn clocked(next: u64) -> Receiver {
-        Receiver::Clocked(Clocked { n: 0, bits: 0, high: false, next })
+    pub(super) const fn clocked(next: u64) -> UsartReceiver {
+        UsartReceiver::Clocked(ClockedReception { n: 0, bits: 0, high: false, next })
     }
 
     /// The level that it gives to CK as master.
     pub(super) const fn ck(&self) -> bool {
-        matches!(self, Receiver::Clocked(word) if word.high)
+        matches!(self, UsartReceiver::Clocked(word) if word.high)
     }
 }
 
 /// The line as it was sampled at the last eight clocks that the oscillator ran.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Past {
+pub(super) struct LevelHistory {
     /// The lowest bit is that of clock `at`.
     bits: u8,
     at: u64,
 }
 
-emu_core::state! { Past { bits, at } }
+emu_core::state! { LevelHistory { bits, at } }
 
-impl Past {
+impl LevelHistory {
     /// A line that was always low.
-    pub(super) const LOW: Past = Past { bits: 0, at: 0 };
+    pub(super) const LOW: LevelHistory = LevelHistory { bits: 0, at: 0 };
 
     /// The line has been `level` up to the clock `now`.
-    pub(super) fn pass(&mut self, now: u64, level: bool) {
+    pub(super) fn record_level(&mut self, now: u64, level: bool) {
         let n = now.saturating_sub(self.at);
         let rest = if level { 0xFF } else { 0 };
         self.bits = if n < 8 { self.bits << n | (rest & !(0xFF << n)) } else { rest };
@@ -139,71 +139,71 @@ impl Past {
 
     /// The majority of the last three ticks of Q2 and Q4 before `now`, an edge of the generator: odd clocks from it.
     fn vote(&mut self, now: u64, level: bool) -> bool {
-        self.pass(now, level);
+        self.record_level(now, level);
         (self.bits & 0b10_1010).count_ones() >= 2
     }
 }
 
-impl Usart {
+impl Pic16Usart {
     /// A word is complete: it goes to RCREG if there is room (DS30292, 10.2.2).
-    pub(super) fn take(&mut self, received: Received) {
+    pub(super) fn take(&mut self, received: ReceivedWord) {
         if !self.oerr {
             self.oerr = !self.fifo.push(received);
         }
     }
 
     /// The receiver of asynchronous mode takes a sample or a vote.
-    pub(super) fn sample(&mut self, mut frame: Frame, now: u64) {
+    pub(super) fn sample(&mut self, mut frame: IncomingFrame, now: u64) {
         let nine = self.rcsta & RX9 != 0;
         let quick = self.txsta & BRGH != 0;
-        let decided = if quick { Some(self.past.vote(now, self.rx_line)) } else { frame.vote(self.rx_line) };
-        self.receiver = Receiver::Frame(frame);
+        let decided = if quick { Some(self.past.vote(now, self.rx_line)) } else { frame.add_vote(self.rx_line) };
+        self.receiver = UsartReceiver::Frame(frame);
         let Some(high) = decided else { return };
         if frame.bit == 0 && high {
-            self.receiver = Receiver::Idle;
+            self.receiver = UsartReceiver::Idle;
         } else if frame.bit >= 9 + u8::from(nine) {
-            self.receiver = Receiver::Idle;
+            self.receiver = UsartReceiver::Idle;
             let ninth = nine && frame.bits & 0x100 != 0;
             if ninth || !nine || self.rcsta & ADDEN == 0 {
-                self.take(Received { byte: frame.bits as u8, ninth, bad_stop: !high });
+                self.take(ReceivedWord { byte: frame.bits as u8, ninth, bad_stop: !high });
             }
         } else {
-            frame.keep(high);
-            self.receiver = Receiver::Frame(frame);
+            frame.keep_bit(high);
+            self.receiver = UsartReceiver::Frame(frame);
         }
     }
 
     /// The receiver of synchronous mode takes a bit as CK falls.
     pub(super) fn bit(&mut self) {
         let nine = self.rcsta & RX9 != 0;
-        let Receiver::Clocked(mut word) = self.receiver else { return };
+        let UsartReceiver::Clocked(mut word) = self.receiver else { return };
         if !word.keep(self.rx_line, 8 + u8::from(nine)) {
-            self.receiver = Receiver::Clocked(word);
+            self.receiver = UsartReceiver::Clocked(word);
             return;
         }
-        self.take(Received { byte: word.bits as u8, ninth: nine && word.bits & 0x100 != 0, bad_stop: false });
+        self.take(ReceivedWord { byte: word.bits as u8, ninth: nine && word.bits & 0x100 != 0, bad_stop: false });
         if !self.slave() {
             self.rcsta &= !SREN;
         }
-        self.receiver = match self.receives() {
-            true => Receiver::Clocked(Clocked { n: 0, bits: 0, ..word }),
-            false => Receiver::Idle,
+        self.receiver = match self.is_receiving_enabled() {
+            true => UsartReceiver::Clocked(ClockedReception { n: 0, bits: 0, ..word }),
+            false => UsartReceiver::Idle,
         };
     }
 
     /// What is due next in the receiver, in clocks run.
     pub(super) fn receiver_due(&self) -> u64 {
         match self.receiver {
-            Receiver::Idle => NEVER,
-            Receiver::Frame(frame) => frame.due(self.baud.period(), self.txsta & BRGH != 0),
-            Receiver::Clocked(word) => word.next,
+            UsartReceiver::Idle => NEVER,
+            UsartReceiver::Frame(frame) => frame.due(self.baud.period(), self.txsta & BRGH != 0),
+            UsartReceiver::Clocked(word) => word.next,
         }
     }
 
     /// When something can be noticed of the receiver, in clocks run: of a frame its end alone.
     pub(super) fn receiver_end(&self) -> u64 {
         match self.receiver {
-            Receiver::Frame(frame) => {
+            UsartReceiver::Frame(frame) => {
                 let stop = 9 + u8::from(self.rcsta & RX9 != 0);
                 frame.end(stop, self.baud.period(), self.txsta & BRGH != 0)
             }
@@ -214,12 +214,12 @@ impl Usart {
     pub(super) fn receive(&mut self, t: u64) {
         let now = self.osc(t);
         match self.receiver {
-            Receiver::Idle => {}
-            Receiver::Frame(frame) => self.sample(frame, now),
-            Receiver::Clocked(mut word) => {
+            UsartReceiver::Idle => {}
+            UsartReceiver::Frame(frame) => self.sample(frame, now),
+            UsartReceiver::Clocked(mut word) => {
                 word.high = !word.high;
                 word.next = if word.high { self.fall(now) } else { self.shift(now.saturating_add(1)) };
-                self.receiver = Receiver::Clocked(word);
+                self.receiver = UsartReceiver::Clocked(word);
                 if !word.high {
                     self.bit();
                 }

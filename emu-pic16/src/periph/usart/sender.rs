@@ -2,12 +2,12 @@
 
 use emu_core::NEVER;
 
-use super::super::{Outbox, Signal};
-use super::{TCY, TX9, TX9D, Usart};
+use super::super::{Pic16Outbox, Pic16Signal};
+use super::{TCY, TX9, TX9D, Pic16Usart};
 
 /// A word in TSR.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Word {
+pub(super) struct OutgoingWord {
     pub(super) byte: u8,
     /// The bits that are not on the line yet, the next one lowest, and how many they are.
     bits: u16,
@@ -15,15 +15,15 @@ pub(super) struct Word {
     /// Synchronous: CK is in the high half of a bit.
     pub(super) high: bool,
     /// A reception has disconnected it from DT, so that nobody has got it (DS30292, 10.3.1).
-    pub(super) cut: bool,
+    pub(super) is_cut_short: bool,
     /// The next step, in clocks run; `NEVER` where CK comes from outside.
     pub(super) next: u64,
 }
 
-emu_core::state! { Word { byte, bits, left, high, cut, next } if |word, _now| word.left <= 12 }
+emu_core::state! { OutgoingWord { byte, bits, left, high, is_cut_short, next } if |word, _now| word.left <= 12 }
 
 /// What a word did at a step.
-pub(super) enum Step {
+pub(super) enum SenderStep {
     /// A bit is on the line.
     Bit(bool),
     /// CK has fallen.
@@ -32,60 +32,60 @@ pub(super) enum Step {
     End { byte: u8, cut: bool },
 }
 
-impl Word {
-    fn new(byte: u8, ninth: Option<bool>, framed: bool, cut: bool, next: u64) -> Word {
+impl OutgoingWord {
+    fn new(byte: u8, ninth: Option<bool>, framed: bool, cut: bool, next: u64) -> OutgoingWord {
         let (data, n) = match ninth {
             None => (u16::from(byte), 8),
             Some(bit) => (u16::from(byte) | u16::from(bit) << 8, 9),
         };
         let (bits, left) = if framed { ((data | 1 << n) << 1, n + 2) } else { (data, n) };
-        Word { byte, bits, left, high: false, cut, next }
+        OutgoingWord { byte, bits, left, high: false, is_cut_short: cut, next }
     }
 
     /// The next edge of the shift clock. A master ends a word when the time of its last bit is over, a slave with the last
     /// falling edge of CK, since there may be no other.
-    fn step(&mut self, sync: bool, slave: bool) -> Step {
+    fn step(&mut self, sync: bool, slave: bool) -> SenderStep {
         let fell = std::mem::take(&mut self.high);
         if self.left == 0 && (!fell || slave) {
-            return Step::End { byte: self.byte, cut: self.cut };
+            return SenderStep::End { byte: self.byte, cut: self.is_cut_short };
         }
         if fell {
-            return Step::Fall;
+            return SenderStep::Fall;
         }
         let bit = self.bits & 1 != 0;
         self.bits >>= 1;
         self.left -= 1;
         self.high = sync;
-        Step::Bit(bit)
+        SenderStep::Bit(bit)
     }
 }
 
-impl Usart {
+impl Pic16Usart {
     /// TXREG has been filled or emptied: TXIF follows a cycle later, if it is so still.
-    pub(super) fn fill(&mut self, full: bool, t: u64) {
+    pub(super) fn write_txreg(&mut self, full: bool, t: u64) {
         self.full = full;
         self.empty_change = if self.empty_seen == full { t.saturating_add(TCY) } else { NEVER };
     }
 
     /// An idle TSR takes what is in TXREG one cycle later.
-    pub(super) fn call(&mut self, t: u64) {
-        if self.load == NEVER && self.sends() && self.full && self.word.is_none() {
+    pub(super) fn request_transfer(&mut self, t: u64) {
+        if self.load == NEVER && self.is_sending_enabled() && self.full && self.word.is_none() {
             self.load = t.saturating_add(TCY);
         }
     }
 
     /// TXREG goes to TSR.
-    pub(super) fn transfer(&mut self, t: u64) {
+    pub(super) fn load_shifter(&mut self, t: u64) {
         self.load = NEVER;
-        self.fill(false, t);
+        self.write_txreg(false, t);
         let ninth = (self.txsta & TX9 != 0).then_some(self.txsta & TX9D != 0);
         let next = self.shift(self.osc(t));
-        let cut = self.sync() && self.receives();
-        self.word = Some(Word::new(self.txreg, ninth, !self.sync(), cut, next));
+        let cut = self.sync() && self.is_receiving_enabled();
+        self.word = Some(OutgoingWord::new(self.txreg, ninth, !self.sync(), cut, next));
     }
 
     /// TSR takes a step at `t`.
-    pub(super) fn send(&mut self, t: u64, out: &mut Outbox) {
+    pub(super) fn send(&mut self, t: u64, out: &mut Pic16Outbox) {
         let now = self.osc(t);
         let (shift, fall) = (self.shift(now.saturating_add(1)), self.fall(now));
         let (sync, slave) = (self.sync(), self.slave());
@@ -97,15 +97,15 @@ impl Usart {
             (false, false) => shift,
         };
         match step {
-            Step::Bit(bit) => self.out_bit = bit,
-            Step::Fall => {}
-            Step::End { byte, cut } => {
+            SenderStep::Bit(bit) => self.out_bit = bit,
+            SenderStep::Fall => {}
+            SenderStep::End { byte, cut } => {
                 self.word = None;
                 if !cut {
-                    out.push(Signal::Sent { t, byte });
+                    out.push(Pic16Signal::Sent { t, byte });
                 }
                 if self.full {
-                    self.transfer(t);
+                    self.load_shifter(t);
                 }
             }
         }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use emu_core::pins::{Event, Level, Time};
-use emu_core::{Cpu, Probe, Stop};
+use emu_core::pins::{ChipEvent, PinLevel, CycleTime};
+use emu_core::{Cpu, Probe, StopReason};
 use emu_pic16::Pic16;
 
 use super::read::Run;
@@ -12,25 +12,25 @@ use crate::script;
 /// All that is noted: moments by the text that asks for them, and why the run has ended.
 struct Seen {
     pic: Pic16,
-    stop: Stop,
-    moments: BTreeMap<String, Vec<Time>>,
+    stop: StopReason,
+    moments: BTreeMap<String, Vec<CycleTime>>,
 }
 
 /// Instructions and edges.
 #[derive(Default)]
 struct Log {
     visits: Vec<(u64, u32)>,
-    events: Vec<Event>,
+    events: Vec<ChipEvent>,
 }
 
 impl Probe for Log {
     const INSN: bool = true;
     const EVENTS: bool = true;
-    fn insn(&mut self, at: u64, pc: u32) -> bool {
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
         self.visits.push((at, pc));
         false
     }
-    fn event(&mut self, event: Event) -> bool {
+    fn on_event(&mut self, event: ChipEvent) -> bool {
         self.events.push(event);
         false
     }
@@ -38,7 +38,7 @@ impl Probe for Log {
 
 fn execute(run: &Run) -> Seen {
     let mut pic = run.program.machine();
-    let (mut log, mut moments) = (Log::default(), BTreeMap::<String, Vec<Time>>::new());
+    let (mut log, mut moments) = (Log::default(), BTreeMap::<String, Vec<CycleTime>>::new());
     let bit = |pic: &Pic16, addr: u16, bit: u8| pic.peek("data", addr.into()).is_some_and(|b| b >> bit & 1 == 1);
     let mut before: Vec<bool> = run.watched.iter().map(|w| bit(&pic, w.1, w.2)).collect();
     let stop = loop {
@@ -48,20 +48,20 @@ fn execute(run: &Run) -> Seen {
         for (seen, (name, addr, number)) in before.iter_mut().zip(&run.watched) {
             let now = bit(&pic, *addr, *number);
             if std::mem::replace(seen, now) != now {
-                moments.entry(name.clone()).or_default().push(Time::at(pic.cycle()));
+                moments.entry(name.clone()).or_default().push(CycleTime::at(pic.cycle()));
             }
         }
-        if stop != Stop::Limit || pic.cycle() >= run.program.until {
+        if stop != StopReason::Limit || pic.cycle() >= run.program.until {
             break stop;
         }
     };
     for (at, pc) in log.visits {
         for (label, _) in run.program.labels.iter().filter(|label| *label.1 == pc) {
-            moments.entry(label.clone()).or_default().push(Time::at(at));
+            moments.entry(label.clone()).or_default().push(CycleTime::at(at));
         }
     }
     for event in log.events {
-        if let Event::Edge { at, pin, .. } = event {
+        if let ChipEvent::Edge { at, pin, .. } = event {
             let name = run.program.part.chip.pins[usize::from(pin)].name;
             moments.entry(name.to_owned()).or_default().push(at);
         }
@@ -90,15 +90,15 @@ fn answer(run: &Run, seen: &Seen, asked: &str) -> String {
     let words: Vec<&str> = asked.split_whitespace().collect();
     let found = match words[..] {
         ["end"] => Some(match seen.stop {
-            Stop::Limit => "goes on".to_owned(),
+            StopReason::Limit => "goes on".to_owned(),
             other => format!("{other:?}").to_lowercase(),
         }),
         ["seen", name] => Some(seen.moments.get(name).map_or(0, Vec::len).to_string()),
         ["level", name] => script::pin(run.program.part, name).map(|pin| {
-            match seen.pic.level(pin) {
-                Level::Low => "0",
-                Level::High => "1",
-                Level::Float | Level::PullUp | Level::PullDown => "z",
+            match seen.pic.pin_level(pin) {
+                PinLevel::Low => "0",
+                PinLevel::High => "1",
+                PinLevel::Float | PinLevel::PullUp | PinLevel::PullDown => "z",
             }
             .to_owned()
         }),
@@ -120,7 +120,7 @@ fn answer(run: &Run, seen: &Seen, asked: &str) -> String {
 }
 
 impl Seen {
-    fn at(&self, text: &str) -> Option<Time> {
+    fn at(&self, text: &str) -> Option<CycleTime> {
         let (name, which) = text.split_once('#').unwrap_or((text, "1"));
         let noted = self.moments.get(name).and_then(|all| all.get(which.parse::<usize>().ok()?.checked_sub(1)?));
         noted.copied().or_else(|| script::moment(text))

@@ -5,8 +5,8 @@ use emu_core::rng::Rng;
 const INTEGERS: &[&str] = &["Ta", "Tb", "Ca", "n", "m", "s1"];
 
 /// A program of some rungs. `wide` is dialect ldmicro-5 with integers of one to four bytes.
-pub fn ladder(rng: &mut Rng, wide: bool) -> String {
-    let mut draw = Draw { rng, wide };
+pub fn random_ladder(rng: &mut Rng, wide: bool) -> String {
+    let mut draw = LadderGenerator { rng, wide };
     let head = if wide { "LDmicro0.2" } else { "LDmicro0.1" };
     let cycle = [10_000, 3_000, 1_000][draw.rng.below(3) as usize];
     let mut out = format!("{head}\nCYCLE={cycle}\nCRYSTAL=4000000\nBAUD=2400\nIO LIST\nEND\n");
@@ -28,12 +28,12 @@ pub fn ladder(rng: &mut Rng, wide: bool) -> String {
     out
 }
 
-struct Draw<'a> {
+struct LadderGenerator<'a> {
     rng: &'a mut Rng,
     wide: bool,
 }
 
-impl Draw<'_> {
+impl LadderGenerator<'_> {
     fn pick<T: Copy>(&mut self, from: &[T]) -> T {
         from[self.rng.below(from.len() as u64) as usize]
     }

@@ -6,8 +6,8 @@ pub mod ladders;
 
 use emu_avr::Avr;
 use emu_core::{Cpu, RamInit};
-use ladder::Program;
-use ladder_compile::{Compiled, Options, Place, compile};
+use ladder::LadderProgram;
+use ladder_compile::{CompiledProgram, CompileOptions, CellLocation, compile};
 
 /// Cases of a table: `== name`, then sections separated by lines of `--`. Lines that begin with `#` are comments.
 pub fn cases(table: &str) -> Vec<(String, Vec<String>)> {
@@ -23,7 +23,7 @@ pub fn cases(table: &str) -> Vec<(String, Vec<String>)> {
 }
 
 /// A program of these rungs: 10 ms, 4 MHz. A text that begins with a header is taken as it is.
-pub fn program(text: &str) -> Program {
+pub fn program(text: &str) -> LadderProgram {
     let head = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nIO LIST\nEND\nPROGRAM\n";
     let text = if text.starts_with("LDmicro") { text.to_owned() } else { format!("{head}{text}\n") };
     match ladder::parse("test.ld", &text) {
@@ -33,41 +33,41 @@ pub fn program(text: &str) -> Program {
 }
 
 /// For an ATmega328P, without wishes.
-pub fn options() -> Options {
-    Options { mcu: "atmega328p".to_owned(), ..Options::default() }
+pub fn options() -> CompileOptions {
+    CompileOptions { mcu: "atmega328p".to_owned(), ..CompileOptions::default() }
 }
 
 /// Compiles or shows why not.
-pub fn compiled(program: &Program) -> Compiled {
+pub fn compiled(program: &LadderProgram) -> CompiledProgram {
     compile(program, &options())
         .unwrap_or_else(|errors| panic!("{}", errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")))
 }
 
 /// An image on the chip, past its reset code, before its first scan.
-pub struct Chip {
+pub struct CompiledChip {
     pub cpu: Avr,
-    pub map: ladder_compile::Map,
+    pub map: ladder_compile::ImageMap,
 }
 
-impl Chip {
-    pub fn new(compiled: &Compiled, ram: RamInit) -> Chip {
+impl CompiledChip {
+    pub fn new(compiled: &CompiledProgram, ram: RamInit) -> CompiledChip {
         let chip = emu_avr::chips::chip(&compiled.map.mcu).expect("a known chip");
-        let loaded = emu_core::image::load_hex("image", compiled.hex.as_bytes(), chip.hex).expect("a sound image");
-        let mut chip = Chip { cpu: Avr::new(chip, &loaded.image, ram), map: compiled.map.clone() };
+        let loaded = emu_core::image::load_hex("image", compiled.hex.as_bytes(), chip.hex_spaces).expect("a sound image");
+        let mut chip = CompiledChip { cpu: Avr::new(chip, &loaded.image, ram), map: compiled.map.clone() };
         chip.run_to(chip.map.poll);
         chip
     }
 
     /// Runs until the instruction at a byte address is next.
     pub fn run_to(&mut self, addr: u32) {
-        self.cpu.trap(addr / 2, true);
+        self.cpu.set_breakpoint(addr / 2, true);
         let limit = self.cpu.cycle() + 100_000_000;
         let stop = self.cpu.run(limit, &mut ());
         assert_eq!(self.cpu.pc() * 2, addr, "{stop:?} before 0x{addr:04X}");
-        self.cpu.trap(addr / 2, false);
+        self.cpu.set_breakpoint(addr / 2, false);
     }
 
-    fn place(&self, name: &str) -> Place {
+    fn place(&self, name: &str) -> CellLocation {
         let found = self.map.symbols.iter().find(|s| s.name == name);
         found.unwrap_or_else(|| panic!("the map has {name}")).place.clone()
     }
@@ -75,19 +75,19 @@ impl Chip {
     pub fn get(&self, name: &str) -> i32 {
         let peek = |space: &str, addr| self.cpu.peek(space, addr).expect("a place in memory");
         match self.place(name) {
-            Place::Bit { space, addr, bit } => i32::from(peek(&space, addr) >> bit & 1),
-            Place::Word { space, addr, .. } => i16::from_le_bytes([peek(&space, addr), peek(&space, addr + 1)]).into(),
+            CellLocation::Bit { space, addr, bit } => i32::from(peek(&space, addr) >> bit & 1),
+            CellLocation::Word { space, addr, .. } => i16::from_le_bytes([peek(&space, addr), peek(&space, addr + 1)]).into(),
         }
     }
 
     pub fn set(&mut self, name: &str, value: i32) {
         match self.place(name) {
-            Place::Bit { space, addr, bit } => {
+            CellLocation::Bit { space, addr, bit } => {
                 let old = self.cpu.peek(&space, addr).expect("a place in memory");
                 let new = old & !(1 << bit) | (value as u8 & 1) << bit;
                 assert!(self.cpu.poke(&space, addr, new));
             }
-            Place::Word { space, addr, .. } => {
+            CellLocation::Word { space, addr, .. } => {
                 for (n, byte) in (value as i16).to_le_bytes().into_iter().enumerate() {
                     assert!(self.cpu.poke(&space, addr + n as u32, byte));
                 }

@@ -2,11 +2,11 @@
 
 pub mod model;
 
-use ladder::Program;
+use ladder::LadderProgram;
 use ladder_eval::Evaluator;
 
 /// Rungs under a standard head: dialect 2.3, a cycle of 10 ms.
-pub fn rungs(text: &str) -> Program {
+pub fn rungs(text: &str) -> LadderProgram {
     parse(
         "test.ld",
         &format!("LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nBAUD=2400\n\nIO LIST\nEND\n\nPROGRAM\n{text}\n"),
@@ -14,7 +14,7 @@ pub fn rungs(text: &str) -> Program {
 }
 
 /// A whole `.ld` text; its faults fail the test.
-pub fn parse(file: &str, text: &str) -> Program {
+pub fn parse(file: &str, text: &str) -> LadderProgram {
     match ladder::parse(file, text) {
         Ok(parsed) => parsed.program,
         Err(faults) => panic!("{}", faults.iter().map(|d| format!("{d}\n")).collect::<String>()),
@@ -22,7 +22,7 @@ pub fn parse(file: &str, text: &str) -> Program {
 }
 
 /// The evaluator of a program that has one.
-pub fn evaluator(program: &Program) -> Evaluator {
+pub fn evaluator(program: &LadderProgram) -> Evaluator {
     Evaluator::new(program).unwrap_or_else(|refusal| panic!("{}: {refusal}", program.file))
 }
 

@@ -1,14 +1,14 @@
 //! Programs built from the model's parts, for generators.
 
-use ladder::{Dialect, Element, Format, Node, Operand, Program, Rung, Settings};
+use ladder::{LadderDialect, Element, LdFormat, RungNode, LadderOperand, LadderProgram, Rung, ProgramSettings};
 
 /// A program of these rungs: dialect 2.3, a cycle of 10 ms.
-pub fn program(rungs: Vec<Vec<Node>>) -> Program {
-    Program {
+pub fn program(rungs: Vec<Vec<RungNode>>) -> LadderProgram {
+    LadderProgram {
         file: "test.ld".to_owned(),
-        format: Format::V01,
-        dialect: Dialect::Ldmicro23,
-        settings: Settings {
+        format: LdFormat::V01,
+        dialect: LadderDialect::Ldmicro23,
+        settings: ProgramSettings {
             micro: None,
             cycle_us: 10_000,
             cycle_rest: String::new(),
@@ -26,12 +26,12 @@ pub fn program(rungs: Vec<Vec<Node>>) -> Program {
     }
 }
 
-pub fn leaf(element: Element) -> Node {
-    Node::Leaf(element, Default::default())
+pub fn leaf(element: Element) -> RungNode {
+    RungNode::Leaf(element, Default::default())
 }
 
-pub fn parallel(branches: Vec<Vec<Node>>) -> Node {
-    Node::Parallel(branches, Default::default())
+pub fn parallel(branches: Vec<Vec<RungNode>>) -> RungNode {
+    RungNode::Parallel(branches, Default::default())
 }
 
 pub fn contacts(name: &str, negated: bool) -> Element {
@@ -42,10 +42,10 @@ pub fn coil(name: &str) -> Element {
     Element::Coil { name: name.to_owned(), negated: false, set: false, reset: false, ttrigger: None }
 }
 
-pub fn constant(value: i64) -> Operand {
-    Operand::Const { value, text: value.to_string() }
+pub fn constant(value: i64) -> LadderOperand {
+    LadderOperand::Const { value, text: value.to_string() }
 }
 
-pub fn var(name: &str) -> Operand {
-    Operand::Var(name.to_owned())
+pub fn var(name: &str) -> LadderOperand {
+    LadderOperand::Var(name.to_owned())
 }

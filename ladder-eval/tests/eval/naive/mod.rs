@@ -4,15 +4,15 @@
 
 use std::collections::HashMap;
 
-use ladder::format::{Piece, pieces};
-use ladder::{CompareOp, CounterKind, Dialect, Element, ElementId, Format, MathOp, Node, Operand, Program, TimerKind};
+use ladder::format::{StringPiece, split_format_string};
+use ladder::{CompareOp, CounterKind, LadderDialect, Element, ElementId, LdFormat, MathOp, RungNode, LadderOperand, LadderProgram, TimerKind};
 
 /// What was seen at one element: rung bit before and after.
-pub type Seen = (ElementId, bool, bool);
+pub type ElementObservation = (ElementId, bool, bool);
 
 /// The state by name; what is absent is 0.
 #[derive(Default)]
-pub struct Naive {
+pub struct NaiveInterpreter {
     pub bits: HashMap<String, bool>,
     pub integers: HashMap<String, i64>,
     /// What a conversion gives, by name.
@@ -20,14 +20,14 @@ pub struct Naive {
     /// The byte that the last scan sent.
     pub sent: Option<u8>,
     /// The byte that waits.
-    pub waiting: Option<u8>,
+    pub received_byte: Option<u8>,
     pub duty: Option<i64>,
     /// The EEPROM by address; what is absent is FFh.
     pub cells: HashMap<usize, u8>,
     remembered: HashMap<(u32, u32), bool>,
-    relay: bool,
-    place: (u32, u32),
-    seen: Vec<Seen>,
+    master_relay: bool,
+    current_element: (u32, u32),
+    seen: Vec<ElementObservation>,
     /// Bytes of the integers, and what a RES stores.
     widths: HashMap<String, u32>,
     starts: HashMap<String, i64>,
@@ -41,17 +41,17 @@ pub struct Naive {
     texts: HashMap<(u32, u32), (usize, i64)>,
 }
 
-impl Naive {
+impl NaiveInterpreter {
     /// The state at power-up.
-    pub fn new(program: &Program) -> Naive {
+    pub fn new(program: &LadderProgram) -> NaiveInterpreter {
         let widths = program.symbols().into_iter().map(|s| (s.name, s.bytes.into())).collect();
-        let mut naive = Naive { widths, ..Naive::default() };
+        let mut naive = NaiveInterpreter { widths, ..NaiveInterpreter::default() };
 
         let mut address = 0;
         for (ElementId { rung, index }, element, _) in program.elements() {
             match element {
                 Element::Counter { name, init, .. } if !naive.starts.contains_key(name) => {
-                    let start = init.as_ref().map_or(0, |init| naive.of(init));
+                    let start = init.as_ref().map_or(0, |init| naive.operand_value(init));
                     naive.store(name, start);
                     naive.starts.insert(name.clone(), start);
                 }
@@ -66,31 +66,31 @@ impl Naive {
     }
 
     /// One scan; gives what happened at each element.
-    pub fn scan(&mut self, program: &Program) -> Vec<Seen> {
-        self.relay = true;
+    pub fn scan(&mut self, program: &LadderProgram) -> Vec<ElementObservation> {
+        self.master_relay = true;
         self.seen.clear();
         self.now += 1;
         self.sent = None;
         for (r, rung) in program.rungs.iter().enumerate() {
-            self.place = (r as u32, 0);
-            self.series(&rung.series, self.relay, program);
+            self.current_element = (r as u32, 0);
+            self.series(&rung.series, self.master_relay, program);
         }
         self.seen.clone()
     }
 
-    fn series(&mut self, series: &[Node], mut power: bool, program: &Program) -> bool {
+    fn series(&mut self, series: &[RungNode], mut power: bool, program: &LadderProgram) -> bool {
         for node in series {
             power = match node {
-                Node::Leaf(element, _) => {
+                RungNode::Leaf(element, _) => {
                     let after = self.leaf(element, power, program);
-                    let (rung, index) = self.place;
+                    let (rung, index) = self.current_element;
                     if !matches!(element, Element::Comment(_)) {
                         self.seen.push((ElementId { rung, index }, power, after));
                     }
-                    self.place.1 += 1;
+                    self.current_element.1 += 1;
                     after
                 }
-                Node::Parallel(branches, _) => {
+                RungNode::Parallel(branches, _) => {
                     let outs: Vec<bool> = branches.iter().map(|b| self.series(b, power, program)).collect();
                     outs.contains(&true)
                 }
@@ -99,8 +99,8 @@ impl Naive {
         power
     }
 
-    fn leaf(&mut self, element: &Element, power: bool, program: &Program) -> bool {
-        let before = self.remembered.get(&self.place).copied().unwrap_or(false);
+    fn leaf(&mut self, element: &Element, power: bool, program: &LadderProgram) -> bool {
+        let before = self.remembered.get(&self.current_element).copied().unwrap_or(false);
         match element {
             Element::Comment(_) | Element::Short => power,
             Element::Open => false,
@@ -119,45 +119,45 @@ impl Naive {
                 power
             }
             Element::MasterRelay => {
-                self.relay = if self.relay { power } else { true };
+                self.master_relay = if self.master_relay { power } else { true };
                 power
             }
             Element::Osr => {
-                self.remembered.insert(self.place, power);
+                self.remembered.insert(self.current_element, power);
                 power && !before
             }
             Element::Osf => {
-                self.remembered.insert(self.place, power);
+                self.remembered.insert(self.current_element, power);
                 !power && before
             }
             Element::Timer { kind, name, delay, adjust } => {
-                let usual = if (program.dialect, program.format) == (Dialect::Ldmicro5, Format::V02) { 0 } else { -1 };
-                let scans = self.of(delay) / program.settings.cycle_us as i64;
-                let adjust = adjust.as_ref().map_or(usual, |adjust| self.of(adjust));
+                let usual = if (program.dialect, program.format) == (LadderDialect::Ldmicro5, LdFormat::V02) { 0 } else { -1 };
+                let scans = self.operand_value(delay) / program.settings.cycle_us as i64;
+                let adjust = adjust.as_ref().map_or(usual, |adjust| self.operand_value(adjust));
                 self.timer(*kind, name, scans + adjust, power, before)
             }
             Element::Counter { kind, name, max, input, init } => {
-                self.remembered.insert(self.place, power);
+                self.remembered.insert(self.current_element, power);
                 let counts = match input {
                     Some('\\') => before && !power,
                     Some('-') => power,
                     Some('o') => !power,
                     _ => power && !before,
                 };
-                let bounded = program.dialect == Dialect::Ldmicro5;
+                let bounded = program.dialect == LadderDialect::Ldmicro5;
                 if counts {
-                    let (n, max) = (self.integer(name), self.of(max));
+                    let (n, max) = (self.integer(name), self.operand_value(max));
                     let next = match kind {
                         CounterKind::Ctu if bounded && n >= max => n,
                         CounterKind::Ctd if bounded && n <= max => n,
                         CounterKind::Ctu => n + 1,
                         CounterKind::Ctd => n - 1,
                         CounterKind::Ctc if n < max => n + 1,
-                        CounterKind::Ctc => init.as_ref().map_or(0, |init| self.of(init)),
+                        CounterKind::Ctc => init.as_ref().map_or(0, |init| self.operand_value(init)),
                     };
                     self.store(name, next);
                 }
-                let (n, max) = (self.integer(name), self.of(max));
+                let (n, max) = (self.integer(name), self.operand_value(max));
                 match kind {
                     CounterKind::Ctc => power,
                     CounterKind::Ctd if bounded => n > max,
@@ -171,7 +171,7 @@ impl Naive {
                 power
             }
             Element::ShiftRegister { name, stages } => {
-                self.remembered.insert(self.place, power);
+                self.remembered.insert(self.current_element, power);
                 if power && !before {
                     let held: Vec<i64> = (0..*stages).map(|stage| self.integer(&format!("{name}{stage}"))).collect();
                     for (stage, value) in (1..*stages).zip(held) {
@@ -181,23 +181,23 @@ impl Naive {
                 power
             }
             Element::LookUpTable { dest, index, values, .. } => {
-                let at = self.of(index);
+                let at = self.operand_value(index);
                 if power && at >= 0 && at < values.len() as i64 {
                     self.store(dest, values[at as usize]);
                 }
                 power
             }
             Element::PiecewiseLinear { dest, index, points } => {
-                let x = self.of(index);
+                let x = self.operand_value(index);
                 let after = (1..points.len()).find(|&i| x <= points[i].0).filter(|_| power);
                 if let Some(after) = after {
                     let ((x0, y0), (x1, y1)) = (points[after - 1], points[after]);
                     let fits = |v: i64| (-0x8000..0x8000).contains(&v);
                     let short =
-                        points.iter().all(|(x, y)| fits(*x) && fits(*y)) && self.short(dest) && self.short(index);
+                        points.iter().all(|(x, y)| fits(*x) && fits(*y)) && self.is_narrow(dest) && self.is_narrow(index);
                     let bits = if short { 16 } else { 32 };
-                    let product = around(around(x - x0, bits) * (y1 - y0), bits);
-                    self.store(dest, around(y0 + divide(product, x1 - x0), bits));
+                    let product = wrap_to_bits(wrap_to_bits(x - x0, bits) * (y1 - y0), bits);
+                    self.store(dest, wrap_to_bits(y0 + divide(product, x1 - x0), bits));
                 }
                 power
             }
@@ -209,7 +209,7 @@ impl Naive {
             }
             Element::SetPwm { duty, .. } => {
                 if power {
-                    self.duty = Some(self.of(duty).clamp(0, 100));
+                    self.duty = Some(self.operand_value(duty).clamp(0, 100));
                 }
                 power
             }
@@ -219,38 +219,38 @@ impl Naive {
                 }
                 self.now < self.line_free
             }
-            Element::UartRecv { name, .. } => match (power, self.waiting) {
+            Element::UartRecv { name, .. } => match (power, self.received_byte) {
                 (true, Some(byte)) => {
-                    self.waiting = None;
+                    self.received_byte = None;
                     self.store(name, byte.into());
                     true
                 }
                 _ => false,
             },
             Element::FormattedString { var, text, quoted } => {
-                self.remembered.insert(self.place, power);
-                let pieces = pieces(text, *quoted).expect("a sound text");
+                self.remembered.insert(self.current_element, power);
+                let pieces = split_format_string(text, *quoted).expect("a sound text");
                 if power && !before {
-                    self.texts.insert(self.place, (0, 0));
+                    self.texts.insert(self.current_element, (0, 0));
                 }
                 self.string(&pieces, var.as_deref(), program)
             }
             Element::Persist { name } => {
                 if power && self.now >= self.cells_free {
                     self.persist(name, before, program);
-                    self.remembered.insert(self.place, true);
+                    self.remembered.insert(self.current_element, true);
                 }
                 power
             }
             Element::Move { dest, src } => {
                 if power {
-                    self.store(dest, self.of(src));
+                    self.store(dest, self.operand_value(src));
                 }
                 power
             }
             Element::Math { op, dest, op1, op2 } => {
                 if power {
-                    let (a, b) = (self.of(op1), self.of(op2));
+                    let (a, b) = (self.operand_value(op1), self.operand_value(op2));
                     let exact = match op {
                         MathOp::Add => a + b,
                         MathOp::Sub => a - b,
@@ -262,7 +262,7 @@ impl Naive {
                 power
             }
             Element::Compare { op, op1, op2 } => {
-                let difference = self.of(op1) - self.of(op2);
+                let difference = self.operand_value(op1) - self.operand_value(op2);
                 power
                     && match op {
                         CompareOp::Equ => difference == 0,
@@ -279,7 +279,7 @@ impl Naive {
 
     fn timer(&mut self, kind: TimerKind, name: &str, scans: i64, power: bool, ran: bool) -> bool {
         if kind == TimerKind::Tof && !ran {
-            self.remembered.insert(self.place, true);
+            self.remembered.insert(self.current_element, true);
             self.store(name, scans);
         }
         let t = self.integer(name);
@@ -298,10 +298,10 @@ impl Naive {
         out
     }
 
-    fn of(&self, operand: &Operand) -> i64 {
+    fn operand_value(&self, operand: &LadderOperand) -> i64 {
         match operand {
-            Operand::Var(name) => self.integer(name),
-            Operand::Const { value, .. } => *value,
+            LadderOperand::Var(name) => self.integer(name),
+            LadderOperand::Const { value, .. } => *value,
         }
     }
 
@@ -316,37 +316,37 @@ impl Naive {
     /// Stores the number of the integer's width that is congruent to `value`.
     pub fn store(&mut self, name: &str, value: i64) {
         let bits = 8 * self.widths.get(name).copied().unwrap_or(2);
-        self.integers.insert(name.to_owned(), around(value, bits));
+        self.integers.insert(name.to_owned(), wrap_to_bits(value, bits));
     }
 
     /// Whether an operand, or a variable by its name, has at most 16 bits.
-    fn short<'a>(&self, operand: impl Into<Short<'a>>) -> bool {
+    fn is_narrow<'a>(&self, operand: impl Into<NarrowOperand<'a>>) -> bool {
         match operand.into() {
-            Short::Name(name) => self.widths[name] <= 2,
-            Short::Value(value) => (-0x8000..0x8000).contains(&value),
+            NarrowOperand::Name(name) => self.widths[name] <= 2,
+            NarrowOperand::Value(value) => (-0x8000..0x8000).contains(&value),
         }
     }
 
-    fn transmit(&mut self, byte: u8, program: &Program) {
+    fn transmit(&mut self, byte: u8, program: &LadderProgram) {
         let rate = program.settings.baud.expect("a rate") * program.settings.cycle_us;
         self.sent = Some(byte);
         self.line_free = self.now + (10_000_000 / rate + u64::from(10_000_000 % rate != 0)).max(1);
     }
 
-    fn string(&mut self, pieces: &[Piece], var: Option<&str>, program: &Program) -> bool {
-        let Some(&(at, mut shown)) = self.texts.get(&self.place) else { return false };
+    fn string(&mut self, pieces: &[StringPiece], var: Option<&str>, program: &LadderProgram) -> bool {
+        let Some(&(at, mut shown)) = self.texts.get(&self.current_element) else { return false };
         if at < pieces.len() && self.now >= self.line_free {
             let value = var.map_or(0, |name| self.integer(name));
-            let places = pieces.iter().filter(|p| matches!(p, Piece::Digit { .. })).count() as u32;
-            let signed = pieces.contains(&Piece::Sign);
+            let places = pieces.iter().filter(|p| matches!(p, StringPiece::Digit { .. })).count() as u32;
+            let signed = pieces.contains(&StringPiece::Sign);
             let byte = match pieces[at] {
-                Piece::Byte(byte) => byte,
-                Piece::Sign => {
+                StringPiece::Byte(byte) => byte,
+                StringPiece::Sign => {
                     let bits = 8 * self.widths[var.expect("a variable")];
-                    shown = around(value.abs(), bits);
+                    shown = wrap_to_bits(value.abs(), bits);
                     if value < 0 { b'-' } else { b' ' }
                 }
-                Piece::Digit { divisor, first, last } => {
+                StringPiece::Digit { divisor, first, last } => {
                     if first && !signed {
                         shown = value;
                     }
@@ -356,19 +356,19 @@ impl Naive {
                 }
             };
             self.transmit(byte, program);
-            self.texts.insert(self.place, (at + 1, shown));
+            self.texts.insert(self.current_element, (at + 1, shown));
         }
-        let left = self.texts[&self.place].0 < pieces.len();
+        let left = self.texts[&self.current_element].0 < pieces.len();
         if !left {
-            self.texts.remove(&self.place);
+            self.texts.remove(&self.current_element);
         }
         left
     }
 
-    fn persist(&mut self, name: &str, loaded: bool, program: &Program) {
-        let (from, count) = (self.addresses[&self.place], self.widths[name] as usize);
+    fn persist(&mut self, name: &str, loaded: bool, program: &LadderProgram) {
+        let (from, count) = (self.addresses[&self.current_element], self.widths[name] as usize);
         let byte = |value: i64, place: usize| value.div_euclid(256_i64.pow(place as u32)).rem_euclid(256) as u8;
-        let held = |naive: &Naive, place: usize| naive.cells.get(&(from + place)).copied().unwrap_or(255);
+        let held = |naive: &NaiveInterpreter, place: usize| naive.cells.get(&(from + place)).copied().unwrap_or(255);
         if !loaded {
             let value = (0..count).map(|place| i64::from(held(self, place)) * 256_i64.pow(place as u32)).sum();
             return self.store(name, value);
@@ -383,28 +383,28 @@ impl Naive {
 }
 
 /// What may be short.
-enum Short<'a> {
+enum NarrowOperand<'a> {
     Name(&'a str),
     Value(i64),
 }
 
-impl<'a> From<&'a String> for Short<'a> {
+impl<'a> From<&'a String> for NarrowOperand<'a> {
     fn from(name: &'a String) -> Self {
-        Short::Name(name)
+        NarrowOperand::Name(name)
     }
 }
 
-impl<'a> From<&'a Operand> for Short<'a> {
-    fn from(operand: &'a Operand) -> Self {
+impl<'a> From<&'a LadderOperand> for NarrowOperand<'a> {
+    fn from(operand: &'a LadderOperand) -> Self {
         match operand {
-            Operand::Var(name) => Short::Name(name),
-            Operand::Const { value, .. } => Short::Value(*value),
+            LadderOperand::Var(name) => NarrowOperand::Name(name),
+            LadderOperand::Const { value, .. } => NarrowOperand::Value(*value),
         }
     }
 }
 
 /// The number of so many bits that is congruent to `value`.
-fn around(value: i64, bits: u32) -> i64 {
+fn wrap_to_bits(value: i64, bits: u32) -> i64 {
     let half = 1 << (bits - 1);
     (value + half).rem_euclid(2 * half) - half
 }

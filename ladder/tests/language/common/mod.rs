@@ -26,7 +26,7 @@ pub fn text(row: &str) -> String {
 }
 
 /// `CODE@line:column+width` of each diagnostic.
-pub fn told(diagnostics: &[Diagnostic]) -> Vec<String> {
+pub fn diagnostic_codes(diagnostics: &[Diagnostic]) -> Vec<String> {
     let place = |d: &Diagnostic| format!("{}@{}:{}+{}", d.code, d.pos.line, d.pos.column, d.pos.width);
     diagnostics.iter().map(place).collect()
 }

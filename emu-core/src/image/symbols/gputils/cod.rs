@@ -15,11 +15,11 @@
 
 use diag::Pos;
 
-use super::super::names::{self, Rank};
-use super::super::{Faults, Found, LineKind, short};
+use super::super::names::{self, NameRank};
+use super::super::{FaultList, CollectedSymbols, SourceKind, shortened};
 
 /// Bytes in a block.
-pub(super) const BLOCK: usize = 512;
+pub(super) const BLOCK_BYTES: usize = 512;
 
 /// Offsets of the pairs of block numbers in a directory.
 const FILES: usize = 430;
@@ -39,10 +39,10 @@ const LABEL: u16 = 46;
 const MADE_CODE: u8 = 0x80;
 
 /// True for a file that can only be a `.cod`: a maker and a processor at their places, and no text in the first block.
-pub(in super::super) fn is(bytes: &[u8]) -> bool {
+pub(in super::super) fn is_cod_file(bytes: &[u8]) -> bool {
     let texts = [MAKER, PROCESSOR].map(|at| text(bytes, at));
-    let binary = bytes.iter().take(BLOCK).any(|&byte| byte == 0);
-    bytes.len() >= BLOCK && binary && texts.iter().all(|text| text.as_ref().is_some_and(|t| printable(t)))
+    let binary = bytes.iter().take(BLOCK_BYTES).any(|&byte| byte == 0);
+    bytes.len() >= BLOCK_BYTES && binary && texts.iter().all(|text| text.as_ref().is_some_and(|t| printable(t)))
 }
 
 fn printable(text: &str) -> bool {
@@ -66,40 +66,40 @@ pub(super) fn long(bytes: &[u8], at: usize) -> Option<u32> {
 }
 
 /// The chip that a file names.
-pub(in super::super) fn processor(bytes: &[u8]) -> Option<String> {
+pub(in super::super) fn processor_name(bytes: &[u8]) -> Option<String> {
     text(bytes, PROCESSOR)
 }
 
 /// A file whose directories are known to be there.
-pub(super) struct Cod<'b> {
+pub(super) struct CodFile<'b> {
     bytes: &'b [u8],
     /// Blocks of the directories, the first one being 0.
     directories: Vec<usize>,
 }
 
-impl<'b> Cod<'b> {
+impl<'b> CodFile<'b> {
     /// Looks at the directories; nothing where they are damaged or for a chip of another family, which is told.
-    pub(super) fn new(bytes: &'b [u8], faults: &mut Faults) -> Option<Self> {
-        if !bytes.len().is_multiple_of(BLOCK) || bytes.is_empty() {
-            let cause = || format!("the file has {} bytes, which is no whole number of blocks of {BLOCK}", bytes.len());
+    pub(super) fn new(bytes: &'b [u8], faults: &mut FaultList) -> Option<Self> {
+        if !bytes.len().is_multiple_of(BLOCK_BYTES) || bytes.is_empty() {
+            let cause = || format!("the file has {} bytes, which is no whole number of blocks of {BLOCK_BYTES}", bytes.len());
             faults.error("SYM013", Pos::default(), cause, "the file is cut off: assemble or link anew");
             return None;
         }
-        let mut cod = Cod { bytes, directories: vec![0] };
+        let mut cod = CodFile { bytes, directories: vec![0] };
         let mut at = 0;
         while let Some(next) = cod.block(at).and_then(|block| word(block, NEXT)).map(usize::from).filter(|n| *n != 0) {
             if cod.block(next).is_none() || cod.directories.contains(&next) {
-                let cause = || format!("the next directory would be block {next} of {}", bytes.len() / BLOCK);
+                let cause = || format!("the next directory would be block {next} of {}", bytes.len() / BLOCK_BYTES);
                 faults.error("SYM013", Pos::default(), cause, "the file is damaged: assemble or link anew");
                 return None;
             }
             cod.directories.push(next);
             at = next;
         }
-        let processor = processor(bytes).unwrap_or_default();
+        let processor = processor_name(bytes).unwrap_or_default();
         let family = processor.trim_start_matches(['p', 'P', 'i', 'I', 'c', 'C']).get(..2);
         if !matches!(family, Some("16" | "12" | "10" | "14")) {
-            let cause = || format!("the program is for {:?}, which is no mid-range PIC", short(&processor));
+            let cause = || format!("the program is for {:?}, which is no mid-range PIC", shortened(&processor));
             faults.error("SYM015", Pos::default(), cause, "give the .cod of a program for a 16F or 16C chip");
             return None;
         }
@@ -107,19 +107,19 @@ impl<'b> Cod<'b> {
     }
 
     fn block(&self, number: usize) -> Option<&'b [u8]> {
-        let start = number.checked_mul(BLOCK)?;
-        self.bytes.get(start..start.checked_add(BLOCK)?)
+        let start = number.checked_mul(BLOCK_BYTES)?;
+        self.bytes.get(start..start.checked_add(BLOCK_BYTES)?)
     }
 
     /// The blocks of a table of one directory, with their numbers; none where there is no such table. Blocks that the file
     /// does not have are a fault.
-    pub(super) fn table(&self, directory: usize, at: usize, what: &str, faults: &mut Faults) -> Vec<(usize, &'b [u8])> {
+    pub(super) fn table(&self, directory: usize, at: usize, what: &str, faults: &mut FaultList) -> Vec<(usize, &'b [u8])> {
         let entry = |at| self.block(directory).and_then(|block| word(block, at)).map_or(0, usize::from);
         let (first, last) = (entry(at), entry(at + 2));
         if first == 0 {
             return Vec::new();
         }
-        let blocks = self.bytes.len() / BLOCK;
+        let blocks = self.bytes.len() / BLOCK_BYTES;
         if last < first || last >= blocks {
             let cause = || format!("the table of {what} would be blocks {first} to {last} of {blocks}");
             faults.error("SYM013", Pos::default(), cause, "the file is damaged: assemble or link anew");
@@ -129,32 +129,32 @@ impl<'b> Cod<'b> {
     }
 
     /// The blocks of a table that only the first directory has.
-    pub(super) fn main_table(&self, at: usize, what: &str, faults: &mut Faults) -> Vec<(usize, &'b [u8])> {
+    pub(super) fn main_table(&self, at: usize, what: &str, faults: &mut FaultList) -> Vec<(usize, &'b [u8])> {
         self.table(0, at, what, faults)
     }
 }
 
 /// Tells of a record that is not whole.
-pub(super) fn damaged(block: usize, offset: usize, what: &str, faults: &mut Faults) {
+pub(super) fn report_damaged(block: usize, offset: usize, what: &str, faults: &mut FaultList) {
     let cause = || format!("{what} in block {block} at offset 0x{offset:X} is not whole");
     faults.error("SYM014", Pos::default(), cause, "the file is damaged: assemble or link anew");
 }
 
 /// Reads symbols and lines.
-pub(in super::super) fn read(bytes: &[u8], found: &mut Found, faults: &mut Faults) {
-    let Some(cod) = Cod::new(bytes, faults) else { return };
+pub(in super::super) fn read_cod(bytes: &[u8], found: &mut CollectedSymbols, faults: &mut FaultList) {
+    let Some(cod) = CodFile::new(bytes, faults) else { return };
     for (number, block) in cod.main_table(SYMBOLS, "symbols", faults) {
-        symbols(number, block, found, faults);
-        if faults.full() {
+        read_symbols(number, block, found, faults);
+        if faults.is_full() {
             return;
         }
     }
     let mut files = Vec::new();
     for (number, block) in cod.main_table(FILES, "source files", faults) {
-        for at in (0..BLOCK).step_by(64) {
+        for at in (0..BLOCK_BYTES).step_by(64) {
             let name = text(block, at).filter(|name| name.len() < 64);
             if name.is_none() {
-                damaged(number, at, "the name of a source file", faults);
+                report_damaged(number, at, "the name of a source file", faults);
             }
             files.push(name.unwrap_or_default());
         }
@@ -163,25 +163,25 @@ pub(in super::super) fn read(bytes: &[u8], found: &mut Found, faults: &mut Fault
         // A program of mid-range size has one directory; the addresses of others begin at multiples of 32 K words.
         let high = cod.block(directory).and_then(|block| word(block, HIGH)).map_or(0, |high| u32::from(high) << 15);
         for (number, block) in cod.table(directory, LINES, "lines", faults) {
-            lines(number, block, high, &files, found, faults);
-            if faults.full() {
+            read_lines(number, block, high, &files, found, faults);
+            if faults.is_full() {
                 return;
             }
         }
     }
 }
 
-fn symbols(number: usize, block: &[u8], found: &mut Found, faults: &mut Faults) {
+fn read_symbols(number: usize, block: &[u8], found: &mut CollectedSymbols, faults: &mut FaultList) {
     let mut at = 0;
     while let Some(length) = block.get(at).copied().filter(|length| *length != 0) {
         let end = at + 1 + usize::from(length);
         let (Some(name), Some(kind), Some(value)) = (text(block, at), word(block, end), long(block, end + 2)) else {
-            return damaged(number, at, "the symbol", faults);
+            return report_damaged(number, at, "the symbol", faults);
         };
         let pos = Pos::default();
         match kind {
-            DATA => super::data(value, names::linked(&name), pos, found, faults),
-            LABEL => super::label(value, names::linked(&name), pos, found, faults),
+            DATA => super::add_data_symbol(value, names::linker_names(&name), pos, found, faults),
+            LABEL => super::add_label(value, names::linker_names(&name), pos, found, faults),
             // Constants, which most often are the registers and bits of the chip's include file.
             _ => found.unplaced.push((name, value)),
         }
@@ -189,7 +189,7 @@ fn symbols(number: usize, block: &[u8], found: &mut Found, faults: &mut Faults) 
     }
 }
 
-fn lines(number: usize, block: &[u8], high: u32, files: &[String], found: &mut Found, faults: &mut Faults) {
+fn read_lines(number: usize, block: &[u8], high: u32, files: &[String], found: &mut CollectedSymbols, faults: &mut FaultList) {
     for (row, record) in block.chunks_exact(6).take(84).enumerate() {
         let (Some(&[file, flags]), Some(line), Some(addr)) =
             (record.get(..2).and_then(|r| <&[u8; 2]>::try_from(r).ok()), word(record, 2), word(record, 4))
@@ -200,7 +200,7 @@ fn lines(number: usize, block: &[u8], high: u32, files: &[String], found: &mut F
             continue;
         }
         match files.get(usize::from(file)).filter(|name| !name.is_empty()) {
-            Some(name) => super::line(high + u32::from(addr), LineKind::Asm, name, line.into(), found),
+            Some(name) => super::add_line(high + u32::from(addr), SourceKind::Asm, name, line.into(), found),
             None => {
                 let cause = || {
                     format!(
@@ -215,6 +215,6 @@ fn lines(number: usize, block: &[u8], high: u32, files: &[String], found: &mut F
 }
 
 /// The rank of the name of a static of one file.
-pub(super) fn of_file(file: &str, name: &str) -> Vec<(Rank, String)> {
-    names::local(super::module(file), name)
+pub(super) fn names_in_file(file: &str, name: &str) -> Vec<(NameRank, String)> {
+    names::local_names(super::module_name(file), name)
 }

@@ -11,34 +11,34 @@ use std::collections::BTreeMap;
 
 use diag::Pos;
 
-use super::super::{Faults, Found, LineKind, names, numbered, pos_of, short};
+use super::super::{FaultList, CollectedSymbols, SourceKind, names, numbered_lines, pos_of, shortened};
 
 /// What gpasm writes in place of what the linker will put there.
-const OPEN: [&str; 2] = ["????", "??"];
+const OPEN_ADDRESSES: [&str; 2] = ["????", "??"];
 
 /// Which listing it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in super::super) enum Listing {
+pub(in super::super) enum GputilsListing {
     Linker,
     Assembler,
 }
 
 /// Tells by the first two lines.
-pub(in super::super) fn kind(first: &str, second: &str, bytes: &[u8]) -> Option<Listing> {
+pub(in super::super) fn guess_listing(first: &str, second: &str, bytes: &[u8]) -> Option<GputilsListing> {
     if first.starts_with("gpasm-") && first.contains("PAGE") {
-        return Some(Listing::Assembler);
+        return Some(GputilsListing::Assembler);
     }
     // Maps begin with the same line.
     let head = String::from_utf8_lossy(bytes.get(..bytes.len().min(300))?);
     (first.starts_with("gplink-") && second.starts_with("Copyright") && head.contains("Listing File"))
-        .then_some(Listing::Linker)
+        .then_some(GputilsListing::Linker)
 }
 
 /// Reads a listing; `file` is its name.
-pub(in super::super) fn read(listing: Listing, file: &str, text: &str, found: &mut Found, faults: &mut Faults) {
+pub(in super::super) fn read_listing(listing: GputilsListing, file: &str, text: &str, found: &mut CollectedSymbols, faults: &mut FaultList) {
     match listing {
-        Listing::Linker => linker(file, text, found, faults),
-        Listing::Assembler => assembler(file, text, found, faults),
+        GputilsListing::Linker => read_linker_listing(file, text, found, faults),
+        GputilsListing::Assembler => read_assembler_listing(file, text, found, faults),
     }
 }
 
@@ -47,13 +47,13 @@ fn columns(line: &str, from: usize, to: usize) -> &str {
     line.get(from..to.min(line.len())).unwrap_or("")
 }
 
-fn hex(text: &str, digits: usize) -> Option<u32> {
+fn parse_hex(text: &str, digits: usize) -> Option<u32> {
     let right = text.len() == digits && text.bytes().all(|b| b.is_ascii_hexdigit());
     if right { u32::from_str_radix(text, 16).ok() } else { None }
 }
 
-fn linker(file: &str, text: &str, found: &mut Found, faults: &mut Faults) {
-    let mut lines = numbered(text).skip_while(|(_, line)| !line.starts_with("-------  -----"));
+fn read_linker_listing(file: &str, text: &str, found: &mut CollectedSymbols, faults: &mut FaultList) {
+    let mut lines = numbered_lines(text).skip_while(|(_, line)| !line.starts_with("-------  -----"));
     if lines.next().is_none() {
         let cause = || "no line under the heads of the columns".to_owned();
         return faults.error("SYM010", Pos::default(), cause, "the file is cut off: link anew");
@@ -63,26 +63,26 @@ fn linker(file: &str, text: &str, found: &mut Found, faults: &mut Faults) {
             continue;
         }
         let address = line.split(' ').next().unwrap_or("");
-        match (hex(address, 6), hex(columns(line, 9, 13), 4)) {
-            (Some(word), Some(_)) => super::line(word, LineKind::Listing, file, number, found),
-            _ => damaged(number, line, faults),
+        match (parse_hex(address, 6), parse_hex(columns(line, 9, 13), 4)) {
+            (Some(word), Some(_)) => super::add_line(word, SourceKind::Listing, file, number, found),
+            _ => report_damaged(number, line, faults),
         }
-        if faults.full() {
+        if faults.is_full() {
             return;
         }
     }
 }
 
-fn damaged(number: u32, line: &str, faults: &mut Faults) {
-    let cause = || format!("the line is none of a listing: {:?}", short(line));
+fn report_damaged(number: u32, line: &str, faults: &mut FaultList) {
+    let cause = || format!("the line is none of a listing: {:?}", shortened(line));
     faults.error("SYM010", pos_of(number, line, line), cause, "the file is damaged: build anew");
 }
 
-fn assembler(file: &str, text: &str, found: &mut Found, faults: &mut Faults) {
+fn read_assembler_listing(file: &str, text: &str, found: &mut CollectedSymbols, faults: &mut FaultList) {
     let mut labels: BTreeMap<&str, (u32, Pos)> = BTreeMap::new();
     let mut table: Vec<(u32, &str)> = Vec::new();
     let (mut in_table, mut used, mut lines) = (false, false, 0);
-    for (number, line) in numbered(text) {
+    for (number, line) in numbered_lines(text) {
         let line = line.trim_start_matches('\u{c}');
         match line {
             "SYMBOL TABLE" => in_table = true,
@@ -97,15 +97,15 @@ fn assembler(file: &str, text: &str, found: &mut Found, faults: &mut Faults) {
             table.push((number, line));
             continue;
         }
-        let Some(word) = hex(columns(line, 0, 4), 4) else { continue };
-        if OPEN.iter().any(|open| columns(line, 7, 21).contains(open)) {
+        let Some(word) = parse_hex(columns(line, 0, 4), 4) else { continue };
+        if OPEN_ADDRESSES.iter().any(|open| columns(line, 7, 21).contains(open)) {
             let cause = || "the listing has words that the linker will change".to_owned();
             let hint = "give the .lst and the .map that gplink writes (gplink --map)";
             return faults.error("SYM005", pos_of(number, line, columns(line, 7, 21)), cause, hint);
         }
         // Directives such as `org` have an address and no words.
         if !columns(line, 7, 21).trim().is_empty() {
-            super::line(word, LineKind::Listing, file, number, found);
+            super::add_line(word, SourceKind::Listing, file, number, found);
             lines += 1;
         }
         let source = columns(line, 28, line.len());
@@ -129,13 +129,13 @@ fn assembler(file: &str, text: &str, found: &mut Found, faults: &mut Faults) {
         if (name, value) == ("LABEL", "VALUE") || line == "SYMBOL TABLE" {
             continue;
         }
-        match (hex(value, 8), labels.get(name)) {
+        match (parse_hex(value, 8), labels.get(name)) {
             // The directives of a line (`__config`, `org`) stand where labels do, and are no names of the table.
             (Some(value), Some(&(word, pos))) if word == value => {
-                super::label(value, names::linked(name), pos, found, faults);
+                super::add_label(value, names::linker_names(name), pos, found, faults);
             }
             (Some(value), _) => found.unplaced.push((name.to_owned(), value)),
-            (None, _) => damaged(number, line, faults),
+            (None, _) => report_damaged(number, line, faults),
         }
     }
 }

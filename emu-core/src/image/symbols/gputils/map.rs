@@ -10,23 +10,23 @@
 use diag::Pos;
 
 use super::super::names;
-use super::super::{Faults, Found, numbered, pos_of, short};
-use super::cod::of_file;
+use super::super::{FaultList, CollectedSymbols, numbered_lines, pos_of, shortened};
+use super::cod::names_in_file;
 
 /// True for the first line of a map.
-pub(in super::super) fn is(first: &str) -> bool {
+pub(in super::super) fn is_map_file(first: &str) -> bool {
     first.starts_with("gplink-")
 }
 
 /// Reads a map.
-pub(in super::super) fn read(text: &str, found: &mut Found, faults: &mut Faults) {
-    let mut lines = numbered(text).skip_while(|(_, line)| line.trim() != "Symbols - Sorted by Name");
+pub(in super::super) fn read_map(text: &str, found: &mut CollectedSymbols, faults: &mut FaultList) {
+    let mut lines = numbered_lines(text).skip_while(|(_, line)| line.trim() != "Symbols - Sorted by Name");
     if lines.next().is_none() {
         let cause = || "the map has no table `Symbols - Sorted by Name`".to_owned();
         return faults.error("SYM009", Pos::default(), cause, "the file is cut off: link anew");
     }
     for (number, line) in lines.skip(2) {
-        if line.is_empty() || faults.full() {
+        if line.is_empty() || faults.is_full() {
             return;
         }
         let words: Vec<&str> = line.split_whitespace().collect();
@@ -34,12 +34,12 @@ pub(in super::super) fn read(text: &str, found: &mut Found, faults: &mut Faults)
             [four @ .., _] if words.len() == 5 => (four, words.last().copied()),
             four => (four, None),
         }) else {
-            damaged(number, line, line, "wanted a name, an address, a location, a storage and a file", faults);
+            report_damaged(number, line, line, "wanted a name, an address, a location, a storage and a file", faults);
             continue;
         };
         let digits = address.strip_prefix("0x").filter(|d| d.bytes().all(|b| b.is_ascii_hexdigit()));
         let Some(addr) = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok()) else {
-            damaged(number, line, address, "the address is no hexadecimal number of 32 bits", faults);
+            report_damaged(number, line, address, "the address is no hexadecimal number of 32 bits", faults);
             continue;
         };
         let pos = pos_of(number, line, name);
@@ -48,22 +48,22 @@ pub(in super::super) fn read(text: &str, found: &mut Found, faults: &mut Faults)
             continue;
         }
         let names = match (storage, file) {
-            ("static", Some(file)) => of_file(file, name),
-            ("extern", _) | ("static", None) => names::linked(name),
+            ("static", Some(file)) => names_in_file(file, name),
+            ("extern", _) | ("static", None) => names::linker_names(name),
             _ => {
-                damaged(number, line, storage, "the storage is neither `extern` nor `static`", faults);
+                report_damaged(number, line, storage, "the storage is neither `extern` nor `static`", faults);
                 continue;
             }
         };
         match location {
-            "program" => super::label(addr, names, pos, found, faults),
-            "data" => super::data(addr, names, pos, found, faults),
-            _ => damaged(number, line, location, "the location is neither `program` nor `data`", faults),
+            "program" => super::add_label(addr, names, pos, found, faults),
+            "data" => super::add_data_symbol(addr, names, pos, found, faults),
+            _ => report_damaged(number, line, location, "the location is neither `program` nor `data`", faults),
         }
     }
 }
 
-fn damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut Faults) {
-    let cause = || format!("{what}: {:?}", short(part.trim_start()));
+fn report_damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut FaultList) {
+    let cause = || format!("{what}: {:?}", shortened(part.trim_start()));
     faults.error("SYM009", pos_of(number, line, part), cause, "the file is cut off or damaged: link anew");
 }

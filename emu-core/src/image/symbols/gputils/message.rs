@@ -8,13 +8,13 @@
 use diag::Diagnostic;
 use diag::text::into_printable;
 
-use super::super::{Faults, MORE, SymbolFile};
-use super::cod::{BLOCK, Cod, MESSAGES, damaged, long, text};
+use super::super::{FaultList, MORE_CODE, SymbolFile};
+use super::cod::{BLOCK_BYTES, CodFile, MESSAGES, report_damaged, long, text};
 use crate::image::Image;
 
 /// A message for a simulator.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Message {
+pub struct SimulatorMessage {
     /// Program word address to which it belongs.
     pub addr: u32,
     /// Its kind: `A` or `a` an assertion, `C` or `c` a command when the address is reached, `E` or `e` a command for the
@@ -28,25 +28,25 @@ pub struct Message {
 ///
 /// # Errors
 /// All faults of the file, codes as [`load_symbols`](crate::image::load_symbols) gives them.
-pub fn load_messages(file: &SymbolFile) -> Result<Vec<Message>, Vec<Diagnostic>> {
-    let mut faults = Faults::new(file.name, MORE);
+pub fn load_messages(file: &SymbolFile) -> Result<Vec<SimulatorMessage>, Vec<Diagnostic>> {
+    let mut faults = FaultList::new(file.name, MORE_CODE);
     let mut messages = Vec::new();
-    if let Some(cod) = Cod::new(file.bytes, &mut faults) {
+    if let Some(cod) = CodFile::new(file.bytes, &mut faults) {
         for (number, block) in cod.main_table(MESSAGES, "messages", &mut faults) {
-            read(number, block, &mut messages, &mut faults);
+            read_messages(number, block, &mut messages, &mut faults);
         }
     }
     faults.finish(Image::default()).map(|_| messages)
 }
 
-fn read(number: usize, block: &[u8], messages: &mut Vec<Message>, faults: &mut Faults) {
+fn read_messages(number: usize, block: &[u8], messages: &mut Vec<SimulatorMessage>, faults: &mut FaultList) {
     let mut at = 0;
-    while at < BLOCK - 8 {
+    while at < BLOCK_BYTES - 8 {
         let Some(kind) = block.get(at + 4).copied().filter(|kind| *kind != 0) else { return };
         let (Some(addr), Some(text)) = (long(block, at), text(block, at + 5)) else {
-            return damaged(number, at, "the message", faults);
+            return report_damaged(number, at, "the message", faults);
         };
         at += 6 + usize::from(block.get(at + 5).copied().unwrap_or(0));
-        messages.push(Message { addr, kind: char::from(kind), text: into_printable(text) });
+        messages.push(SimulatorMessage { addr, kind: char::from(kind), text: into_printable(text) });
     }
 }

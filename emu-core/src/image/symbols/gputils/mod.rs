@@ -14,8 +14,8 @@ pub(super) mod message;
 use diag::Pos;
 use diag::text::printable;
 
-use super::names::Name;
-use super::{Faults, Found, LineKind, Mem};
+use super::names::RankedName;
+use super::{FaultList, CollectedSymbols, SourceKind, MemorySpace};
 
 /// Word address at which IDs and configuration words begin (DS33023, section 27.2).
 const CONFIG: u32 = 0x2000;
@@ -23,45 +23,45 @@ const CONFIG: u32 = 0x2000;
 const EEPROM: u32 = 0x2100;
 
 /// Memory and byte address of a word of the programmer's address space; nothing beyond its end.
-fn program(word: u32) -> Option<(Mem, u32)> {
+fn program_space(word: u32) -> Option<(MemorySpace, u32)> {
     match word {
-        0..CONFIG => Some((Mem::Flash, 2 * word)),
-        CONFIG..EEPROM => Some((Mem::Config, 2 * (word - CONFIG))),
-        EEPROM..0x2200 => Some((Mem::Eeprom, word - EEPROM)),
+        0..CONFIG => Some((MemorySpace::Flash, 2 * word)),
+        CONFIG..EEPROM => Some((MemorySpace::Config, 2 * (word - CONFIG))),
+        EEPROM..0x2200 => Some((MemorySpace::Eeprom, word - EEPROM)),
         _ => None,
     }
 }
 
 /// Adds the names of a program address.
-fn label(word: u32, names: Vec<Name>, pos: Pos, found: &mut Found, faults: &mut Faults) {
-    match program(word) {
-        Some((mem, addr)) => found.place(mem, addr, 0, names, pos, faults),
-        None => beyond("program memory", word, 0x21FF, pos, faults),
+fn add_label(word: u32, names: Vec<RankedName>, pos: Pos, found: &mut CollectedSymbols, faults: &mut FaultList) {
+    match program_space(word) {
+        Some((mem, addr)) => found.add_symbol(mem, addr, 0, names, pos, faults),
+        None => report_beyond_end("program memory", word, 0x21FF, pos, faults),
     }
 }
 
 /// Adds the names of a data address.
-fn data(addr: u32, names: Vec<Name>, pos: Pos, found: &mut Found, faults: &mut Faults) {
-    if addr > Mem::Data.last() {
-        return beyond("data memory", addr, Mem::Data.last(), pos, faults);
+fn add_data_symbol(addr: u32, names: Vec<RankedName>, pos: Pos, found: &mut CollectedSymbols, faults: &mut FaultList) {
+    if addr > MemorySpace::Data.last_address() {
+        return report_beyond_end("data memory", addr, MemorySpace::Data.last_address(), pos, faults);
     }
-    found.place(Mem::Data, addr, 0, names, pos, faults);
+    found.add_symbol(MemorySpace::Data, addr, 0, names, pos, faults);
 }
 
 /// Adds the line of a word of program memory; IDs, configuration and EEPROM have no lines.
-fn line(word: u32, kind: LineKind, file: &str, number: u32, found: &mut Found) {
-    if let Some((Mem::Flash, addr)) = program(word) {
-        found.lines.push(super::LineAt { addr, kind, file: printable(file).into(), line: number, len: 0 });
+fn add_line(word: u32, kind: SourceKind, file: &str, number: u32, found: &mut CollectedSymbols) {
+    if let Some((MemorySpace::Flash, addr)) = program_space(word) {
+        found.lines.push(super::SourceLine { addr, kind, file: printable(file).into(), line: number, len: 0 });
     }
 }
 
-fn beyond(memory: &str, addr: u32, last: u32, pos: Pos, faults: &mut Faults) {
+fn report_beyond_end(memory: &str, addr: u32, last: u32, pos: Pos, faults: &mut FaultList) {
     let cause = || format!("the address 0x{addr:X} is beyond the last of {memory}, 0x{last:X}");
     faults.error("SYM004", pos, cause, "the program is for another family, or the file is damaged: build anew");
 }
 
 /// The name of a source file without folder and extension, as a prefix of its statics.
-fn module(file: &str) -> &str {
+fn module_name(file: &str) -> &str {
     let name = file.rsplit(['/', '\\']).next().unwrap_or(file);
     name.rsplit_once('.').map_or(name, |(stem, _)| stem)
 }

@@ -18,11 +18,11 @@ use std::collections::HashMap;
 
 use diag::Pos;
 
-use super::{Scopes, bit_address};
-use crate::image::symbols::{Faults, Found, Mem, numbered, pos_of, short};
+use super::{ScopeTracker, bit_address};
+use crate::image::symbols::{FaultList, CollectedSymbols, MemorySpace, numbered_lines, pos_of, shortened};
 
 /// True for the first line of such a map.
-pub(in crate::image::symbols) fn is(first: &str) -> bool {
+pub(in crate::image::symbols) fn is_m51_map(first: &str) -> bool {
     is_page(first.trim_start_matches('\u{c}').trim_start())
 }
 
@@ -33,21 +33,21 @@ fn is_page(line: &str) -> bool {
 
 /// Where in the file a line stands.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Part {
+enum MapSection {
     Other,
     Modules,
     Symbols,
 }
 
 /// Reads a map.
-pub(in crate::image::symbols) fn read(text: &str, found: &mut Found, faults: &mut Faults) {
-    let lines = joined(text);
-    let mut part = Part::Other;
+pub(in crate::image::symbols) fn read_m51(text: &str, found: &mut CollectedSymbols, faults: &mut FaultList) {
+    let lines = join_continuations(text);
+    let mut part = MapSection::Other;
     let mut stems: HashMap<String, String> = HashMap::new();
-    let (mut scopes, mut seen, mut rows, mut names) = (Scopes::default(), false, 0u32, None);
+    let (mut scopes, mut seen, mut rows, mut names) = (ScopeTracker::default(), false, 0u32, None);
     let (mut marked, mut message) = (false, false);
     for (number, line) in &lines {
-        if faults.full() {
+        if faults.is_full() {
             return;
         }
         let line = line.trim_start_matches('\u{c}').trim_end();
@@ -59,37 +59,37 @@ pub(in crate::image::symbols) fn read(text: &str, found: &mut Found, faults: &mu
             message = true;
             continue;
         }
-        message &= word(line).is_some_and(|(first, _)| first.ends_with(':'));
+        message &= split_word(line).is_some_and(|(first, _)| first.ends_with(':'));
         if message {
             continue;
         }
         if !line.starts_with([' ', '\t']) {
             part = match line {
-                _ if line.starts_with("INPUT MODULES INCLUDED") => Part::Modules,
-                _ if line.starts_with("SYMBOL TABLE OF MODULE") => Part::Symbols,
-                _ => Part::Other,
+                _ if line.starts_with("INPUT MODULES INCLUDED") => MapSection::Modules,
+                _ if line.starts_with("SYMBOL TABLE OF MODULE") => MapSection::Symbols,
+                _ => MapSection::Other,
             };
-            seen |= part == Part::Symbols;
+            seen |= part == MapSection::Symbols;
             continue;
         }
         match part {
-            Part::Other => {}
-            Part::Modules => stems.extend(object(line)),
-            Part::Symbols => {
+            MapSection::Other => {}
+            MapSection::Modules => stems.extend(module_and_file(line)),
+            MapSection::Symbols => {
                 if line.trim_start().starts_with("VALUE") {
                     names = line.find("SYMBOL NAME");
-                } else if let Some(row) = Row::read(line, names) {
+                } else if let Some(row) = MapRow::read(line, names) {
                     rows += 1;
                     marked |= row.class.is_none();
                     row.apply(*number, line, &stems, &mut scopes, found, faults);
                 } else if !is_rule(line) {
-                    damaged(*number, line, line.trim_start(), "the line is none of a table of symbols", faults);
+                    report_damaged(*number, line, line.trim_start(), "the line is none of a table of symbols", faults);
                 }
             }
         }
     }
     let open = scopes.open_module().filter(|_| marked).map(str::to_owned);
-    if part == Part::Symbols || open.is_some() {
+    if part == MapSection::Symbols || open.is_some() {
         let last = lines.last().map_or(0, |(number, _)| *number);
         let cause = || match &open {
             Some(module) => format!("the map ends within its table of symbols: module {module} has no ENDMOD"),
@@ -103,7 +103,7 @@ pub(in crate::image::symbols) fn read(text: &str, found: &mut Found, faults: &mu
         );
     }
     scopes.finish(found, faults);
-    if (!seen || rows == 0) && faults.none() {
+    if (!seen || rows == 0) && faults.is_empty() {
         let cause = || "the map has no table of symbols".to_owned();
         let hint = "link without NOSYMBOLS, NOPUBLICS and NOLINES, and compile with DEBUG";
         faults.error("SYM016", Pos::default(), cause, hint);
@@ -111,9 +111,9 @@ pub(in crate::image::symbols) fn read(text: &str, found: &mut Found, faults: &mu
 }
 
 /// The lines with what goes on in the next one.
-fn joined(text: &str) -> Vec<(u32, String)> {
+fn join_continuations(text: &str) -> Vec<(u32, String)> {
     let mut lines: Vec<(u32, String)> = Vec::new();
-    for (number, line) in numbered(text) {
+    for (number, line) in numbered_lines(text) {
         match (line.strip_prefix(">>"), lines.last_mut()) {
             (Some(more), Some((_, last))) => last.push_str(more.trim_start()),
             _ => lines.push((number, line.to_owned())),
@@ -127,7 +127,7 @@ fn is_rule(line: &str) -> bool {
 }
 
 /// `.\Objects\main.obj (MAIN)`: the name of the module, and the stem of its file. A module of a library has none.
-fn object(line: &str) -> Option<(String, String)> {
+fn module_and_file(line: &str) -> Option<(String, String)> {
     let (path, module) = line.trim().strip_suffix(')')?.rsplit_once(" (")?;
     let file = path.rsplit(['\\', '/']).next()?;
     let (stem, extension) = file.rsplit_once('.').unwrap_or((file, ""));
@@ -136,7 +136,7 @@ fn object(line: &str) -> Option<(String, String)> {
 }
 
 /// A line of the table.
-struct Row<'t> {
+struct MapRow<'t> {
     value: &'t str,
     kind: &'t str,
     /// LX51's class and type.
@@ -144,29 +144,29 @@ struct Row<'t> {
     name: &'t str,
 }
 
-impl<'t> Row<'t> {
+impl<'t> MapRow<'t> {
     /// A line; `names` is the column in which names begin, where LX51 has said so.
-    fn read(line: &'t str, names: Option<usize>) -> Option<Row<'t>> {
+    fn read(line: &'t str, names: Option<usize>) -> Option<MapRow<'t>> {
         const BL51: &[&str] =
             &["MODULE", "ENDMOD", "PROC", "ENDPROC", "DO", "ENDDO", "SYMBOL", "PUBLIC", "LINE#", "SEGMENT", "EXTRN"];
-        let (value, rest) = word(line)?;
+        let (value, rest) = split_word(line)?;
         // `*DEL*:00000000H`, `*SFR* 0000009EH`: LX51 marks what it removed, and registers, so in other tables.
         if value.starts_with('*') {
-            return Some(Row { value: "---", kind: "", class: Some(("", "")), name: rest.trim() });
+            return Some(MapRow { value: "---", kind: "", class: Some(("", "")), name: rest.trim() });
         }
-        let (kind, rest) = word(rest)?;
+        let (kind, rest) = split_word(rest)?;
         let scope = value.bytes().all(|byte| byte == b'-');
         // In LX51's a value has neither memory nor is it a rule of seven.
         let lx51 = if scope { value.len() < 7 } else { !value.contains(':') };
         if !lx51 {
-            return BL51.contains(&kind).then(|| Row { value, kind, class: None, name: rest.trim() });
+            return BL51.contains(&kind).then(|| MapRow { value, kind, class: None, name: rest.trim() });
         }
-        let (class, rest) = word(rest)?;
-        let (kind_of, rest) = word(rest)?;
+        let (class, rest) = split_word(rest)?;
+        let (kind_of, rest) = split_word(rest)?;
         let known = scope || value.starts_with(|c: char| c.is_ascii_hexdigit() || c == 'R');
         // A type may be of two words.
         let name = names.and_then(|at| line.get(at..)).unwrap_or(rest);
-        known.then(|| Row { value, kind, class: Some((class, kind_of)), name: name.trim() })
+        known.then(|| MapRow { value, kind, class: Some((class, kind_of)), name: name.trim() })
     }
 
     fn apply(
@@ -174,9 +174,9 @@ impl<'t> Row<'t> {
         number: u32,
         line: &str,
         stems: &HashMap<String, String>,
-        scopes: &mut Scopes,
-        found: &mut Found,
-        faults: &mut Faults,
+        scopes: &mut ScopeTracker,
+        found: &mut CollectedSymbols,
+        faults: &mut FaultList,
     ) {
         let pos = pos_of(number, line, if self.name.is_empty() { self.value } else { self.name });
         match self.kind {
@@ -192,9 +192,9 @@ impl<'t> Row<'t> {
             "BLOCK" | "BLOCKEND" => {
                 let level: usize = self.name.strip_prefix("LVL=").and_then(|n| n.parse().ok()).unwrap_or(0);
                 scopes.leave_blocks(level.saturating_sub(1));
-                return match (self.kind, level, self.place()) {
+                return match (self.kind, level, self.parse_value()) {
                     // The outermost block is a function.
-                    ("BLOCK", 0, Some(Ok(Place::At(Mem::Code, addr)))) => scopes.function_at(addr),
+                    ("BLOCK", 0, Some(Ok(SymbolPlace::At(MemorySpace::Code, addr)))) => scopes.function_at(addr),
                     ("BLOCKEND", 0, _) => scopes.end_function(),
                     ("BLOCK", 1.., _) => scopes.block(),
                     _ => {}
@@ -202,28 +202,28 @@ impl<'t> Row<'t> {
             }
             _ => {}
         }
-        let place = match self.place() {
+        let place = match self.parse_value() {
             Some(Ok(place)) => place,
             // A register, an external name, a memory that the chip lacks.
             None => return,
-            Some(Err(what)) => return damaged(number, line, self.value, what, faults),
+            Some(Err(what)) => return report_damaged(number, line, self.value, what, faults),
         };
         match (self.kind, place) {
-            ("LINE#" | "LINE", Place::At(Mem::Code, addr)) => {
+            ("LINE#" | "LINE", SymbolPlace::At(MemorySpace::Code, addr)) => {
                 match self.name.strip_prefix('#').unwrap_or(self.name).parse() {
                     Ok(line) => scopes.line(addr, line, pos),
-                    Err(_) => damaged(number, line, self.name, "the number of a line is none", faults),
+                    Err(_) => report_damaged(number, line, self.name, "the number of a line is none", faults),
                 }
             }
-            ("PUBLIC" | "SFRSYM", Place::At(mem, addr)) => scopes.public(mem, addr, self.name, pos, found, faults),
-            ("SYMBOL", Place::At(mem, addr)) => scopes.local(mem, addr, self.name, pos, found, faults),
-            ("PUBLIC" | "SYMBOL", Place::Number(value)) => found.unplaced.push((self.name.to_owned(), value)),
+            ("PUBLIC" | "SFRSYM", SymbolPlace::At(mem, addr)) => scopes.public(mem, addr, self.name, pos, found, faults),
+            ("SYMBOL", SymbolPlace::At(mem, addr)) => scopes.local(mem, addr, self.name, pos, found, faults),
+            ("PUBLIC" | "SYMBOL", SymbolPlace::Number(value)) => found.unplaced.push((self.name.to_owned(), value)),
             _ => {}
         }
     }
 
     /// What the value says; nothing for what is no place.
-    fn place(&self) -> Option<Result<Place, &'static str>> {
+    fn parse_value(&self) -> Option<Result<SymbolPlace, &'static str>> {
         if self.value.bytes().all(|byte| byte == b'-') {
             return None;
         }
@@ -247,18 +247,18 @@ impl<'t> Row<'t> {
             }
             None => self.value.split_once(':')?,
         };
-        Some(value(memory, digits, self.class.is_some()))
+        Some(parse_place(memory, digits, self.class.is_some()))
     }
 }
 
 /// What a value stands for.
-enum Place {
-    At(Mem, u32),
+enum SymbolPlace {
+    At(MemorySpace, u32),
     Number(u32),
 }
 
 /// `0183H` in `C`, `00B0H.4` in `B`. Values of LX51 have the number of their memory above the 24 bits of the address.
-fn value(memory: &str, digits: &str, long: bool) -> Result<Place, &'static str> {
+fn parse_place(memory: &str, digits: &str, long: bool) -> Result<SymbolPlace, &'static str> {
     const WRONG: &str = "the value is no hexadecimal number with an H";
     let (digits, bit) = match digits.split_once('.') {
         Some((digits, bit)) => (digits, Some(bit.parse::<u32>().map_err(|_| "the number of a bit is none")?)),
@@ -271,14 +271,14 @@ fn value(memory: &str, digits: &str, long: bool) -> Result<Place, &'static str> 
     let number = u32::from_str_radix(digits, 16).map_err(|_| WRONG)?;
     let number = if long { number & 0xFF_FFFF } else { number };
     let mem = match memory {
-        "N" => return Ok(Place::Number(number)),
-        "C" => Mem::Code,
-        "D" => Mem::Sfr,
-        "I" => Mem::Idata,
-        "X" => Mem::Xdata,
+        "N" => return Ok(SymbolPlace::Number(number)),
+        "C" => MemorySpace::Code,
+        "D" => MemorySpace::Sfr,
+        "I" => MemorySpace::Idata,
+        "X" => MemorySpace::Xdata,
         "B" => {
             let bit = bit_address(number, bit.unwrap_or(0)).ok_or("no bit of the chip has this address")?;
-            return Ok(Place::At(Mem::Bit, bit));
+            return Ok(SymbolPlace::At(MemorySpace::Bit, bit));
         }
         // `B1`: a bank of code.
         _ if memory.strip_prefix('B').is_some_and(|bank| bank.parse::<u32>().is_ok()) => {
@@ -286,21 +286,21 @@ fn value(memory: &str, digits: &str, long: bool) -> Result<Place, &'static str> 
         }
         _ => return Err("the memory is unknown; wanted C, D, I, X, B or N"),
     };
-    if mem == Mem::Sfr && number > 0xFF {
+    if mem == MemorySpace::Sfr && number > 0xFF {
         return Err("the address is beyond internal RAM");
     }
-    Ok(Place::At(mem, number))
+    Ok(SymbolPlace::At(mem, number))
 }
 
 /// The first word of a text, and what follows it.
-fn word(text: &str) -> Option<(&str, &str)> {
+fn split_word(text: &str) -> Option<(&str, &str)> {
     let text = text.trim_start();
     let end = text.find([' ', '\t']).unwrap_or(text.len());
     let (word, rest) = text.split_at(end);
     (!word.is_empty()).then_some((word, rest))
 }
 
-fn damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut Faults) {
-    let cause = || format!("{what}: {:?}", short(part));
+fn report_damaged(number: u32, line: &str, part: &str, what: &'static str, faults: &mut FaultList) {
+    let cause = || format!("{what}: {:?}", shortened(part));
     faults.error("SYM009", pos_of(number, line, part), cause, "the file is cut off or damaged: link anew");
 }

@@ -15,16 +15,16 @@ use std::collections::HashMap;
 
 use diag::Pos;
 
-use super::names::{Name, Rank, linked, local};
-use super::{Faults, Found, LineKind, Mem};
+use super::names::{RankedName, NameRank, linker_names, local_names};
+use super::{FaultList, CollectedSymbols, SourceKind, MemorySpace};
 
 /// Registers R0 to R7 of bank 0: a local name for one holds within a few instructions only. LX51 also lists the parameters of functions
 /// that it removed, outside any block.
-const BANK: u32 = 8;
+const BANK_BYTES: u32 = 8;
 
 /// What is open, and what waits for the name of its file.
 #[derive(Default)]
-pub(in crate::image) struct Scopes {
+pub(in crate::image) struct ScopeTracker {
     /// The module as it is shown: the stem of its object file, else its name.
     module: String,
     /// Its end has come.
@@ -47,11 +47,11 @@ pub(in crate::image) struct Scopes {
     lines: Vec<(u32, u32, Pos)>,
 }
 
-impl Scopes {
+impl ScopeTracker {
     /// A module begins; `stem` is the name of its object file without extension, if it is known.
-    pub(crate) fn module(&mut self, name: &str, stem: Option<&str>, found: &mut Found, faults: &mut Faults) {
+    pub(crate) fn module(&mut self, name: &str, stem: Option<&str>, found: &mut CollectedSymbols, faults: &mut FaultList) {
         self.finish(found, faults);
-        *self = Scopes { module: stem.unwrap_or(name).to_owned(), ..Scopes::default() };
+        *self = ScopeTracker { module: stem.unwrap_or(name).to_owned(), ..ScopeTracker::default() };
     }
 
     /// The source file of the module.
@@ -74,7 +74,7 @@ impl Scopes {
     /// A function begins.
     pub(crate) fn function(&mut self, name: &str) {
         self.compiled = true;
-        let plain = plain(name);
+        let plain = plain_name(name);
         let name = self.spelled.get(&plain.to_uppercase()).map_or(plain, |spelled| spelled);
         (self.function, self.counted) = (Some(name.to_owned()), 0);
         self.blocks.clear();
@@ -110,39 +110,39 @@ impl Scopes {
     }
 
     /// A name that all modules know.
-    pub(crate) fn public(&mut self, mem: Mem, addr: u32, name: &str, pos: Pos, found: &mut Found, faults: &mut Faults) {
-        self.spell(mem, addr, name);
+    pub(crate) fn public(&mut self, mem: MemorySpace, addr: u32, name: &str, pos: Pos, found: &mut CollectedSymbols, faults: &mut FaultList) {
+        self.full_name(mem, addr, name);
         // A register of the chip has a name of its own in every module, of which two may differ.
-        let own = matches!(mem, Mem::Sfr | Mem::Bit) && addr >= 0x80;
+        let own = matches!(mem, MemorySpace::Sfr | MemorySpace::Bit) && addr >= 0x80;
         let names = if own {
-            vec![(Rank::Full, format!("{}.{name}", self.module)), (Rank::Plain, name.to_owned())]
+            vec![(NameRank::Full, format!("{}.{name}", self.module)), (NameRank::Plain, name.to_owned())]
         } else {
-            linked(name)
+            linker_names(name)
         };
-        found.place(mem, addr, 0, names, pos, faults);
+        found.add_symbol(mem, addr, 0, names, pos, faults);
     }
 
     /// A name that the module, function or block alone knows.
-    pub(crate) fn local(&mut self, mem: Mem, addr: u32, name: &str, pos: Pos, found: &mut Found, faults: &mut Faults) {
+    pub(crate) fn local(&mut self, mem: MemorySpace, addr: u32, name: &str, pos: Pos, found: &mut CollectedSymbols, faults: &mut FaultList) {
         // Compilers put it into every module for the debugger's use.
         if name == "_ICE_DUMMY_" {
             self.compiled = true;
             return;
         }
-        if mem == Mem::Sfr && addr < BANK {
+        if mem == MemorySpace::Sfr && addr < BANK_BYTES {
             return;
         }
         let Some(function) = &self.function else {
-            self.spell(mem, addr, name);
-            return found.place(mem, addr, 0, local(&self.module, name), pos, faults);
+            self.full_name(mem, addr, name);
+            return found.add_symbol(mem, addr, 0, local_names(&self.module, name), pos, faults);
         };
         let path = format!("{}.{function}.{name}", self.module);
-        let mut names: Vec<Name> = match self.blocks.last() {
-            Some(block) => vec![(Rank::Full, format!("{path}${block}")), (Rank::Near, path)],
-            None => vec![(Rank::Full, path)],
+        let mut names: Vec<RankedName> = match self.blocks.last() {
+            Some(block) => vec![(NameRank::Full, format!("{path}${block}")), (NameRank::Near, path)],
+            None => vec![(NameRank::Full, path)],
         };
-        names.extend([(Rank::Near, format!("{function}.{name}")), (Rank::Bare, name.to_owned())]);
-        found.place(mem, addr, 0, names, pos, faults);
+        names.extend([(NameRank::Near, format!("{function}.{name}")), (NameRank::Bare, name.to_owned())]);
+        found.add_symbol(mem, addr, 0, names, pos, faults);
     }
 
     /// A line whose code begins at an address.
@@ -151,7 +151,7 @@ impl Scopes {
     }
 
     /// Hands over the lines of the module, whose file is known by now.
-    pub(crate) fn finish(&mut self, found: &mut Found, faults: &mut Faults) {
+    pub(crate) fn finish(&mut self, found: &mut CollectedSymbols, faults: &mut FaultList) {
         if self.lines.is_empty() {
             return;
         }
@@ -159,15 +159,15 @@ impl Scopes {
             let extension = if self.compiled { "c" } else { "a51" };
             format!("{}.{extension}", self.module)
         });
-        let kind = if self.compiled { LineKind::C } else { LineKind::Asm };
+        let kind = if self.compiled { SourceKind::C } else { SourceKind::Asm };
         for (addr, line, pos) in std::mem::take(&mut self.lines) {
-            found.line(addr, kind, &file, line, pos, faults);
+            found.add_line(addr, kind, &file, line, pos, faults);
         }
     }
 
-    fn spell(&mut self, mem: Mem, addr: u32, name: &str) {
-        if mem == Mem::Code {
-            let plain = plain(name).to_owned();
+    fn full_name(&mut self, mem: MemorySpace, addr: u32, name: &str) {
+        if mem == MemorySpace::Code {
+            let plain = plain_name(name).to_owned();
             self.spelled.insert(plain.to_uppercase(), plain.clone());
             self.starts.insert(addr, plain);
         }
@@ -175,7 +175,7 @@ impl Scopes {
 }
 
 /// A function's name without the mark of one whose parameters lie in registers.
-fn plain(name: &str) -> &str {
+fn plain_name(name: &str) -> &str {
     name.strip_prefix('_').filter(|plain| !plain.is_empty()).unwrap_or(name)
 }
 

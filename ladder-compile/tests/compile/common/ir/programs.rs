@@ -6,7 +6,7 @@ use std::collections::HashSet;
 use emu_core::rng::Rng;
 use ladder::{ElementId, SymbolKind};
 use ladder_compile::ir::{
-    Bit, BitCell, BitRole, Compare, Cond, Ir, Logic, Math, Op, Rel, RungCode, Step, Table, UartUse, Value, Word,
+    BitId, BitCell, BitRole, WordComparison, BranchCondition, Ir, LogicOp, ArithmeticOp, IrOp, RelationOp, RungCode, IrStep, ConstantTable, UartUse, WordOperand, WordId,
     WordCell, WordRole,
 };
 
@@ -32,7 +32,7 @@ pub mod ops {
 
 /// What a program should be like.
 #[derive(Debug, Clone, Copy)]
-pub struct Wish {
+pub struct IrLimits {
     pub ops: u32,
     pub inputs: u32,
     pub outputs: u32,
@@ -54,9 +54,9 @@ pub struct Wish {
     pub eeprom_scans: i32,
 }
 
-impl Wish {
+impl IrLimits {
     /// Bits only.
-    pub const BITS: Wish = Wish {
+    pub const BITS: IrLimits = IrLimits {
         ops: ops::IF,
         inputs: 4,
         outputs: 4,
@@ -72,28 +72,28 @@ impl Wish {
         eeprom_scans: 1,
     };
     /// Bits and integers of 16 bits.
-    pub const WORDS: Wish = Wish { ops: ops::INTEGERS, words: 6, tables: 2, ..Wish::BITS };
+    pub const WORDS: IrLimits = IrLimits { ops: ops::INTEGERS, words: 6, tables: 2, ..IrLimits::BITS };
     /// Integers of every width.
-    pub const WIDTHS: Wish = Wish { widths: &[1, 2, 3, 4], words: 10, ..Wish::WORDS };
+    pub const WIDTHS: IrLimits = IrLimits { widths: &[1, 2, 3, 4], words: 10, ..IrLimits::WORDS };
 }
 
-struct Draw<'a> {
+struct IrGenerator<'a> {
     rng: &'a mut Rng,
-    wish: Wish,
+    limits: IrLimits,
     ir: Ir,
     /// Temporaries that hold something.
-    set: HashSet<Bit>,
+    set: HashSet<BitId>,
     /// The accumulator holds something.
     acc: bool,
     /// Counts down while the serial line is busy; while the EEPROM is.
-    busy: Option<Word>,
-    eebusy: Option<Word>,
+    busy: Option<WordId>,
+    eebusy: Option<WordId>,
     /// Words that the program may use as it likes.
     free: u32,
 }
 
 /// A program that keeps the wish. The same seed gives the same program.
-pub fn random(rng: &mut Rng, wish: Wish) -> Ir {
+pub fn random_ir(rng: &mut Rng, wish: IrLimits) -> Ir {
     let mut ir = Ir::default();
     let bit = |ir: &mut Ir, name: String, role| ir.bits.push(BitCell { name, role });
     (0..wish.inputs).for_each(|n| bit(&mut ir, format!("X{n}"), BitRole::Input));
@@ -110,22 +110,22 @@ pub fn random(rng: &mut Rng, wish: Wish) -> Ir {
     for n in 0..wish.words {
         let bytes = wish.widths[rng.below(wish.widths.len() as u64) as usize];
         let role = WordRole::Symbol(SymbolKind::Variable);
-        let initial = if rng.one_in(8) { super::interp::keep(rng.next_u64() as i64, bytes) } else { 0 };
+        let initial = if rng.one_in(8) { super::interp::truncate_to_bytes(rng.next_u64() as i64, bytes) } else { 0 };
         ir.words.push(WordCell { name: format!("v{n}"), role, bytes, initial });
     }
-    let mut draw = Draw { rng, wish, ir, set: HashSet::new(), acc: false, busy: None, eebusy: None, free: wish.words };
+    let mut draw = IrGenerator { rng, limits: wish, ir, set: HashSet::new(), acc: false, busy: None, eebusy: None, free: wish.words };
     draw.peripherals();
     draw.tables();
     for number in 0..wish.rungs {
-        let mut rung = RungCode { elements: wish.steps, steps: Vec::new() };
-        let first = if draw.rng.one_in(3) { draw.load() } else { Op::Acc(true) };
+        let mut rung = RungCode { element_count: wish.steps, steps: Vec::new() };
+        let first = if draw.rng.one_in(3) { draw.load() } else { IrOp::SetAccumulator(true) };
         draw.acc = true;
         let mut index = 0;
-        rung.steps.push(Step { at: ElementId { rung: number, index }, op: first });
+        rung.steps.push(IrStep { element: ElementId { rung: number, index }, op: first });
         for _ in 0..wish.steps {
             index = (index + draw.rng.below(2) as u32).min(wish.steps - 1);
-            for op in draw.some(wish.depth) {
-                rung.steps.push(Step { at: ElementId { rung: number, index }, op });
+            for op in draw.random_ops(wish.depth) {
+                rung.steps.push(IrStep { element: ElementId { rung: number, index }, op });
             }
         }
         draw.ir.rungs.push(rung);
@@ -133,56 +133,56 @@ pub fn random(rng: &mut Rng, wish: Wish) -> Ir {
     draw.ir
 }
 
-impl Draw<'_> {
+impl IrGenerator<'_> {
     fn wants(&self, op: u32) -> bool {
-        self.wish.ops & op != 0
+        self.limits.ops & op != 0
     }
 
     /// Counters of what is busy, and what the chip is told that the program uses.
     fn peripherals(&mut self) {
         let counter = |ir: &mut Ir, name: &str| {
-            let word = Word(ir.words.len() as u32);
+            let word = WordId(ir.words.len() as u32);
             ir.words.push(WordCell { name: name.to_owned(), role: WordRole::Memory, bytes: 1, initial: 0 });
-            let one = Op::Math { op: Math::Sub, dst: word, a: Value::Cell(word), b: Value::Const(1) };
-            let some = Cond::Compare(Compare { a: word, rel: Rel::Ne, b: Value::Const(0) });
-            ir.begin.push(Op::If { cond: some, then: vec![one], otherwise: Vec::new() });
+            let one = IrOp::Math { op: ArithmeticOp::Sub, dst: word, a: WordOperand::Cell(word), b: WordOperand::Const(1) };
+            let some = BranchCondition::Compare(WordComparison { a: word, rel: RelationOp::Ne, b: WordOperand::Const(0) });
+            ir.prologue.push(IrOp::If { cond: some, if_true: vec![one], if_false: Vec::new() });
             word
         };
-        if self.wish.ops & ops::SEND != 0 {
+        if self.limits.ops & ops::SEND != 0 {
             self.busy = Some(counter(&mut self.ir, "busy"));
         }
-        if self.wish.ops & ops::EEPROM != 0 {
+        if self.limits.ops & ops::EEPROM != 0 {
             self.eebusy = Some(counter(&mut self.ir, "eebusy"));
-            self.ir.eeprom = self.ir.words[..self.free as usize].iter().map(|cell| u16::from(cell.bytes)).sum();
+            self.ir.eeprom_bytes = self.ir.words[..self.free as usize].iter().map(|cell| u16::from(cell.bytes)).sum();
         }
         self.ir.uart = UartUse { send: self.wants(ops::SEND), receive: self.wants(ops::RECEIVE) };
         self.ir.pwm_hz = self.wants(ops::PWM).then_some(1000);
-        self.ir.adcs = (0..self.wish.adcs).map(|n| format!("A{n}")).collect();
+        self.ir.adcs = (0..self.limits.adcs).map(|n| format!("A{n}")).collect();
     }
 
     fn tables(&mut self) {
-        for n in 0..self.wish.tables {
-            let bytes = self.wish.widths[self.rng.below(self.wish.widths.len() as u64) as usize];
+        for n in 0..self.limits.tables {
+            let bytes = self.limits.widths[self.rng.below(self.limits.widths.len() as u64) as usize];
             let plain = bytes == 1 && self.rng.one_in(2);
             let most = if self.rng.one_in(8) { 100 } else { 12 };
             let length = 1 + self.rng.below(most);
             let values = (0..length).map(|_| {
-                if plain { self.rng.below(256) as i32 } else { super::interp::keep(self.rng.next_u64() as i64, bytes) }
+                if plain { self.rng.below(256) as i32 } else { super::interp::truncate_to_bytes(self.rng.next_u64() as i64, bytes) }
             });
             let values = values.collect();
-            self.ir.tables.push(Table { name: format!("table{n}"), bytes, values });
+            self.ir.tables.push(ConstantTable { name: format!("table{n}"), bytes, values });
         }
     }
 
-    fn any_bit(&mut self, which: impl Fn(BitRole) -> bool) -> Option<Bit> {
-        let all: Vec<Bit> =
-            (0..self.ir.bits.len() as u32).map(Bit).filter(|bit| which(self.ir.bits[bit.0 as usize].role)).collect();
+    fn any_bit(&mut self, which: impl Fn(BitRole) -> bool) -> Option<BitId> {
+        let all: Vec<BitId> =
+            (0..self.ir.bits.len() as u32).map(BitId).filter(|bit| which(self.ir.bits[bit.0 as usize].role)).collect();
         let n = self.rng.below(all.len() as u64) as usize;
         all.get(n).copied()
     }
 
     /// A bit that holds something.
-    fn source(&mut self) -> Bit {
+    fn source(&mut self) -> BitId {
         let bit = self.any_bit(|_| true).expect("a program has bits");
         let temporary = self.ir.is_temporary(bit);
         if temporary && !self.set.contains(&bit) {
@@ -192,7 +192,7 @@ impl Draw<'_> {
     }
 
     /// A bit to write; never an input.
-    fn target(&mut self) -> Bit {
+    fn target(&mut self) -> BitId {
         let bit = self.any_bit(|role| role != BitRole::Input).expect("a program has bits to write");
         if self.ir.is_temporary(bit) {
             self.set.insert(bit);
@@ -200,18 +200,18 @@ impl Draw<'_> {
         bit
     }
 
-    fn load(&mut self) -> Op {
+    fn load(&mut self) -> IrOp {
         self.acc = true;
-        Op::Load { bit: self.source(), negated: self.rng.one_in(2) }
+        IrOp::Load { bit: self.source(), negated: self.rng.one_in(2) }
     }
 
-    fn word(&mut self) -> Word {
-        Word(self.rng.below(self.free.into()) as u32)
+    fn word(&mut self) -> WordId {
+        WordId(self.rng.below(self.free.into()) as u32)
     }
 
     /// The widest word that the wish has, in bytes.
     fn widest(&self) -> u8 {
-        self.wish.widths.iter().copied().max().unwrap_or(2)
+        self.limits.widths.iter().copied().max().unwrap_or(2)
     }
 
     /// A constant that fits `bytes`, most of them at a boundary.
@@ -225,22 +225,22 @@ impl Draw<'_> {
             2 => self.rng.next_u64() as i64 >> self.rng.below(64),
             _ => SOME[self.rng.below(SOME.len() as u64) as usize],
         };
-        super::interp::keep(drawn, bytes)
+        super::interp::truncate_to_bytes(drawn, bytes)
     }
 
-    fn value(&mut self, bytes: u8) -> Value {
-        if self.rng.one_in(2) { Value::Cell(self.word()) } else { Value::Const(self.constant(bytes)) }
+    fn value(&mut self, bytes: u8) -> WordOperand {
+        if self.rng.one_in(2) { WordOperand::Cell(self.word()) } else { WordOperand::Const(self.constant(bytes)) }
     }
 
-    fn compare(&mut self) -> Compare {
+    fn compare(&mut self) -> WordComparison {
         let a = self.word();
-        let rel = [Rel::Eq, Rel::Ne, Rel::Lt, Rel::Ge][self.rng.below(4) as usize];
+        let rel = [RelationOp::Eq, RelationOp::Ne, RelationOp::Lt, RelationOp::Ge][self.rng.below(4) as usize];
         let b = self.value(self.ir.bytes(a));
-        Compare { a, rel, b }
+        WordComparison { a, rel, b }
     }
 
     /// One operation, or two that belong together.
-    fn some(&mut self, depth: u32) -> Vec<Op> {
+    fn random_ops(&mut self, depth: u32) -> Vec<IrOp> {
         let mut out = Vec::new();
         let words = self.free > 0;
         let kinds: Vec<u32> = (0..13)
@@ -250,123 +250,123 @@ impl Draw<'_> {
             .collect();
         let bits = if self.wants(ops::LOGIC) && kinds.len() > 1 { 6 } else { 2 };
         if kinds.is_empty() || self.rng.below(bits) == 0 {
-            return vec![self.on_bits()];
+            return vec![self.random_bit_op()];
         }
         let kind = kinds[self.rng.below(kinds.len() as u64) as usize];
         let op = match kind {
             ops::MOVE => {
                 let dst = self.word();
                 let bytes = self.widest();
-                Op::Move { dst, src: self.value(bytes) }
+                IrOp::Move { dst, src: self.value(bytes) }
             }
             ops::ADD | ops::MUL | ops::DIV => {
                 let op = match kind {
-                    ops::ADD if self.rng.one_in(2) => Math::Add,
-                    ops::ADD => Math::Sub,
-                    ops::MUL => Math::Mul,
-                    _ => Math::Div,
+                    ops::ADD if self.rng.one_in(2) => ArithmeticOp::Add,
+                    ops::ADD => ArithmeticOp::Sub,
+                    ops::MUL => ArithmeticOp::Mul,
+                    _ => ArithmeticOp::Div,
                 };
                 let (dst, a) = (self.word(), self.word());
                 let bytes = if self.rng.one_in(6) { self.widest() } else { self.ir.bytes(dst).max(self.ir.bytes(a)) };
-                let a = if self.rng.one_in(4) { self.value(bytes) } else { Value::Cell(a) };
+                let a = if self.rng.one_in(4) { self.value(bytes) } else { WordOperand::Cell(a) };
                 let b = self.value(bytes);
                 // The destination is often an operand.
                 let dst = match (self.rng.below(4), a, b) {
-                    (0, Value::Cell(word), _) | (1, _, Value::Cell(word)) => word,
+                    (0, WordOperand::Cell(word), _) | (1, _, WordOperand::Cell(word)) => word,
                     _ => dst,
                 };
-                Op::Math { op, dst, a, b }
+                IrOp::Math { op, dst, a, b }
             }
             ops::COMPARE => {
                 if !self.acc {
                     out.push(self.load());
                 }
-                Op::AndCompare(self.compare())
+                IrOp::AndCompare(self.compare())
             }
             ops::LOOKUP if !self.ir.tables.is_empty() => {
                 let table = self.rng.below(self.ir.tables.len() as u64) as u32;
                 let (index, dst) = (self.word(), self.word());
                 let count = self.ir.tables[table as usize].values.len() as i32;
-                let under = |b: i32| Cond::Compare(Compare { a: index, rel: Rel::Lt, b: Value::Const(b) });
+                let under = |b: i32| BranchCondition::Compare(WordComparison { a: index, rel: RelationOp::Lt, b: WordOperand::Const(b) });
                 let read =
-                    Op::If { cond: under(count), then: vec![Op::Lookup { dst, index, table }], otherwise: vec![] };
-                Op::If { cond: under(0), then: vec![], otherwise: vec![read] }
+                    IrOp::If { cond: under(count), if_true: vec![IrOp::Lookup { dst, index, table }], if_false: vec![] };
+                IrOp::If { cond: under(0), if_true: vec![], if_false: vec![read] }
             }
             ops::IF => self.branch(depth),
             ops::LOGIC => self.logic(),
-            ops::ADC if self.wish.adcs > 0 => {
+            ops::ADC if self.limits.adcs > 0 => {
                 let dst = self.word();
-                Op::ReadAdc { dst, input: self.rng.below(self.wish.adcs.into()) as u32 }
+                IrOp::ReadAdc { dst, input: self.rng.below(self.limits.adcs.into()) as u32 }
             }
             ops::PWM => {
                 let value = if self.rng.one_in(2) { self.rng.below(104) as i32 - 2 } else { self.constant(2) };
-                Op::SetPwm { duty: if self.rng.one_in(2) { Value::Const(value) } else { Value::Cell(self.word()) } }
+                IrOp::SetPwm { duty: if self.rng.one_in(2) { WordOperand::Const(value) } else { WordOperand::Cell(self.word()) } }
             }
             ops::SEND => {
-                let send = Op::Send { value: self.value(2) };
+                let send = IrOp::Send { value: self.value(2) };
                 let busy = self.busy.expect("a program that sends has its counter");
-                let count = Op::Move { dst: busy, src: Value::Const(self.wish.byte_scans) };
-                free_then(busy, vec![send, count])
+                let count = IrOp::Move { dst: busy, src: WordOperand::Const(self.limits.byte_scans) };
+                if_free(busy, vec![send, count])
             }
             ops::RECEIVE => {
                 self.acc = true;
-                Op::Receive { dst: self.word() }
+                IrOp::Receive { dst: self.word() }
             }
             ops::EEPROM => {
                 let word = self.word();
                 let addr = self.ir.words[..word.0 as usize].iter().map(|cell| u16::from(cell.bytes)).sum();
                 let busy = self.eebusy.expect("a program with EEPROM has its counter");
-                let scans = self.wish.eeprom_scans;
+                let scans = self.limits.eeprom_scans;
                 let op = if self.rng.one_in(3) {
-                    Op::Recall { dst: word, addr }
+                    IrOp::ReadEeprom { dst: word, addr }
                 } else {
-                    Op::Persist { src: word, addr, busy, scans }
+                    IrOp::WriteEeprom { src: word, addr, busy, scans }
                 };
-                free_then(busy, vec![op])
+                if_free(busy, vec![op])
             }
-            _ => self.on_bits(),
+            _ => self.random_bit_op(),
         };
         out.push(op);
         out
     }
 
-    fn on_bits(&mut self) -> Op {
+    fn random_bit_op(&mut self) -> IrOp {
         if !self.acc {
             return self.load();
         }
         match self.rng.below(10) {
-            0 => Op::Acc(self.rng.one_in(2)),
+            0 => IrOp::SetAccumulator(self.rng.one_in(2)),
             1 => self.load(),
-            2 | 3 => Op::And { bit: self.source(), negated: self.rng.one_in(2) },
-            4 | 5 => Op::Or { bit: self.source(), negated: self.rng.one_in(2) },
-            6 | 7 => Op::Store { bit: self.target(), negated: self.rng.one_in(3) },
-            8 => Op::Put { bit: self.target(), value: self.rng.one_in(2) },
+            2 | 3 => IrOp::And { bit: self.source(), negated: self.rng.one_in(2) },
+            4 | 5 => IrOp::Or { bit: self.source(), negated: self.rng.one_in(2) },
+            6 | 7 => IrOp::Store { bit: self.target(), negated: self.rng.one_in(3) },
+            8 => IrOp::SetBit { bit: self.target(), value: self.rng.one_in(2) },
             _ => match self.any_bit(|role| role == BitRole::Memory) {
-                Some(bit) if self.rng.one_in(2) => Op::Rising(bit),
-                Some(bit) => Op::Falling(bit),
-                None => Op::Acc(true),
+                Some(bit) if self.rng.one_in(2) => IrOp::Rising(bit),
+                Some(bit) => IrOp::Falling(bit),
+                None => IrOp::SetAccumulator(true),
             },
         }
     }
 
-    fn logic(&mut self) -> Op {
+    fn logic(&mut self) -> IrOp {
         let (a, b) = (self.source(), self.source());
         let dst = self.target();
         self.acc = false;
         let is = match self.rng.below(4) {
-            0 => Logic::Copy(a),
-            1 => Logic::Not(a),
-            2 => Logic::And(a, b),
-            _ => Logic::Or(a, b),
+            0 => LogicOp::Copy(a),
+            1 => LogicOp::Not(a),
+            2 => LogicOp::And(a, b),
+            _ => LogicOp::Or(a, b),
         };
-        Op::Logic { dst, is }
+        IrOp::Logic { dst, function: is }
     }
 
-    fn branch(&mut self, depth: u32) -> Op {
+    fn branch(&mut self, depth: u32) -> IrOp {
         let cond = match self.rng.below(3) {
-            0 if self.wants(ops::COMPARE) && self.free > 0 => Cond::Compare(self.compare()),
-            1 if self.acc => Cond::Acc,
-            _ => Cond::Bit(self.source()),
+            0 if self.wants(ops::COMPARE) && self.free > 0 => BranchCondition::Compare(self.compare()),
+            1 if self.acc => BranchCondition::Acc,
+            _ => BranchCondition::Bit(self.source()),
         };
         let (acc, set) = (self.acc, self.set.clone());
         let then = self.block(depth - 1);
@@ -375,16 +375,16 @@ impl Draw<'_> {
         let otherwise = if self.rng.one_in(2) { Vec::new() } else { self.block(depth - 1) };
         self.acc &= then_acc;
         self.set.retain(|bit| then_set.contains(bit));
-        Op::If { cond, then, otherwise }
+        IrOp::If { cond, if_true: then, if_false: otherwise }
     }
 
-    fn block(&mut self, depth: u32) -> Vec<Op> {
-        (0..self.rng.below(4)).flat_map(|_| self.some(depth)).collect()
+    fn block(&mut self, depth: u32) -> Vec<IrOp> {
+        (0..self.rng.below(4)).flat_map(|_| self.random_ops(depth)).collect()
     }
 }
 
 /// `then` when the counter is at 0.
-fn free_then(busy: Word, then: Vec<Op>) -> Op {
-    let free = Cond::Compare(Compare { a: busy, rel: Rel::Eq, b: Value::Const(0) });
-    Op::If { cond: free, then, otherwise: Vec::new() }
+fn if_free(busy: WordId, then: Vec<IrOp>) -> IrOp {
+    let free = BranchCondition::Compare(WordComparison { a: busy, rel: RelationOp::Eq, b: WordOperand::Const(0) });
+    IrOp::If { cond: free, if_true: then, if_false: Vec::new() }
 }

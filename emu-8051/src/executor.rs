@@ -1,0 +1,459 @@
+//! The hot loop: what one instruction does to the machine.
+//!
+//! [`Turn`] holds the hot state as plain locals whose address never escapes, so that it lives in host registers; RAM lies
+//! beside it. Everything a body calls is inlined; slow paths get scalars.
+
+use emu_core::cpu::{Bus, Probe, BusEffect};
+use emu_core::dispatch;
+use emu_core::machine::{ByteValue, BodyMachine, WideValue};
+
+#[allow(clippy::wildcard_imports)]
+use crate::exec::*;
+use crate::core_state::CoreRegisters;
+use crate::isa::{Kind, Mcs51Op, mcs51_table};
+use crate::operands::{Abs, BitAddr, Dir, Imm, Imm16, Page, RamBit, Rel, Ri, Rn};
+use crate::soc::{Mcs51Soc, BusTransfer};
+
+/// Bytes of program memory, and of external RAM.
+pub(crate) const ADDRESS_SPACE: usize = 0x1_0000;
+
+/// The memories by their places in the list of a chip.
+pub(crate) mod space {
+    /// RAM on the chip, by indirect address.
+    pub(crate) const IDATA: u8 = 1;
+    /// Special function registers.
+    pub(crate) const SFR: u8 = 2;
+    /// Single bits.
+    pub(crate) const BIT: u8 = 3;
+    /// External RAM.
+    pub(crate) const XDATA: u8 = 4;
+}
+
+/// One turn of the loop: hot state by value, everything else borrowed.
+pub(crate) struct Executor<'a, P: Probe> {
+    pub core: CoreRegisters,
+    /// Cycles of the running instruction.
+    pub cycles: u32,
+    /// There is RAM above 7Fh.
+    pub has_upper_ram: bool,
+    /// There are two data pointers.
+    pub has_two_dptrs: bool,
+    pub ram: &'a mut [u8; 256],
+    pub xdata: &'a mut [u8; ADDRESS_SPACE],
+    pub code: &'a [u8; ADDRESS_SPACE],
+    pub bus: &'a mut Mcs51Soc,
+    pub probe: &'a mut P,
+}
+
+impl<P: Probe> Executor<'_, P> {
+    /// The cycle in which the running instruction reads: its first.
+    #[inline(always)]
+    const fn read_cycle(&self) -> u64 {
+        self.core.clock.now().wrapping_sub(self.cycles as u64)
+    }
+
+    /// The cycle in which the running instruction writes: its last.
+    #[inline(always)]
+    const fn write_cycle(&self) -> u64 {
+        self.core.clock.now().wrapping_sub(1)
+    }
+
+    #[inline(always)]
+    fn apply_bus_effect(&mut self, wake: BusEffect) {
+        if wake != BusEffect::NONE {
+            if wake.contains(BusEffect::HOLD_INTERRUPTS) {
+                self.core.no_interrupt_at = self.core.clock.now();
+            }
+            self.core.clock.expire();
+        }
+    }
+
+    /// The instruction goes on elsewhere than behind it.
+    #[inline(always)]
+    fn jump_to(&mut self, target: u32) {
+        if P::FLOW {
+            self.probe.on_branch(self.core.pc & 0xFFFF, target & 0xFFFF, true);
+        }
+        self.core.pc = target;
+    }
+
+    /// Tells the probe of an access to data memory.
+    #[inline(always)]
+    fn report_access(&mut self, space: u8, addr: u16, value: u8, write: bool) {
+        if P::DATA && (write || P::DATA_READS) {
+            let at = if write { self.write_cycle() } else { self.read_cycle() };
+            if self.probe.on_data_access(at, space, addr, value, write) {
+                self.core.stop_requested = true;
+                self.core.clock.expire();
+            }
+        }
+    }
+
+    /// Reads the register at a direct address from 80h on.
+    #[inline(always)]
+    fn read_sfr(&mut self, addr: u8, latch: bool) -> u8 {
+        if let Some(value) = self.core.read_core_sfr(addr, self.has_two_dptrs) {
+            return value;
+        }
+        let at = self.read_cycle();
+        let (value, wake) = read_bus(self.bus, addr, latch, at);
+        self.apply_bus_effect(wake);
+        value
+    }
+
+    /// A byte has gone over the bus.
+    #[inline(always)]
+    fn on_bus_transfer(&mut self, transfer: BusTransfer) {
+        if self.bus.has_bus_pins() {
+            let at = self.write_cycle();
+            let wake = transfer_on_bus(self.bus, transfer, at);
+            self.apply_bus_effect(wake);
+        }
+    }
+
+    /// Writes the bits of `mask` of the register at a direct address from 80h on.
+    #[inline(always)]
+    fn write_sfr(&mut self, addr: u8, mask: u8, value: u8) {
+        let whole = if mask == 0xFF { Some(0) } else { self.core.read_core_sfr(addr, self.has_two_dptrs) };
+        if let Some(old) = whole
+            && self.core.write_core_sfr(addr, old & !mask | value & mask, self.has_two_dptrs)
+        {
+            return;
+        }
+        let at = self.write_cycle();
+        let wake = write_bus(self.bus, addr, mask, value, at);
+        self.apply_bus_effect(wake);
+    }
+}
+
+/// A register of the chip is read.
+#[inline(never)]
+fn read_bus(bus: &mut Mcs51Soc, addr: u8, latch: bool, at: u64) -> (u8, BusEffect) {
+    let addr = u16::from(addr);
+    if latch { bus.read_latch(addr, at) } else { bus.read(addr, at) }
+}
+
+/// A register of the chip is written.
+#[inline(never)]
+fn write_bus(bus: &mut Mcs51Soc, addr: u8, mask: u8, value: u8, at: u64) -> BusEffect {
+    bus.write_bits(u16::from(addr), mask, value, at)
+}
+
+/// MOVX does something to the ports.
+#[inline(never)]
+fn transfer_on_bus(bus: &mut Mcs51Soc, transfer: BusTransfer, at: u64) -> BusEffect {
+    bus.external_access(transfer, at)
+}
+
+impl<P: Probe> BodyMachine for Executor<'_, P> {
+    type Bit = bool;
+    type Word = ByteValue;
+    type Wide = WideValue;
+
+    #[inline(always)]
+    fn begin(&mut self, words: u32, cycles: u32) {
+        self.cycles = cycles;
+        self.advance(words);
+        self.charge(cycles);
+    }
+    #[inline(always)]
+    fn advance(&mut self, words: u32) {
+        self.core.pc = self.core.pc.wrapping_add(words);
+        self.core.clock.count_instruction();
+    }
+    #[inline(always)]
+    fn charge(&mut self, cycles: u32) {
+        self.core.clock.charge(cycles);
+    }
+    #[inline(always)]
+    fn jump(&mut self, target: u32) {
+        self.jump_to(target);
+    }
+    #[inline(always)]
+    fn goto(&mut self, target: WideValue) {
+        self.jump_to(target.0.into());
+    }
+    #[inline(always)]
+    fn branch_if(&mut self, condition: bool, target: u32) {
+        if condition {
+            self.jump_to(target);
+        }
+    }
+    #[inline(always)]
+    fn skip_if(&mut self, condition: bool, words: u32) {
+        if condition {
+            self.jump_to(self.core.pc.wrapping_add(words));
+        }
+    }
+}
+
+impl<P: Probe> Mcs51Machine for Executor<'_, P> {
+    #[inline(always)]
+    fn acc(&self) -> ByteValue {
+        ByteValue(self.core.acc as u8)
+    }
+    #[inline(always)]
+    fn set_acc(&mut self, value: ByteValue) {
+        self.core.acc = value.0.into();
+    }
+    #[inline(always)]
+    fn b(&self) -> ByteValue {
+        ByteValue(self.core.b as u8)
+    }
+    #[inline(always)]
+    fn set_b(&mut self, value: ByteValue) {
+        self.core.b = value.0.into();
+    }
+    #[inline(always)]
+    fn dptr(&self) -> WideValue {
+        WideValue(self.core.dptr as u16)
+    }
+    #[inline(always)]
+    fn set_dptr(&mut self, value: WideValue) {
+        self.core.dptr = value.0.into();
+    }
+    #[inline(always)]
+    fn sp(&self) -> ByteValue {
+        ByteValue(self.core.sp as u8)
+    }
+    #[inline(always)]
+    fn set_sp(&mut self, value: ByteValue) {
+        self.core.sp = value.0.into();
+    }
+    #[inline(always)]
+    fn carry(&self) -> bool {
+        self.core.cy != 0
+    }
+    #[inline(always)]
+    fn set_carry(&mut self, value: bool) {
+        self.core.cy = value.into();
+    }
+    #[inline(always)]
+    fn half_carry(&self) -> bool {
+        self.core.ac & 8 != 0
+    }
+    #[inline(always)]
+    fn set_overflow(&mut self, value: bool) {
+        self.core.ov = u32::from(value) << 7;
+    }
+    #[inline(always)]
+    fn set_sum_flags(&mut self, carries: ByteValue, overflow: ByteValue) {
+        let carries = u32::from(carries.0);
+        (self.core.cy, self.core.ac, self.core.ov) = (carries >> 7, carries, overflow.0.into());
+    }
+    #[inline(always)]
+    fn word_from_bit(bit: bool) -> ByteValue {
+        ByteValue(bit.into())
+    }
+    #[inline(always)]
+    fn bit_from_bool(on: bool) -> bool {
+        on
+    }
+    #[inline(always)]
+    fn reg(&mut self, r: u8) -> ByteValue {
+        let addr = (self.core.bank | u32::from(r)) as u8;
+        let value = self.ram[usize::from(addr)];
+        self.report_access(space::IDATA, addr.into(), value, false);
+        ByteValue(value)
+    }
+    #[inline(always)]
+    fn set_reg(&mut self, r: u8, value: ByteValue) {
+        let addr = (self.core.bank | u32::from(r)) as u8;
+        self.report_access(space::IDATA, addr.into(), value.0, true);
+        self.ram[usize::from(addr)] = value.0;
+    }
+    #[inline(always)]
+    fn ram(&mut self, addr: u8) -> ByteValue {
+        let value = self.ram[usize::from(addr)];
+        self.report_access(space::IDATA, addr.into(), value, false);
+        ByteValue(value)
+    }
+    #[inline(always)]
+    fn set_ram(&mut self, addr: u8, value: ByteValue) {
+        self.report_access(space::IDATA, addr.into(), value.0, true);
+        self.ram[usize::from(addr)] = value.0;
+    }
+    #[inline(always)]
+    fn idata(&mut self, addr: ByteValue) -> ByteValue {
+        let addr = addr.0;
+        let value = if addr < 0x80 || self.has_upper_ram { self.ram[usize::from(addr)] } else { 0xFF };
+        self.report_access(space::IDATA, addr.into(), value, false);
+        ByteValue(value)
+    }
+    #[inline(always)]
+    fn set_idata(&mut self, addr: ByteValue, value: ByteValue) {
+        let addr = addr.0;
+        self.report_access(space::IDATA, addr.into(), value.0, true);
+        if addr < 0x80 || self.has_upper_ram {
+            self.ram[usize::from(addr)] = value.0;
+        }
+    }
+    #[inline(always)]
+    fn direct(&mut self, addr: u8) -> ByteValue {
+        if addr < 0x80 {
+            return self.ram(addr);
+        }
+        let value = self.read_sfr(addr, false);
+        self.report_access(space::SFR, addr.into(), value, false);
+        ByteValue(value)
+    }
+    #[inline(always)]
+    fn direct_latch(&mut self, addr: u8) -> ByteValue {
+        if addr < 0x80 {
+            return self.ram(addr);
+        }
+        let value = self.read_sfr(addr, true);
+        self.report_access(space::SFR, addr.into(), value, false);
+        ByteValue(value)
+    }
+    #[inline(always)]
+    fn set_direct(&mut self, addr: u8, value: ByteValue) {
+        if addr < 0x80 {
+            return self.set_ram(addr, value);
+        }
+        self.report_access(space::SFR, addr.into(), value.0, true);
+        self.write_sfr(addr, 0xFF, value.0);
+    }
+    #[inline(always)]
+    fn ram_bit(&mut self, at: RamBit) -> bool {
+        let value = self.ram[usize::from(at.byte)] & at.mask != 0;
+        self.report_access(space::BIT, at.addr().into(), value.into(), false);
+        value
+    }
+    #[inline(always)]
+    fn set_ram_bit(&mut self, at: RamBit, value: bool) {
+        self.report_access(space::BIT, at.addr().into(), value.into(), true);
+        let byte = &mut self.ram[usize::from(at.byte)];
+        *byte = *byte & !at.mask | at.mask & u8::from(value).wrapping_neg();
+    }
+    #[inline(always)]
+    fn direct_bit(&mut self, addr: u8) -> bool {
+        if addr < 0x80 {
+            return self.ram_bit(RamBit::of_address(addr));
+        }
+        let value = self.read_sfr(addr & 0xF8, false) >> (addr & 7) & 1 != 0;
+        self.report_access(space::BIT, addr.into(), value.into(), false);
+        value
+    }
+    #[inline(always)]
+    fn direct_bit_latch(&mut self, addr: u8) -> bool {
+        if addr < 0x80 {
+            return self.ram_bit(RamBit::of_address(addr));
+        }
+        let value = self.read_sfr(addr & 0xF8, true) >> (addr & 7) & 1 != 0;
+        self.report_access(space::BIT, addr.into(), value.into(), false);
+        value
+    }
+    #[inline(always)]
+    fn set_direct_bit_if(&mut self, condition: bool, addr: u8, value: bool) {
+        if !condition {
+            return;
+        }
+        if addr < 0x80 {
+            return self.set_ram_bit(RamBit::of_address(addr), value);
+        }
+        self.report_access(space::BIT, addr.into(), value.into(), true);
+        let mask = 1 << (addr & 7);
+        self.write_sfr(addr & 0xF8, mask, mask & u8::from(value).wrapping_neg());
+    }
+    #[inline(always)]
+    fn xdata(&mut self, addr: WideValue) -> ByteValue {
+        let value = self.xdata[usize::from(addr.0)];
+        self.report_access(space::XDATA, addr.0, value, false);
+        self.on_bus_transfer(BusTransfer { addr: addr.0, value, write: false });
+        ByteValue(value)
+    }
+    #[inline(always)]
+    fn set_xdata(&mut self, addr: WideValue, value: ByteValue) {
+        self.report_access(space::XDATA, addr.0, value.0, true);
+        self.xdata[usize::from(addr.0)] = value.0;
+        self.on_bus_transfer(BusTransfer { addr: addr.0, value: value.0, write: true });
+    }
+    #[inline(always)]
+    fn xdata_page(&mut self) -> ByteValue {
+        ByteValue(self.bus.port2())
+    }
+    #[inline(always)]
+    fn code(&mut self, addr: WideValue) -> ByteValue {
+        ByteValue(self.code[usize::from(addr.0)])
+    }
+    #[inline(always)]
+    fn next_pc(&self) -> WideValue {
+        WideValue(self.core.pc as u16)
+    }
+    #[inline(always)]
+    fn relative_if(&mut self, condition: bool, distance: i8) {
+        if condition {
+            self.jump_to(self.core.pc.wrapping_add_signed(distance.into()));
+        }
+    }
+    #[inline(always)]
+    fn end_interrupt(&mut self) {
+        self.bus.end_interrupt();
+        self.core.no_interrupt_at = self.core.clock.now();
+        self.core.clock.expire();
+    }
+}
+
+/// Executes `$op` on `$m`; `$other` is for kinds without a row.
+macro_rules! execute_op {
+    ($m:ident, $op:ident, $other:expr) => {
+        mcs51_table!(dispatch { ($m, $op, $op.kind, $other) })
+    };
+}
+
+/// Fetches and executes the instruction at the program counter.
+macro_rules! burst_loop {
+    ($turn:ident, $ops:ident) => {{
+        let m = &mut $turn;
+        let op: &Mcs51Op = &$ops[m.core.pc as u16 as usize];
+        if P::INSN && op.kind as u8 != Kind::Breakpoint as u8 && m.probe.on_instruction(m.core.clock.now(), m.core.pc & 0xFFFF) {
+            m.core.stop_requested = true;
+            m.core.clock.expire();
+            break;
+        }
+        execute_op!(m, op, {
+            m.core.slow_path_requested = true;
+            m.core.clock.expire();
+        });
+    }};
+}
+
+impl<P: Probe> Executor<'_, P> {
+    /// Runs to the deadline; returns the hot state. The turn is written twice so that there are two indirect jumps.
+    #[inline(never)]
+    pub(crate) fn burst(self, ops: &[Mcs51Op; ADDRESS_SPACE]) -> CoreRegisters {
+        let mut turn = self;
+        while turn.core.clock.is_before_deadline() {
+            burst_loop!(turn, ops);
+            if !turn.core.clock.is_before_deadline() {
+                break;
+            }
+            burst_loop!(turn, ops);
+        }
+        turn.core
+    }
+
+    /// Executes one given op, whatever stands in the op array; a kind without a row does nothing.
+    #[inline(never)]
+    pub(crate) fn single(self, op: Mcs51Op) -> CoreRegisters {
+        let mut turn = self;
+        let m = &mut turn;
+        let op = &op;
+        execute_op!(m, op, ());
+        turn.core
+    }
+
+    /// Calls the service routine at `target`: the return address on the stack, 2 cycles (user's manual, "How interrupts are
+    /// handled").
+    #[inline(never)]
+    pub(crate) fn enter_interrupt(self, target: u32) -> CoreRegisters {
+        let mut turn = self;
+        let m = &mut turn;
+        m.cycles = 2;
+        m.charge(2);
+        push_pc(m);
+        m.core.pc = target;
+        turn.core
+    }
+}

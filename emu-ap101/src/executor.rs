@@ -1,0 +1,263 @@
+//! The hot loop: what one instruction does to the machine.
+//!
+//! [`Turn`] holds the registers as plain locals whose address never escapes, so that they live in host registers; memory lies
+//! beside it.
+
+use emu_core::countdown::Countdown;
+use emu_core::cpu::Probe;
+use emu_core::dispatch;
+use emu_core::lint::Lint;
+
+#[allow(clippy::wildcard_imports)]
+use crate::exec::*;
+use crate::isa::{Ap101Op, Kind, SPAN, ap101_table};
+use crate::operands::{A, D, IMAGE_START, M_START, BitAddress, BitLocation, JumpTarget, X, ZONE_BITS};
+use crate::predecode::{CodeMemory, OP_COUNT};
+use crate::soc::Ap101Soc;
+
+/// Positions in the chip's list of memories: i, e, m, r.
+const I_SPACE: u8 = 1;
+const E_SPACE: u8 = 2;
+const M_SPACE: u8 = 3;
+const R_SPACE: u8 = 4;
+
+/// The registers that instructions use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct CoreRegisters {
+    pub clock: Countdown,
+    pub a: bool,
+    /// Up to [`OPS`]: behind the end of program memory the hot loop is left.
+    pub next_address: u32,
+    /// The address of the last instruction.
+    pub last: u32,
+    /// The probe has asked for a stop.
+    pub stop_requested: bool,
+}
+
+impl CoreRegisters {
+    /// At cycle 0.
+    pub(crate) const START: CoreRegisters = CoreRegisters { clock: Countdown::START, a: false, next_address: 0, last: 0, stop_requested: false };
+}
+
+/// One turn of the loop: registers by value, everything else borrowed.
+pub(crate) struct Executor<'a, P: Probe> {
+    pub core: CoreRegisters,
+    pub soc: &'a mut Ap101Soc,
+    pub code: &'a CodeMemory,
+    pub probe: &'a mut P,
+}
+
+/// Tells of the instruction at `pc` behind which the program goes on at `to`. Each is told for itself: where the next begins, the
+/// order of programs decides.
+#[inline(always)]
+pub(crate) fn report_branch<P: Probe>(probe: &mut P, pc: u32, to: u32) {
+    if P::FLOW {
+        let next = pc + 1;
+        probe.on_flow_start(pc);
+        if to != next {
+            probe.on_branch(next, to, true);
+        }
+        probe.on_flow_end(to);
+    }
+}
+
+impl<P: Probe> Executor<'_, P> {
+    /// Runs instructions until the deadline, or one that is not for this loop.
+    pub(crate) fn burst(mut self, ops: &[Ap101Op; OP_COUNT]) -> CoreRegisters {
+        let turn = &mut self;
+        while turn.core.clock.is_before_deadline() {
+            let op = &ops[turn.core.next_address as usize % OP_COUNT];
+            if P::INSN && op.kind != Kind::Slow && turn.probe.on_instruction(turn.core.clock.now(), turn.core.next_address) {
+                turn.core.stop_requested = true;
+                turn.core.clock.expire();
+                break;
+            }
+            ap101_table!(dispatch { (turn, op, op.kind, break) });
+            report_branch(turn.probe, turn.core.last, turn.core.next_address);
+        }
+        self.core
+    }
+
+    /// Runs one instruction, which is none of the extra kinds.
+    pub(crate) fn single(mut self, op: Ap101Op) -> CoreRegisters {
+        let (turn, op) = (&mut self, &op);
+        ap101_table!(dispatch { (turn, op, op.kind, ()) });
+        self.core
+    }
+
+    /// The machine cycle of the running instruction.
+    #[inline(always)]
+    const fn cycle(&self) -> u64 {
+        self.core.clock.now().wrapping_sub(1)
+    }
+
+    #[inline(always)]
+    fn report_access(&mut self, space: u8, addr: u16, value: bool, write: bool) {
+        let wanted = P::DATA && (write || P::DATA_READS);
+        if wanted && self.probe.on_data_access(self.cycle(), space, addr, value.into(), write) {
+            self.core.stop_requested = true;
+            self.core.clock.expire();
+        }
+    }
+
+    #[inline(always)]
+    fn report_lint(&mut self, lint: Lint) {
+        if P::LINT {
+            let (at, pc) = (self.cycle(), self.core.last);
+            self.probe.on_lint(at, pc, lint);
+        }
+    }
+
+    /// Nothing stands at an address.
+    fn lint_unmapped(&mut self, addr: u16) {
+        const SPACES: [&str; 4] = ["i", "e", "r", "m"];
+        let space = SPACES.get(usize::from(addr / ZONE_BITS)).copied().unwrap_or("i");
+        self.report_lint(Lint::NoSuchBit { space, addr: addr % ZONE_BITS });
+    }
+
+    /// Tells of an access to a place, with what is odd about it.
+    fn report_bit_access(&mut self, place: BitAddress, bit: bool, write: bool) {
+        match place.location() {
+            BitLocation::Cell(cell) if cell < M_START => self.report_access(I_SPACE, cell, bit, write),
+            BitLocation::Cell(cell) => self.report_access(M_SPACE, cell - M_START, bit, write),
+            BitLocation::Output(n) => {
+                self.report_access(E_SPACE, n, bit, write);
+                self.report_access(M_SPACE, IMAGE_START - M_START + n, bit, write);
+            }
+            BitLocation::Module(n) => self.report_access(R_SPACE, n, bit, write),
+            BitLocation::Running(n) => self.report_access(R_SPACE, 128 + n, bit, write),
+            BitLocation::Port(n) if write => self.report_lint(Lint::PresetPort { module: n, why: "only STO gives a preset" }),
+            BitLocation::Port(n) => {
+                self.report_access(R_SPACE, 256 + n, bit, false);
+                self.report_lint(Lint::PresetPort { module: n, why: "a port reads 0" });
+            }
+            BitLocation::Nothing(addr) => self.lint_unmapped(addr),
+        }
+    }
+
+    #[inline(always)]
+    fn write(&mut self, place: BitAddress, bit: bool) {
+        if P::DATA || P::LINT {
+            self.report_bit_access(place, bit, true);
+        }
+        let changed = write_location(self.soc, place, bit, self.core.clock.now());
+        // An edge is told of at the next boundary.
+        if P::EVENTS && changed {
+            self.core.clock.expire();
+        }
+    }
+
+    /// STO into a preset port: the NOP behind it has the preset.
+    #[inline(always)]
+    fn write_preset(&mut self, n: u16, bit: bool) {
+        let given = set_module_preset(self.soc, n, self.code.word(self.core.next_address));
+        if given {
+            self.report_access(R_SPACE, 256 + n, bit, true);
+        } else {
+            self.report_lint(Lint::PresetPort { module: n, why: "no NOP with data follows" });
+        }
+    }
+}
+
+/// Writes to a place what shows from the machine cycle `next` on; true when a pin changes.
+#[inline(never)]
+fn write_location(soc: &mut Ap101Soc, place: BitAddress, bit: bool, next: u64) -> bool {
+    match place.location() {
+        BitLocation::Output(n) => return soc.write_output(n, bit, next),
+        BitLocation::Cell(cell) if cell >= M_START || !soc.reads_inputs_live() => soc.set(cell, bit),
+        BitLocation::Module(n) => {
+            let begun = soc.cycle_start();
+            soc.module_mut(n).write(bit, next, begun);
+        }
+        BitLocation::Running(n) if bit => soc.module_mut(n).clear(next),
+        _ => {}
+    }
+    false
+}
+
+/// Reads a place in the machine cycle `now`.
+#[inline(never)]
+fn read_location(soc: &Ap101Soc, place: BitAddress, now: u64) -> bool {
+    match place.location() {
+        BitLocation::Cell(cell) => soc.get(cell),
+        BitLocation::Output(n) => soc.get(IMAGE_START + n),
+        BitLocation::Module(n) => soc.module(n).q(now),
+        BitLocation::Running(n) => soc.module(n).is_running(now),
+        BitLocation::Port(_) | BitLocation::Nothing(_) => false,
+    }
+}
+
+/// Gives a module the preset in a word, if it is a NOP without an index.
+#[inline(never)]
+fn set_module_preset(soc: &mut Ap101Soc, n: u16, word: u16) -> bool {
+    let given = word >> 11 == 0b1_1110;
+    if given {
+        soc.set_preset(n, word % SPAN as u16);
+    }
+    given
+}
+
+impl<P: Probe> Ap101Machine for Executor<'_, P> {
+    type Bit = bool;
+
+    #[inline(always)]
+    fn begin(&mut self, words: u32, cycles: u32) {
+        self.core.last = self.core.next_address;
+        self.core.next_address += words;
+        self.core.clock.charge(cycles);
+        self.core.clock.count_instruction();
+    }
+    #[inline(always)]
+    fn bit(value: bool) -> bool {
+        value
+    }
+    #[inline(always)]
+    fn a(&self) -> bool {
+        self.core.a
+    }
+    #[inline(always)]
+    fn set_a(&mut self, bit: bool) {
+        self.core.a = bit;
+    }
+    #[inline(always)]
+    fn cell(&self, cell: u16) -> bool {
+        self.soc.get(cell)
+    }
+    #[inline(always)]
+    fn set_cell(&mut self, cell: u16, bit: bool) {
+        self.soc.set(cell, bit);
+    }
+
+    #[inline(always)]
+    fn read_bit(&mut self, place: BitAddress) -> bool {
+        let bit = read_location(self.soc, place, self.cycle());
+        if P::DATA || P::LINT {
+            self.report_bit_access(place, bit, false);
+        }
+        bit
+    }
+
+    #[inline(always)]
+    fn write_bit_if(&mut self, condition: bool, place: BitAddress, bit: bool) {
+        if condition {
+            if let (true, BitLocation::Cell(addr @ 0..M_START)) = (P::LINT, place.location()) {
+                self.report_lint(Lint::InputWritten { addr });
+            }
+            self.write(place, bit);
+        }
+    }
+
+    #[inline(always)]
+    fn store_bit(&mut self, place: BitAddress, bit: bool, orders: bool) {
+        match place.location() {
+            BitLocation::Port(n) if orders => self.write_preset(n, bit),
+            BitLocation::Cell(addr @ 0..M_START) if P::LINT && self.soc.reads_inputs_live() => self.report_lint(Lint::InputWritten { addr }),
+            _ => self.write(place, bit),
+        }
+    }
+
+    #[inline(always)]
+    fn jump_if(&mut self, condition: bool, target: u16) {
+        self.core.next_address = if condition { target.into() } else { self.core.next_address };
+    }
+}

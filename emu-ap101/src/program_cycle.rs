@@ -1,0 +1,324 @@
+//! Between two instructions: supply, program cycles, the reload of outputs, pacing; and the loop around the hot loop.
+//!
+//! ```text
+//!   no supply --> reload --> ready --> program cycle --> reload --> ready --> ..
+//!                 of all     until the period is over    of what the program
+//!                 outputs    and a program is enabled    did not write
+//! ```
+//! Of these only a program cycle has instructions. What has none is passed in one step, up to what is next due.
+
+use emu_core::cpu::{LAST_CYCLE, ProgramFault, NEVER, Probe, StopReason, Subcycle};
+use emu_core::lint::Lint;
+use emu_core::pins::CycleTime;
+
+use crate::cpu::Ap101;
+use crate::isa::{Kind, SPAN, find_row};
+use crate::predecode::ProgramFlow;
+use crate::soc::CLOCKS;
+use crate::executor::{Executor, report_branch};
+
+/// Machine cycles after which a program cycle is taken for one without an end.
+pub(crate) const WATCHDOG_CYCLES: u64 = 65_536;
+
+/// What the machine is at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ProgramPhase {
+    /// It has no supply.
+    NoSupply,
+    /// Output channels are looked at one by one, from the machine cycle `from` on. The period of the program cycle before is over at
+    /// the cycle `due`, if it has one.
+    Reload { from: u64, due: Option<u64> },
+    /// The next program cycle begins at this machine cycle, or when a program is enabled.
+    Ready { at: u64 },
+    /// A program runs, in the program cycle that began at this machine cycle.
+    Run { begun: u64 },
+}
+
+emu_core::state! { enum ProgramPhase { 0 = NoSupply, 1 = Reload { from, due }, 2 = Ready { at }, 3 = Run { begun } } }
+
+/// The probe looks closer than the hot loop shows.
+const fn needs_slow_path<P: Probe>() -> bool {
+    P::EVERY_ITERATION || P::DATA || P::LINT || P::SUBCYCLE
+}
+
+impl Ap101 {
+    /// Runs to a machine cycle, or until something stops the run. `HALTS`: what has settled does.
+    pub(crate) fn run_to<P: Probe, const HALTS: bool>(&mut self, until: u64, probe: &mut P) -> StopReason {
+        let until = until.min(LAST_CYCLE);
+        let now = self.core.clock.now();
+        self.soc.log.set_enabled(P::EVENTS, now, std::iter::empty());
+        loop {
+            let mut asked = false;
+            if let Some(stop) = self.handle_boundary::<P, HALTS>(until, &mut asked, probe) {
+                return stop;
+            }
+            if !needs_slow_path::<P>() && self.fetched_word.is_none() {
+                self.burst(probe);
+                if !self.core.clock.is_before_deadline() || self.is_at_program_end() {
+                    continue;
+                }
+            }
+            if let Some(stop) = self.execute_one(asked, probe) {
+                // What was driven before it came to that is told.
+                self.report_events(probe);
+                return stop;
+            }
+        }
+    }
+
+    /// Does what is due between two instructions, and lets time pass in which there are none. Returns why to stop, if so; else an
+    /// instruction is next, and the deadline is set; `asked`: nothing stops before that instruction.
+    fn handle_boundary<P: Probe, const HALTS: bool>(&mut self, until: u64, asked: &mut bool, probe: &mut P) -> Option<StopReason> {
+        loop {
+            self.core.clock.expire();
+            let now = self.core.clock.now();
+            let between = self.fetched_word.is_none();
+            let mut next = None;
+            if between {
+                if self.soc.fire(CLOCKS * now, self.phase != ProgramPhase::NoSupply) {
+                    self.forget_repetition();
+                }
+                self.update_supply(now);
+                self.end(now);
+                self.finish_reload(now);
+                if let Some(which) = self.next_program(now) {
+                    self.core.next_address = self.code.programs.get(which).map_or(0, |ops| ops.program.start.into());
+                    // However the machine comes to stop here, it has been looked at.
+                    next = Some((which, self.repeated_cycles(now)));
+                }
+            }
+            self.report_events(probe);
+            if std::mem::take(&mut self.core.stop_requested) {
+                return Some(StopReason::Probe);
+            }
+            if now >= until {
+                return Some(StopReason::Limit);
+            }
+            if between {
+                if let Some((which, round)) = next {
+                    if let Some(round) = round.filter(|_| HALTS) {
+                        let due = self.soc.next();
+                        if !self.repetition.run_while_halted && due == NEVER && self.has_no_more_overruns(round) {
+                            return Some(StopReason::Halted);
+                        }
+                        let jumps = self.repetition.skip_idle_loops && !needs_slow_path::<P>() && !self.code.has_breakpoints();
+                        if jumps && self.skip_repetitions(round, until.min(due / CLOCKS)) {
+                            continue;
+                        }
+                    }
+                    // Inputs are latched behind this, so that who stops here and drives them is heard, at this cycle as before it.
+                    if needs_slow_path::<P>() || self.code.has_breakpoint(self.core.next_address) {
+                        if let Some(stop) = self.stop_at_instruction(now, probe) {
+                            return Some(stop);
+                        }
+                        *asked = true;
+                    }
+                    self.begin(now, which);
+                }
+                if matches!(self.phase, ProgramPhase::Run { begun } if now >= begun + WATCHDOG_CYCLES) {
+                    return Some(StopReason::Fault { pc: self.core.next_address, fault: ProgramFault::CycleTooLong });
+                }
+            }
+            // Inputs were latched at the first clock of the cycle; what is driven in the second is there for a live look.
+            let fired = self.soc.fire(CLOCKS * now + CLOCKS - 1, self.phase != ProgramPhase::NoSupply);
+            if fired {
+                self.forget_repetition();
+            }
+            let next = if fired { now + 1 } else { self.soc.next() / CLOCKS };
+            let idle = !fired && self.soc.next() == NEVER;
+            let end = match self.phase {
+                ProgramPhase::Run { begun } => {
+                    self.core.clock.set_deadline(until.min(next).min(begun + WATCHDOG_CYCLES).max(now + 1));
+                    return None;
+                }
+                ProgramPhase::Reload { from, .. } => from + self.soc.channels(),
+                ProgramPhase::Ready { at } if now < at => at,
+                ProgramPhase::NoSupply | ProgramPhase::Ready { .. } if idle && !self.repetition.run_while_halted => return Some(StopReason::Halted),
+                ProgramPhase::NoSupply | ProgramPhase::Ready { .. } => NEVER,
+            };
+            let to = until.min(next).min(end);
+            if let ProgramPhase::Reload { from, .. } = self.phase {
+                self.soc.reload(from, now, to);
+            }
+            self.core.clock.advance_cycles(to - now);
+        }
+    }
+
+    /// Tells the probe what has happened at the pins.
+    fn report_events<P: Probe>(&mut self, probe: &mut P) {
+        if P::EVENTS {
+            while let Some(event) = self.soc.log.pop() {
+                self.core.stop_requested |= probe.on_event(event);
+            }
+        }
+    }
+
+    /// The supply has come or gone, or a cold start is asked for.
+    fn update_supply(&mut self, now: u64) {
+        let (dipped, rose) = self.soc.take_supply_events();
+        match (self.phase == ProgramPhase::NoSupply, self.soc.has_supply()) {
+            (false, false) => {
+                self.lose_supply(now);
+                self.phase = ProgramPhase::NoSupply;
+            }
+            (false, true) if dipped => {
+                let cold = self.soc.has_clear_request();
+                self.start(cold);
+            }
+            (false, true) if rose => self.start(true),
+            (true, true) => {
+                let cold = self.soc.has_clear_request();
+                self.start(cold);
+            }
+            _ => {}
+        }
+    }
+
+    /// What is not protected is 0.
+    fn lose_supply(&mut self, now: u64) {
+        self.soc.reset_on_power_loss(&self.config, self.hz, now);
+        (self.core.a, self.ric, self.fetched_word) = (false, 0, None);
+    }
+
+    /// The supply comes: M is as it was, or cleared; all outputs become what their images are.
+    pub(crate) fn start(&mut self, cold: bool) {
+        let now = self.core.clock.now();
+        self.lose_supply(now);
+        if cold {
+            self.soc.clear(&self.config);
+        }
+        (self.overruns, self.running_program, self.breakpoint_to_pass) = (0, None, None);
+        self.forget_repetition();
+        self.program_index = self.choose_program().unwrap_or(0);
+        self.core.next_address = self.code.programs.get(self.program_index).map_or(0, |ops| ops.program.start.into());
+        self.phase = ProgramPhase::Reload { from: now, due: None };
+    }
+
+    /// NA stands behind the last word of the running program.
+    pub(crate) fn is_at_program_end(&self) -> bool {
+        matches!(self.phase, ProgramPhase::Run { .. }) && self.code.is_past_end(self.program_index, self.core.next_address)
+    }
+
+    /// A program cycle that is over at `now` ends.
+    fn end(&mut self, now: u64) {
+        if self.is_at_program_end() {
+            self.end_program_cycle(now);
+        }
+        self.core.next_address %= SPAN as u32;
+    }
+
+    /// The program cycle is over; its outputs are looked at from `now` on.
+    fn end_program_cycle(&mut self, now: u64) {
+        if let ProgramPhase::Run { begun } = self.phase {
+            let due = (self.config.period > 0).then_some(begun + self.config.period);
+            self.phase = ProgramPhase::Reload { from: now, due };
+        }
+    }
+
+    /// A reload that is over has shown whether the period is.
+    fn finish_reload(&mut self, now: u64) {
+        if let ProgramPhase::Reload { from, due } = self.phase
+            && now >= from + self.soc.channels()
+        {
+            if due.is_some_and(|due| now > due) {
+                self.overruns = self.overruns.saturating_add(1);
+            }
+            self.phase = ProgramPhase::Ready { at: due.unwrap_or(now).max(now) };
+        }
+    }
+
+    /// The program of which a program cycle begins now, if it is time and one may run.
+    fn next_program(&self, now: u64) -> Option<usize> {
+        match self.phase {
+            ProgramPhase::Ready { at } if now >= at => self.choose_program(),
+            _ => None,
+        }
+    }
+
+    /// A program cycle begins.
+    fn begin(&mut self, now: u64, which: usize) {
+        (self.program_index, self.running_program) = (which, Some(which));
+        self.soc.begin(now);
+        self.phase = ProgramPhase::Run { begun: now };
+    }
+
+    /// The program that runs next: the one behind the current one, in the order of the table, that may run.
+    fn choose_program(&self) -> Option<usize> {
+        let programs = &self.code.programs;
+        let first = self.running_program.map_or(0, |which| which + 1);
+        let may = |which: usize| {
+            let ops = programs.get(which)?;
+            (!self.config.reconfigurable || self.config.programs.is_empty() || self.soc.is_enabled(ops.program.entry))
+                .then_some(which)
+        };
+        (0..programs.len()).find_map(|i| may((first + i) % programs.len()))
+    }
+
+    /// Runs instructions up to the deadline, or to one that needs a closer look.
+    fn burst<P: Probe>(&mut self, probe: &mut P) {
+        let Some(ops) = self.code.programs.get(self.program_index) else { return };
+        let counted = self.core.clock.instructions();
+        let turn = Executor { core: self.core, soc: &mut self.soc, code: &self.code, probe };
+        self.core = turn.burst(&ops.ops);
+        if self.core.clock.instructions() != counted {
+            self.ric = self.code.word(self.core.last);
+            self.breakpoint_to_pass = None;
+        }
+        if self.core.next_address == SPAN as u32 && !self.is_at_program_end() {
+            self.core.next_address = 0;
+        }
+    }
+
+    /// The instruction at NA is next, at `now`. Returns why to stop before it, if so.
+    fn stop_at_instruction<P: Probe>(&mut self, now: u64, probe: &mut P) -> Option<StopReason> {
+        let pc = self.core.next_address % SPAN as u32;
+        if self.code.has_breakpoint(pc) && self.breakpoint_to_pass != Some(pc) {
+            self.breakpoint_to_pass = Some(pc);
+            return Some(StopReason::Breakpoint { pc });
+        }
+        (P::INSN && probe.on_instruction(now, pc)).then_some(StopReason::Probe)
+    }
+
+    /// Runs the instruction at NA, or what is left of it, one subcycle after the other. `asked`: nothing stops before the first of a
+    /// program cycle.
+    fn execute_one<P: Probe>(&mut self, asked: bool, probe: &mut P) -> Option<StopReason> {
+        let now = self.core.clock.now();
+        if self.fetched_word.is_none() {
+            let pc = self.core.next_address % SPAN as u32;
+            let asked = asked && matches!(self.phase, ProgramPhase::Run { begun } if begun == now);
+            if !asked && let Some(stop) = self.stop_at_instruction(now, probe) {
+                return Some(stop);
+            }
+            self.breakpoint_to_pass = None;
+            let before = std::mem::replace(&mut self.ric, self.code.word(pc));
+            self.fetched_word = Some(before);
+            self.core.next_address = pc + 1;
+            if P::SUBCYCLE && probe.on_subcycle(CycleTime { cycle: now, phase: 1 }, Subcycle::Fetch, pc, self.ric) {
+                return Some(StopReason::Probe);
+            }
+        }
+        let (pc, word) = (self.core.next_address.wrapping_sub(1) % SPAN as u32, self.ric);
+        let before = self.fetched_word.take().unwrap_or(word);
+        self.core.next_address = pc;
+        let kind = find_row(word).1;
+        let taken = matches!(kind, Kind::Jmp | Kind::JmpX) || self.core.a;
+        let flow = if taken { self.code.flow(self.program_index, word) } else { ProgramFlow::WithinProgram };
+        if let ProgramFlow::LeavesProgram(target) = flow {
+            self.ric = before;
+            return Some(StopReason::Fault { pc, fault: ProgramFault::JumpOutOfProgram { target } });
+        }
+        if P::LINT && matches!(kind, Kind::Not | Kind::Clr) && word & 0xFFF != 0 {
+            probe.on_lint(now, pc, Lint::OddField { word });
+        }
+        let op = self.code.op(self.program_index, word, false);
+        self.core = Executor { core: self.core, soc: &mut self.soc, code: &self.code, probe }.single(op);
+        report_branch(probe, pc, if flow == ProgramFlow::WithinProgram { self.core.next_address } else { 0 });
+        if flow == ProgramFlow::EndsCycle {
+            self.end_program_cycle(now + 1);
+        }
+        if P::SUBCYCLE {
+            self.core.stop_requested |= probe.on_subcycle(CycleTime::at(now + 1), Subcycle::Execute, pc, word);
+        }
+        None
+    }
+}

@@ -1,0 +1,48 @@
+//! Names that the chip gives: registers, bits, numbers of its makers' headers.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, OnceLock};
+
+use emu_core::chip::Chip;
+
+use crate::expression::AsmValue;
+
+/// The names of a chip, in any case.
+#[derive(Debug)]
+pub(crate) struct ChipNames {
+    values: HashMap<String, AsmValue>,
+    names: Vec<&'static str>,
+}
+
+impl ChipNames {
+    /// Those of a chip; collected once.
+    pub fn of(chip: &'static Chip) -> Arc<ChipNames> {
+        static MADE: OnceLock<Mutex<HashMap<usize, Arc<ChipNames>>>> = OnceLock::new();
+        let key = std::ptr::from_ref(chip) as usize;
+        let Ok(mut made) = MADE.get_or_init(Mutex::default).lock() else { return Arc::new(ChipNames::new(chip)) };
+        made.entry(key).or_insert_with(|| Arc::new(ChipNames::new(chip))).clone()
+    }
+
+    fn new(chip: &Chip) -> ChipNames {
+        let registers = chip.regs.iter().map(|r| (r.name, AsmValue { is_register: true, ..AsmValue::of(r.addr.into()) }));
+        let bits = chip.bits.iter().map(|b| (b.name, AsmValue::of(b.addr.into())));
+        let constants = (chip.constants)().into_iter().map(|(name, n)| (name, AsmValue::of(n.into())));
+        let mut known = ChipNames { values: HashMap::new(), names: Vec::new() };
+        for (name, value) in registers.chain(bits).chain(constants) {
+            known.values.entry(name.to_ascii_lowercase()).or_insert(value);
+            known.names.push(name);
+        }
+        known
+    }
+
+    /// The value of a name.
+    pub fn get(&self, name: &str) -> Option<AsmValue> {
+        let lower = name.bytes().any(|c| c.is_ascii_uppercase()).then(|| name.to_ascii_lowercase());
+        self.values.get(lower.as_deref().unwrap_or(name)).copied()
+    }
+
+    /// All names.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.names.iter().copied()
+    }
+}

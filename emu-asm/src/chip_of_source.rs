@@ -1,0 +1,66 @@
+//! The chip that a source names.
+
+use diag::text::readable;
+
+use crate::dialect::pic16::bare_chip_name;
+
+/// The chip that a source names, as a command line would (`pic16f873`, `atmega328p`): `list p=` or `processor` of a PIC, `.device` of
+/// an AVR, or the maker's file that it includes (`p16f873.inc`, `m328pdef.inc`). There may be no chip of that name.
+#[must_use]
+pub fn named_chip(source: &[u8]) -> Option<String> {
+    let text = readable(source);
+    let codes =
+        || text.lines().filter_map(|line| line.split([';', '/']).next()?.trim().split_once(char::is_whitespace));
+    let told = codes().find_map(|(word, rest)| match word.to_ascii_lowercase().as_str() {
+        "processor" => Some(format!("pic{}", bare_chip_name(rest))),
+        "list" => Some(format!("pic{}", bare_chip_name(rest.split(',').find_map(processor_of)?))),
+        ".device" => Some(rest.trim().to_ascii_lowercase()),
+        _ => None,
+    });
+    told.or_else(|| {
+        codes().find_map(|(word, rest)| match word.trim_start_matches(['#', '.']).to_ascii_lowercase().as_str() {
+            "include" => chip_of_include(rest),
+            _ => None,
+        })
+    })
+}
+
+/// The value of `p=`.
+fn processor_of(part: &str) -> Option<&str> {
+    part.split_once('=').filter(|(key, _)| key.trim().eq_ignore_ascii_case("p")).map(|(_, value)| value)
+}
+
+/// The chip of a maker's file: `<p16f84a.inc>`, `"m8def.inc"`.
+fn chip_of_include(rest: &str) -> Option<String> {
+    let file = rest.trim().trim_matches(['"', '<', '>', '\'']).to_ascii_lowercase();
+    let stem = file.strip_suffix(".inc")?;
+    let is_number = |text: &str| text.starts_with(|c: char| c.is_ascii_digit());
+    match (stem.strip_prefix('p'), stem.strip_suffix("def").and_then(|stem| stem.strip_prefix('m'))) {
+        (Some(rest), _) if is_number(rest) => Some(format!("pic{rest}")),
+        (_, Some(rest)) if is_number(rest) => Some(format!("atmega{rest}")),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::named_chip;
+
+    #[test]
+    fn sources_name_chips() {
+        let cases: [(&[u8], Option<&str>); 9] = [
+            (b" list p=16f84a\n", Some("pic16f84a")),
+            (b" LIST r=dec, P=PIC16F877 ; \xE9\r\n", Some("pic16f877")),
+            (b" processor 16f873\n", Some("pic16f873")),
+            (b"#include <p16F877A.inc>\n nop\n", Some("pic16f877a")),
+            (b" include \"p16f84a.inc\"\n list p=16f84\n", Some("pic16f84")),
+            (b".include \"m328Pdef.inc\" ; \xE9\n", Some("atmega328p")),
+            (b".device ATmega8\n", Some("atmega8")),
+            (b" include \"panel.inc\"\n; list p=16f84\n", None),
+            (b"", None),
+        ];
+        for (source, wanted) in cases {
+            assert_eq!(named_chip(source).as_deref(), wanted, "{}", String::from_utf8_lossy(source));
+        }
+    }
+}

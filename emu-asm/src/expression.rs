@@ -1,0 +1,296 @@
+//! Expressions: operators by the dialect's precedence, names by whoever knows them.
+
+use std::ops::Range;
+
+use crate::dialect::{AsmArithmetic, AsmDialect, AsmOperator};
+use crate::fault::LineFault;
+use crate::number::{self, read_quoted};
+use crate::lines::{begins_name, behind_name, byte, piece, skip_space};
+
+/// What an expression comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct AsmValue {
+    /// The number.
+    pub number: i64,
+    /// It hangs on a name whose value is not known (yet).
+    pub is_unknown: bool,
+    /// It is a register of the chip by its name alone, and the number is its address.
+    pub is_register: bool,
+    /// It is an address that a label stands for, or is made of one.
+    pub is_label: bool,
+}
+
+impl AsmValue {
+    /// A plain number.
+    pub fn of(n: i64) -> AsmValue {
+        AsmValue { number: n, ..AsmValue::default() }
+    }
+}
+
+/// Who knows names.
+pub(crate) trait NameValues {
+    /// The value of the name that stands at `at`.
+    fn value_of_name(&mut self, name: &str, at: Range<usize>) -> Result<AsmValue, LineFault>;
+    /// The location counter by one of its names.
+    fn location_counter(&self, token: &str) -> i64;
+    /// The radix of a number that says nothing of it.
+    fn radix(&self) -> u32;
+    /// How values are divided, shifted and compared here.
+    fn arithmetic(&self) -> AsmArithmetic;
+    /// The name under which the local label `1:` is kept that `1f` or `1b` means, or that of `12$`.
+    fn local_label_name(&self, digits: &str, way: u8) -> String;
+}
+
+/// Brackets within brackets.
+const MAX_DEPTH: u32 = 64;
+
+/// The value of `text[range]`.
+///
+/// # Errors
+/// The first thing in it that is wrong.
+pub(crate) fn evaluate(d: &AsmDialect, text: &str, range: Range<usize>, names: &mut dyn NameValues) -> Result<AsmValue, LineFault> {
+    let range = piece(text, range);
+    if range.is_empty() {
+        return Err(LineFault::new("ASM005", range, "a value is missing", "write a number, a name or an expression"));
+    }
+    let Some(front) = text.get(..range.end) else { return Ok(AsmValue::default()) };
+    let mut parser = AsmExpressionParser { dialect: d, text: front, at: range.start, names, depth: 0 };
+    let value = parser.binary(0)?;
+    parser.skip_space();
+    if parser.at < front.len() {
+        let rest = parser.at..front.len();
+        let what = text.get(rest.clone()).unwrap_or_default();
+        let hint = "operators stand between values; see docs/formats/asm.md for those of this family";
+        return Err(LineFault::new("ASM005", rest, format!("`{what}` does not belong to the expression before it"), hint));
+    }
+    Ok(value)
+}
+
+struct AsmExpressionParser<'p> {
+    dialect: &'p AsmDialect,
+    text: &'p str,
+    at: usize,
+    names: &'p mut dyn NameValues,
+    depth: u32,
+}
+
+impl AsmExpressionParser<'_> {
+    fn skip_space(&mut self) {
+        self.at = skip_space(self.text, self.at);
+    }
+
+    /// The operator that stands here and binds at least as strongly as `least`: its length, power and meaning.
+    fn operator(&mut self, least: u8) -> Option<(usize, u8, AsmOperator)> {
+        self.skip_space();
+        let rest = self.text.get(self.at..)?;
+        let mut found: Option<(usize, u8, AsmOperator)> = None;
+        for &(token, power, op) in self.dialect.operators {
+            if found.is_none_or(|(len, ..)| token.len() > len) && starts_with_token(rest, token) {
+                found = Some((token.len(), power, op));
+            }
+        }
+        found.filter(|&(_, power, _)| power >= least)
+    }
+
+    fn binary(&mut self, least: u8) -> Result<AsmValue, LineFault> {
+        let start = self.at;
+        let mut left = self.unary()?;
+        while let Some((len, power, op)) = self.operator(least) {
+            self.at += len;
+            let right = self.binary(power + 1)?;
+            left = self.apply(op, left, right, start..self.at)?;
+        }
+        Ok(left)
+    }
+
+    fn apply(&self, op: AsmOperator, left: AsmValue, right: AsmValue, at: Range<usize>) -> Result<AsmValue, LineFault> {
+        let unknown = left.is_unknown || right.is_unknown;
+        let (a, b) = (left.number, right.number);
+        let arithmetic = self.names.arithmetic();
+        let operand = |n| arithmetic.operand(n);
+        let compared = operand(a).cmp(&operand(b));
+        let truth = |yes: bool| if yes { self.dialect.true_value } else { 0 };
+        let n = match op {
+            AsmOperator::Mul => a.wrapping_mul(b),
+            AsmOperator::Div | AsmOperator::Mod if operand(b) == 0 && unknown => 0,
+            AsmOperator::Div | AsmOperator::Mod if operand(b) == 0 => {
+                let cause = "the expression divides by zero";
+                return Err(LineFault::new("ASM009", at, cause, "look at the value on the right of the operator"));
+            }
+            AsmOperator::Div => operand(a).wrapping_div(operand(b)),
+            AsmOperator::Mod => operand(a).wrapping_rem(operand(b)),
+            AsmOperator::Add => a.wrapping_add(b),
+            AsmOperator::Sub => a.wrapping_sub(b),
+            AsmOperator::Shl | AsmOperator::Shr if unknown && !(0..64).contains(&b) => 0,
+            // Shifted by all its bits or by a negative count, a value is its sign, as in gpasm; to the left too.
+            AsmOperator::Shl | AsmOperator::Shr if self.dialect.hooks.is_32 && !(0..32).contains(&b) => a >> 63,
+            AsmOperator::Shl | AsmOperator::Shr if !(0..64).contains(&b) => {
+                let cause = format!("values of 64 bits cannot be shifted by {b}");
+                return Err(LineFault::new("ASM003", at, cause, "shift by 0 to 63"));
+            }
+            AsmOperator::Shl => u32::try_from(b).ok().and_then(|b| a.checked_shl(b)).unwrap_or(0),
+            AsmOperator::Shr => u32::try_from(b).ok().and_then(|b| operand(a).checked_shr(b)).unwrap_or(0),
+            AsmOperator::And => a & b,
+            AsmOperator::Or => a | b,
+            AsmOperator::Xor => a ^ b,
+            AsmOperator::OrNot => a | !b,
+            AsmOperator::Equal => truth(compared.is_eq()),
+            AsmOperator::Unequal => truth(compared.is_ne()),
+            AsmOperator::Less => truth(compared.is_lt()),
+            AsmOperator::LessEqual => truth(compared.is_le()),
+            AsmOperator::Greater => truth(compared.is_gt()),
+            AsmOperator::GreaterEqual => truth(compared.is_ge()),
+            AsmOperator::BothTrue => truth_of(a != 0 && b != 0),
+            AsmOperator::EitherTrue => truth_of(a != 0 || b != 0),
+            AsmOperator::BitOf if unknown => 0,
+            AsmOperator::BitOf => {
+                return bit_address(a, b).map(AsmValue::of).map_err(|cause| {
+                    let hint =
+                        "bytes 20h to 2Fh and registers whose address is divisible by 8 have bits with addresses";
+                    LineFault::new("ASM003", at, cause, hint)
+                });
+            }
+        };
+        // The difference of two addresses is a number.
+        let label = if op == AsmOperator::Sub { left.is_label != right.is_label } else { left.is_label || right.is_label };
+        Ok(AsmValue { number: self.dialect.wrap_value(n), is_unknown: unknown, is_register: false, is_label: label })
+    }
+
+    fn unary(&mut self) -> Result<AsmValue, LineFault> {
+        self.skip_space();
+        let start = self.at;
+        self.depth += 1;
+        if self.depth > MAX_DEPTH {
+            let cause = format!("the expression is deeper than {MAX_DEPTH} brackets and signs");
+            return Err(LineFault::new("ASM005", start..start + 1, cause, "give parts of it names with equ"));
+        }
+        let rest = self.text.get(start..).unwrap_or_default();
+        let found = self.dialect.unary.iter().filter(|(token, ..)| starts_with_token(rest, token)).max_by_key(|(token, ..)| token.len());
+        let value = match found {
+            Some(&(token, power, fun)) => {
+                self.at += token.len();
+                let inner = self.binary(power)?;
+                AsmValue { number: self.dialect.wrap_value(fun(inner.number)), is_register: false, ..inner }
+            }
+            None => self.primary()?,
+        };
+        self.depth -= 1;
+        Ok(value)
+    }
+
+    fn primary(&mut self) -> Result<AsmValue, LineFault> {
+        let start = self.at;
+        let c = byte(self.text, start);
+        if c == b'(' {
+            return self.brackets();
+        }
+        if let Some((len, value)) = read_quoted(self.dialect, self.text, start)? {
+            self.at += len;
+            return Ok(AsmValue::of(value));
+        }
+        if c.is_ascii_digit()
+            && let Some((len, name)) = self.local_label()
+        {
+            self.at += len;
+            return self.names.value_of_name(&name, start..start + len);
+        }
+        if let Some((len, value)) = number::read_number(self.dialect, self.names.radix(), self.text, start)? {
+            self.at += len;
+            return Ok(AsmValue::of(self.dialect.wrap_value(value)));
+        }
+        let rest = self.text.get(start..).unwrap_or_default();
+        if let Some(token) = self.dialect.location_counter_names.iter().find(|token| rest.starts_with(**token) && is_whole_token(rest, token)) {
+            self.at += token.len();
+            return Ok(AsmValue { is_label: true, ..AsmValue::of(self.names.location_counter(token)) });
+        }
+        if begins_name(c) {
+            let end = behind_name(self.text, start, !self.dialect.dot_is_bit);
+            self.at = end;
+            let name = self.text.get(start..end).unwrap_or_default();
+            // `a.6` is a bit of the accumulator, which has an address by another name.
+            let accumulator = self.dialect.dot_is_bit && name.eq_ignore_ascii_case("a") && byte(self.text, end) == b'.';
+            let value = self.names.value_of_name(if accumulator { "acc" } else { name }, start..end)?;
+            return if self.dialect.dot_is_bit && byte(self.text, end) == b'[' {
+                self.bit_index(value, start)
+            } else {
+                Ok(value)
+            };
+        }
+        let what: String = rest.chars().take(12).collect();
+        let cause =
+            if rest.is_empty() { "a value is missing at the end".into() } else { format!("`{what}` is no value") };
+        Err(LineFault::new("ASM005", start..self.text.len().max(start), cause, "write a number, a name or an expression"))
+    }
+
+    /// `bits[3]`: a bit of a byte, as sdas8051 writes it.
+    fn bit_index(&mut self, of: AsmValue, start: usize) -> Result<AsmValue, LineFault> {
+        let open = self.at;
+        self.at += 1;
+        let bit = self.binary(0)?;
+        self.skip_space();
+        if byte(self.text, self.at) != b']' {
+            let hint = "write the number of a bit between the brackets: `bits[3]`";
+            return Err(LineFault::new("ASM005", open..open + 1, "the bracket is not closed", hint));
+        }
+        self.at += 1;
+        self.apply(AsmOperator::BitOf, of, bit, start..self.at)
+    }
+
+    fn brackets(&mut self) -> Result<AsmValue, LineFault> {
+        let start = self.at;
+        self.at += 1;
+        let value = self.binary(0)?;
+        self.skip_space();
+        if byte(self.text, self.at) != b')' {
+            let hint = "count the brackets of the expression";
+            return Err(LineFault::new("ASM005", start..self.at.max(start + 1), "the bracket is not closed", hint));
+        }
+        self.at += 1;
+        Ok(value)
+    }
+
+    /// `1f`, `1b` and `12$`: length and the name under which the label is kept.
+    fn local_label(&self) -> Option<(usize, String)> {
+        let rest = self.text.get(self.at..)?;
+        let digits = rest.find(|c: char| !c.is_ascii_digit())?;
+        let way = byte(rest, digits);
+        let ends =
+            !matches!(byte(rest, digits + 1), c if c.is_ascii_alphanumeric() || c == b'_' || c == b'$' || c == b'\'');
+        let known = match way {
+            b'f' | b'b' => self.dialect.numbered_labels,
+            b'$' => self.dialect.dollar_labels,
+            _ => false,
+        };
+        (known && ends).then(|| (digits + 1, self.names.local_label_name(&rest[..digits], way)))
+    }
+}
+
+fn truth_of(yes: bool) -> i64 {
+    i64::from(yes)
+}
+
+/// The token stands at the front of `rest`; a word only where no letter follows.
+fn starts_with_token(rest: &str, token: &str) -> bool {
+    let Some(piece) = rest.get(..token.len()) else { return false };
+    if !piece.eq_ignore_ascii_case(token) {
+        return false;
+    }
+    let word = token.ends_with(|c: char| c.is_ascii_alphanumeric());
+    !word
+        || !matches!(byte(rest, token.len()), c if c.is_ascii_alphanumeric() || matches!(c, b'_' | b'?' | b'$' | b'\''))
+}
+
+/// No name goes on behind the token.
+fn is_whole_token(rest: &str, token: &str) -> bool {
+    !matches!(byte(rest, token.len()), c if c.is_ascii_alphanumeric() || matches!(c, b'_' | b'?'))
+}
+
+/// The address of bit `bit` of the byte `byte`.
+fn bit_address(byte: i64, bit: i64) -> Result<i64, String> {
+    match (byte, bit) {
+        (_, bit) if !(0..8).contains(&bit) => Err(format!("bit {bit} is not in 0..=7")),
+        (0x20..=0x2F, _) => Ok((byte - 0x20) * 8 + bit),
+        (0x80..=0xFF, _) if byte % 8 == 0 => Ok(byte + bit),
+        _ => Err(format!("the byte 0x{byte:02X} has no bit addresses")),
+    }
+}

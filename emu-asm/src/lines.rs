@@ -1,0 +1,200 @@
+//! Text of the source: lines, where their characters came from, and cutting them into pieces.
+
+use std::ops::Range;
+use std::rc::Rc;
+
+/// The character for a backslash that begins no escape, from the private use that [`diag::text`] leaves alone.
+pub(crate) const BACKSLASH: char = '\u{EF5C}';
+
+/// A line to be read: of a file, or of a macro with its arguments put in.
+#[derive(Debug, Clone)]
+pub(crate) struct AsmLine {
+    /// The text.
+    pub text: Rc<str>,
+    /// Number of its file in the list of texts.
+    pub file: u32,
+    /// Its line there, from 1.
+    pub number: u32,
+    /// Where pieces of the text stood in the file, when it is not the file's own.
+    pub map: Option<Rc<ColumnMap>>,
+}
+
+/// Where pieces of a changed text stood before: starts in the new text, starts in the old one, and whether the piece was
+/// copied (or put in for something there).
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ColumnMap(Vec<(usize, usize, bool)>);
+
+impl ColumnMap {
+    /// The piece from `new` on came from `old` on; character by character if it was copied.
+    pub fn piece(&mut self, new: usize, old: usize, copied: bool) {
+        self.0.push((new, old, copied));
+    }
+
+    /// Where the byte `at` of the new text stood.
+    pub fn old(&self, at: usize) -> usize {
+        let end = self.0.partition_point(|piece| piece.0 <= at);
+        match end.checked_sub(1).and_then(|i| self.0.get(i)) {
+            Some(&(new, old, true)) => old + (at - new),
+            Some(&(_, old, false)) => old,
+            None => at,
+        }
+    }
+
+    /// This change after `first`.
+    pub fn after(&self, first: &ColumnMap) -> ColumnMap {
+        ColumnMap(self.0.iter().map(|&(new, old, copied)| (new, first.old(old), copied)).collect())
+    }
+}
+
+/// Text with pieces changed, and where the pieces came from.
+#[derive(Debug, Default)]
+pub(crate) struct RewrittenText {
+    /// The new text.
+    pub text: String,
+    /// Its map.
+    pub map: ColumnMap,
+}
+
+impl RewrittenText {
+    /// Copies a piece of the old text.
+    pub fn copy(&mut self, old: &str, range: Range<usize>) {
+        self.map.piece(self.text.len(), range.start, true);
+        self.text.push_str(old.get(range).unwrap_or_default());
+    }
+
+    /// Puts something in for what stood at `old`.
+    pub fn put(&mut self, text: &str, old: usize) {
+        self.map.piece(self.text.len(), old, false);
+        self.text.push_str(text);
+    }
+
+    /// The line with this text instead of its own.
+    pub fn into_line(self, line: &AsmLine) -> AsmLine {
+        let map = match &line.map {
+            Some(first) => self.map.after(first),
+            None => self.map,
+        };
+        AsmLine { text: self.text.into(), map: Some(map.into()), ..line.clone() }
+    }
+}
+
+/// `text[range]` without white space around it.
+pub(crate) fn trim(text: &str, range: Range<usize>) -> Range<usize> {
+    let piece = text.get(range.clone()).unwrap_or_default();
+    let start = range.start + (piece.len() - piece.trim_start().len());
+    start..start + piece.trim().len()
+}
+
+/// The byte at a position; 0 behind the end.
+pub(crate) fn byte(text: &str, at: usize) -> u8 {
+    text.as_bytes().get(at).copied().unwrap_or(0)
+}
+
+/// The position behind the quoted text that begins at `at` with a quote; `None` when the line ends before it does.
+///
+/// A backslash takes the next character along, and a doubled single quote is one. A single quote is also closed, or not closed at all, behind one character.
+pub(crate) fn behind_quote(text: &str, at: usize) -> Option<usize> {
+    let quote = byte(text, at);
+    let mut i = at + 1;
+    while i < text.len() {
+        match byte(text, i) {
+            b'\\' => i += 1,
+            b'\'' if quote == b'\'' && byte(text, i + 1) == quote => i += 1,
+            c if c == quote => return Some(i + 1),
+            _ => {}
+        }
+        i += 1;
+    }
+    None
+}
+
+/// The position behind what begins at `at` and must not be cut: a quoted text, or one character.
+pub(crate) fn step(text: &str, at: usize) -> usize {
+    match byte(text, at) {
+        b'"' => behind_quote(text, at).unwrap_or(text.len()),
+        b'\'' => behind_char(text, at),
+        c if c < 0x80 => at + 1,
+        _ => at + text.get(at..).and_then(|rest| rest.chars().next()).map_or(1, char::len_utf8),
+    }
+}
+
+/// Behind a single quote: `'c'`, `'\n'`, `'c` with nothing or a comma behind it, or a longer text in single quotes.
+fn behind_char(text: &str, at: usize) -> usize {
+    let alone = at + 1 + width(text, at + 1);
+    match byte(text, alone) {
+        b',' => alone,
+        b'\'' if byte(text, alone + 1) != b'\'' => alone + 1,
+        _ => behind_quote(text, at).unwrap_or(alone),
+    }
+}
+
+/// Bytes of the character at `at`, an escape taken whole; 0 behind the end.
+pub(crate) fn width(text: &str, at: usize) -> usize {
+    let mut chars = text.get(at..).unwrap_or_default().chars();
+    match (chars.next(), chars.next()) {
+        (Some('\\'), Some(next)) => 1 + next.len_utf8(),
+        (Some(c), _) => c.len_utf8(),
+        (None, _) => 0,
+    }
+}
+
+/// Pieces of `text[range]` between top-level commas, without white space around them; none where there is nothing at all.
+pub(crate) fn cut(text: &str, range: Range<usize>) -> Vec<Range<usize>> {
+    let mut pieces = Vec::new();
+    if trim(text, range.clone()).is_empty() {
+        return pieces;
+    }
+    let (mut start, mut at, mut depth) = (range.start, range.start, 0u32);
+    while at < range.end {
+        match byte(text, at) {
+            b',' if depth == 0 => {
+                pieces.push(piece(text, start..at));
+                start = at + 1;
+            }
+            b'(' | b'[' | b'{' => depth += 1,
+            b')' | b']' | b'}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        at = step(text, at);
+    }
+    pieces.push(piece(text, start..range.end));
+    pieces
+}
+
+/// A piece without white space around it, but for a space in a quote that nothing closes.
+pub(crate) fn piece(text: &str, range: Range<usize>) -> Range<usize> {
+    let piece = trim(text, range.clone());
+    if piece.len() == 1 && byte(text, piece.start) == b'\'' {
+        piece.start..(piece.end + 1).min(range.end)
+    } else {
+        piece
+    }
+}
+
+/// True for a character that an identifier may begin with; a dot stands in front of directives.
+pub(crate) fn begins_name(c: u8) -> bool {
+    c.is_ascii_alphabetic() || matches!(c, b'_' | b'.' | b'?') || c >= 0x80
+}
+
+/// The position behind the identifier that begins at `at`; `at` where none begins. With `dots` it may have dots inside.
+pub(crate) fn behind_name(text: &str, at: usize, dots: bool) -> usize {
+    if !begins_name(byte(text, at)) {
+        return at;
+    }
+    let mut end = at + 1;
+    while end < text.len() {
+        let c = byte(text, end);
+        let inside = c.is_ascii_alphanumeric() || matches!(c, b'_' | b'?' | b'$') || c >= 0x80 || (dots && c == b'.');
+        if !inside {
+            break;
+        }
+        end += 1;
+    }
+    end
+}
+
+/// The position of the first character from `at` on that is no white space.
+pub(crate) fn skip_space(text: &str, at: usize) -> usize {
+    let rest = text.get(at..).unwrap_or_default();
+    at + (rest.len() - rest.trim_start().len())
+}

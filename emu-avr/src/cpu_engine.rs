@@ -1,0 +1,155 @@
+//! The machine as the loop around the hot loop sees it: what happens between two instructions.
+
+use emu_core::countdown::Countdown;
+use std::sync::Arc;
+
+use emu_core::cpu::{Bus, Cpu, NEVER, Probe, ResetCause, StopReason};
+use emu_core::engine::{CpuEngine, RunState, InstructionMark};
+use emu_core::pins::ChipEvent;
+
+use crate::cpu::Avr;
+use crate::flags::{SregFlag, SregFlags};
+use crate::isa::Kind;
+use crate::soc::CoreRequest;
+use crate::executor::{SPL, SREG};
+
+impl CpuEngine for Avr {
+    type CoreState = ([u8; 32], SregFlags);
+
+    fn clock(&mut self) -> &mut Countdown {
+        &mut self.core.clock
+    }
+    fn stop_requested(&mut self) -> &mut bool {
+        &mut self.core.stop_requested
+    }
+    fn slow_path_requested(&mut self) -> &mut bool {
+        &mut self.core.slow_path_requested
+    }
+    fn run_state(&mut self) -> &mut RunState {
+        &mut self.run_state
+    }
+    fn fire(&mut self, now: u64) -> u64 {
+        self.soc.fire(now)
+    }
+    fn set_event_log(&mut self, on: bool) {
+        let now = self.cycle();
+        self.soc.set_event_log(on, now);
+    }
+    fn next_event(&mut self) -> Option<ChipEvent> {
+        self.soc.next_event()
+    }
+    #[inline]
+    fn requested_reset(&mut self) -> Option<ResetCause> {
+        let now = self.cycle();
+        self.soc.requested_reset(now)
+    }
+    fn apply_request(&mut self) -> bool {
+        let Some(order) = self.soc.next_request() else { return false };
+        match order {
+            CoreRequest::Erase { addr, len } => {
+                let code = Arc::make_mut(&mut self.code);
+                (addr..addr.saturating_add(len)).for_each(|addr| code.poke(addr as usize, 0xFF));
+            }
+            CoreRequest::Program { addr, words } => {
+                let code = Arc::make_mut(&mut self.code);
+                let bytes = words.iter().flat_map(|word| word.to_le_bytes());
+                for (addr, byte) in (addr as usize..).zip(bytes) {
+                    let old = code.byte(addr);
+                    code.poke(addr, old & byte);
+                }
+            }
+        }
+        true
+    }
+    fn holds_interrupts(&self, now: u64) -> bool {
+        self.core.no_interrupt_at == now || self.is_interrupt_locked(now)
+    }
+    fn has_pending_interrupt(&self, now: u64) -> bool {
+        self.core.flags.get(SregFlag::I) && self.soc.pending_interrupt(now).is_some() && !self.soc.is_core_stopped()
+    }
+
+    fn enter_interrupt<P: Probe>(&mut self, now: u64, probe: &mut P) -> bool {
+        if !self.has_pending_interrupt(now) {
+            return false;
+        }
+        if self.core.is_sleeping {
+            // What lock bits bar does not wake either.
+            if self.soc.locks_interrupts(2 * self.pc()) {
+                return false;
+            }
+            self.core.is_sleeping = false;
+            self.soc.wake_up(now);
+            return true;
+        }
+        if let Some(vector) = self.soc.pending_interrupt(now) {
+            self.soc.acknowledge_interrupt(vector, now);
+            probe.on_interrupt(now, vector);
+            let at = self.soc.vector_base() + u32::from(vector) * self.part.chip.words_per_vector;
+            self.core = self.executor(probe).0.enter_interrupt(at);
+        }
+        true
+    }
+
+    fn is_core_asleep(&self) -> bool {
+        self.core.is_sleeping || self.soc.is_core_stopped()
+    }
+    fn is_halted(&self) -> bool {
+        !self.soc.is_busy() && !self.soc.can_wake(self.core.flags.get(SregFlag::I))
+    }
+    fn has_breakpoint(&self, pc: u32) -> bool {
+        self.code.has_breakpoint(pc)
+    }
+    fn instruction_mark(&self, pc: u32) -> InstructionMark {
+        self.code.instruction_mark(pc)
+    }
+    fn loop_head(&self, end: u32) -> Option<u32> {
+        self.code.loop_plan(end).map(|found| found.head)
+    }
+    fn loop_steady_until(&self, end: u32, at: u64) -> u64 {
+        let looks = self.code.loop_plan(end).map_or(&[][..], |found| &found.addresses_read);
+        let io = looks.iter().filter(|&&r| (0x20..self.part.chip.ram_start).contains(&r) && !matches!(r, SPL..=SREG));
+        io.map(|&r| self.soc.steady_until(r, at)).min().unwrap_or(NEVER)
+    }
+    fn loop_clears_watchdog(&self, end: u32) -> bool {
+        self.code.loop_plan(end).is_some_and(|found| found.clears_watchdog)
+    }
+    fn loop_counter(&self, end: u32) -> Option<u64> {
+        let regs = &self.code.loop_plan(end).filter(|found| !found.counter_registers.is_empty())?.counter_registers;
+        Some(regs.iter().rev().fold(0, |high, &reg| high << 8 | u64::from(self.data.bytes[usize::from(reg)])))
+    }
+    fn set_loop_counter(&mut self, end: u32, value: u64) {
+        let Some(found) = self.code.loop_plan(end) else { return };
+        for (&reg, byte) in found.counter_registers.iter().zip(value.to_le_bytes()) {
+            self.data.bytes[usize::from(reg)] = byte;
+        }
+    }
+    fn core_state(&self) -> Self::CoreState {
+        (std::array::from_fn(|r| self.data.bytes[r]), self.core.flags)
+    }
+
+    fn burst<P: Probe>(&mut self, looks: bool, probe: &mut P) {
+        let (turn, code) = self.executor(probe);
+        self.core = turn.burst(&code.ops[usize::from(looks)]);
+    }
+
+    fn execute_single<P: Probe>(&mut self, pc: u32, probe: &mut P) -> Result<(), StopReason> {
+        // It may stand behind the end of memory, which is the beginning.
+        self.core.pc = pc;
+        let op = self.code.ops_unmarked[pc as usize];
+        if op.kind == Kind::Illegal {
+            return Err(StopReason::Illegal { pc, word: self.code.word(pc) });
+        }
+        self.core = self.executor(probe).0.single(op);
+        Ok(())
+    }
+}
+
+impl Avr {
+    /// An interrupt asks that may not be taken before the instruction at this boundary: it is looked for again behind it.
+    fn is_interrupt_locked(&self, now: u64) -> bool {
+        self.core.flags.get(SregFlag::I)
+            && self.soc.pending_interrupt(now).is_some()
+            && (self.soc.ivce(now) || self.soc.locks_interrupts(2 * self.pc()))
+            && !self.is_core_asleep()
+    }
+}

@@ -1,0 +1,442 @@
+//! The hot loop: what one instruction does to the machine.
+//!
+//! [`Turn`] holds the hot state as plain locals whose address never escapes, so that it lives in host registers; data
+//! memory (registers of the core included) lies beside it. Everything a body calls is inlined; slow paths get scalars.
+
+use emu_core::countdown::Countdown;
+use emu_core::cpu::{Bus, Probe, BusEffect};
+use emu_core::dispatch;
+use emu_core::machine::{ByteValue, BodyMachine, WideValue};
+use emu_core::table::PredecodedOp;
+
+#[allow(clippy::wildcard_imports)]
+use crate::exec::*;
+use crate::flags::{SregFlag, SregFlags};
+use crate::isa::{AvrOp, Kind, avr_table};
+use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
+use crate::predecode::{CodeMemory, MAX_WORDS};
+use crate::soc::AvrSoc;
+
+/// Data addresses of the registers of the core.
+pub(crate) const SPL: u16 = 0x5D;
+/// See [`SPL`].
+pub(crate) const SPH: u16 = 0x5E;
+/// See [`SPL`].
+pub(crate) const SREG: u16 = 0x5F;
+
+/// What the core holds of data memory. All of it is behind one pointer, so that the hot loop has registers of the host left.
+#[derive(Debug, Clone)]
+pub(crate) struct DataMemory {
+    /// The registers of the core, and from [`RAM`] on RAM, of which a chip has the first. What RAM there is below 100h is kept by
+    /// the chip.
+    pub bytes: [u8; RAM_START + MAX_RAM],
+    /// Bytes of RAM from the data address 100h on.
+    pub ram_len: u16,
+}
+
+/// Where RAM begins in [`Data`]. Registers are a byte of index away, so that none is checked.
+pub(crate) const RAM_START: usize = 0x100;
+
+/// RAM of the largest chip in bytes; a power of two.
+pub(crate) const MAX_RAM: usize = 0x1000;
+
+/// The state of the core that every instruction touches.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CoreRegisters {
+    /// Program word address; may stand behind the end of memory until it is masked.
+    pub pc: u32,
+    /// Stack pointer.
+    pub sp: u16,
+    /// SREG.
+    pub flags: SregFlags,
+    /// Cycles and instructions.
+    pub clock: Countdown,
+    /// The boundary at this cycle takes no interrupt: the instruction before it set I.
+    pub no_interrupt_at: u64,
+    /// SLEEP was executed.
+    pub is_sleeping: bool,
+    /// The op at `pc` needs the slow path.
+    pub slow_path_requested: bool,
+    /// The probe asked for a stop.
+    pub stop_requested: bool,
+}
+
+impl CoreRegisters {
+    /// At cycle 0, everything 0 or off.
+    pub(crate) const START: CoreRegisters = CoreRegisters {
+        pc: 0,
+        sp: 0,
+        flags: SregFlags::unpack(0),
+        clock: Countdown::START,
+        no_interrupt_at: u64::MAX,
+        is_sleeping: false,
+        slow_path_requested: false,
+        stop_requested: false,
+    };
+}
+
+/// One turn of the loop: hot state by value, everything else borrowed.
+pub(crate) struct Executor<'a, P: Probe> {
+    pub core: CoreRegisters,
+    pub data: &'a mut DataMemory,
+    pub code: &'a CodeMemory,
+    pub bus: &'a mut AvrSoc,
+    pub probe: &'a mut P,
+}
+
+impl<P: Probe> Executor<'_, P> {
+    /// The machine cycle in which an access of the running instruction falls: the last one charged.
+    #[inline(always)]
+    const fn access_cycle(&self) -> u64 {
+        self.core.clock.now().wrapping_sub(1)
+    }
+
+    #[inline(always)]
+    fn apply_bus_effect(&mut self, wake: BusEffect) {
+        if wake != BusEffect::NONE {
+            if wake.contains(BusEffect::HOLD_INTERRUPTS) {
+                self.core.no_interrupt_at = self.core.clock.now();
+            }
+            self.core.clock.expire();
+        }
+    }
+
+    /// After I was set: the next boundary takes no interrupt.
+    #[inline(always)]
+    fn hold_interrupts(&mut self) {
+        self.core.no_interrupt_at = self.core.clock.now();
+        self.core.clock.expire();
+    }
+
+    /// The instruction goes on elsewhere than behind it.
+    #[inline(always)]
+    fn jump_to(&mut self, target: u32) {
+        if P::FLOW {
+            let mask = self.code.mask();
+            self.probe.on_branch(self.core.pc & mask, target & mask, true);
+        }
+        self.core.pc = target;
+    }
+
+    /// Tells the probe of an access to data memory.
+    #[inline(always)]
+    fn report_access(&mut self, addr: u16, value: u8, write: bool) {
+        let wanted = P::DATA && (write || P::DATA_READS);
+        if wanted && self.probe.on_data_access(self.access_cycle(), 0, addr, value, write) {
+            self.core.stop_requested = true;
+            self.core.clock.expire();
+        }
+    }
+
+    /// Reads what is not RAM: core registers by their data address, peripherals, nothing.
+    #[inline(always)]
+    fn read_register(&mut self, addr: u16) -> u8 {
+        match addr {
+            0..=0x1F => self.data.bytes[addr as usize],
+            SPL => self.core.sp as u8,
+            SPH => (self.core.sp >> 8) as u8,
+            SREG => self.core.flags.pack(),
+            _ => {
+                let (value, wake) = read_bus(self.bus, addr, self.access_cycle());
+                self.apply_bus_effect(wake);
+                value
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn write_register(&mut self, addr: u16, value: u8) {
+        match addr {
+            0..=0x1F => self.data.bytes[addr as usize] = value,
+            SPL => self.core.sp = self.core.sp & 0xFF00 | u16::from(value),
+            SPH => self.core.sp = self.core.sp & 0x00FF | u16::from(value) << 8,
+            SREG => {
+                self.core.flags = SregFlags::unpack(value);
+                if value & 0x80 != 0 {
+                    self.hold_interrupts();
+                }
+            }
+            _ => {
+                let wake = write_bus(self.bus, addr, value, self.access_cycle());
+                self.apply_bus_effect(wake);
+            }
+        }
+    }
+}
+
+/// Where a byte of RAM is kept.
+#[inline(always)]
+pub(crate) const fn ram(i: u16) -> usize {
+    RAM_START + (i as usize & (MAX_RAM - 1))
+}
+
+/// A byte of program memory, or what SPMCSR has put in its place, for the LPM before the program word `next` that ends at `end`.
+#[inline(never)]
+fn code_byte(code: &CodeMemory, bus: &mut AvrSoc, addr: u32, next: u32, end: u64) -> u8 {
+    let aside = bus.program_byte(addr, 2 * (next.wrapping_sub(1) & code.mask()), end.wrapping_sub(3));
+    aside.unwrap_or_else(|| code.byte(addr as usize))
+}
+
+/// The same at RAMPZ and `z` for an ELPM; RAMPZ counts with `z` if `inc`.
+#[inline(never)]
+fn far_code_byte(code: &CodeMemory, bus: &mut AvrSoc, (z, inc): (u16, bool), next: u32, end: u64) -> u8 {
+    let byte = code_byte(code, bus, bus.rampz_address(z), next, end);
+    if inc && z == u16::MAX {
+        bus.count_rampz();
+    }
+    byte
+}
+
+/// A peripheral register is read; addresses behind RAM give 0.
+#[inline(never)]
+fn read_bus(bus: &mut AvrSoc, addr: u16, at: u64) -> (u8, BusEffect) {
+    bus.read(addr, at)
+}
+
+/// A peripheral register is written; addresses behind RAM take nothing.
+#[inline(never)]
+fn write_bus(bus: &mut AvrSoc, addr: u16, value: u8, at: u64) -> BusEffect {
+    bus.write(addr, value, at)
+}
+
+impl<P: Probe> BodyMachine for Executor<'_, P> {
+    type Bit = bool;
+    type Word = ByteValue;
+    type Wide = WideValue;
+
+    #[inline(always)]
+    fn advance(&mut self, words: u32) {
+        self.core.pc = self.core.pc.wrapping_add(words);
+        self.core.clock.count_instruction();
+    }
+    #[inline(always)]
+    fn charge(&mut self, cycles: u32) {
+        self.core.clock.charge(cycles);
+    }
+    #[inline(always)]
+    fn jump(&mut self, target: u32) {
+        self.jump_to(target);
+    }
+    #[inline(always)]
+    fn goto(&mut self, target: WideValue) {
+        self.jump_to(target.0.into());
+    }
+    #[inline(always)]
+    fn branch_if(&mut self, condition: bool, target: u32) {
+        if condition {
+            self.core.clock.charge(1);
+            self.jump_to(target);
+        }
+    }
+    #[inline(always)]
+    fn skip_if(&mut self, condition: bool, words: u32) {
+        if condition {
+            self.core.clock.charge(words);
+            self.jump_to(self.core.pc.wrapping_add(words));
+        }
+    }
+}
+
+impl<P: Probe> AvrMachine for Executor<'_, P> {
+    #[inline(always)]
+    fn reg(&self, r: u8) -> ByteValue {
+        ByteValue(self.data.bytes[usize::from(r)])
+    }
+    #[inline(always)]
+    fn set_reg(&mut self, r: u8, value: ByteValue) {
+        self.data.bytes[usize::from(r)] = value.0;
+    }
+    #[inline(always)]
+    fn flag(&self, flag: SregFlag) -> bool {
+        self.core.flags.get(flag)
+    }
+    #[inline(always)]
+    fn set_flag(&mut self, flag: SregFlag, value: bool) {
+        self.core.flags.set(flag, value);
+    }
+    #[inline(always)]
+    fn force_flag(&mut self, flag: SregFlag, on: bool) {
+        self.core.flags.set(flag, on);
+        if flag as u8 == SregFlag::I as u8 && on {
+            self.hold_interrupts();
+        }
+    }
+    #[inline(always)]
+    fn carry(&self) -> ByteValue {
+        ByteValue(self.core.flags.carries as u8 >> 7)
+    }
+    #[inline(always)]
+    fn not_zero(&self) -> ByteValue {
+        ByteValue(self.core.flags.z as u8)
+    }
+    #[inline(always)]
+    fn set_c(&mut self, carry: ByteValue) {
+        self.core.flags.set_c(carry.0.into());
+    }
+    #[inline(always)]
+    fn set_carries(&mut self, carries: ByteValue) {
+        self.core.flags.carries = carries.0.into();
+    }
+    #[inline(always)]
+    fn set_z(&mut self, word: ByteValue) {
+        self.core.flags.z = word.0.into();
+    }
+    #[inline(always)]
+    fn set_nzv(&mut self, n: ByteValue, z: ByteValue, v: ByteValue) {
+        let flags = &mut self.core.flags;
+        (flags.n, flags.z, flags.v, flags.s) = (n.0.into(), z.0.into(), v.0.into(), 0);
+    }
+    #[inline(always)]
+    fn load(&mut self, addr: WideValue) -> ByteValue {
+        let addr = addr.0;
+        let i = addr.wrapping_sub(RAM_START as u16);
+        let value = if i < self.data.ram_len { self.data.bytes[ram(i)] } else { self.read_register(addr) };
+        self.report_access(addr, value, false);
+        ByteValue(value)
+    }
+    #[inline(always)]
+    fn store(&mut self, addr: WideValue, value: ByteValue) {
+        let (addr, value) = (addr.0, value.0);
+        self.report_access(addr, value, true);
+        let i = addr.wrapping_sub(RAM_START as u16);
+        if i < self.data.ram_len {
+            self.data.bytes[ram(i)] = value;
+        } else {
+            self.write_register(addr, value);
+        }
+    }
+    #[inline(always)]
+    fn io_read(&mut self, a: u8) -> ByteValue {
+        let addr = u16::from(a & 0x3F) + 0x20;
+        let value = self.read_register(addr);
+        self.report_access(addr, value, false);
+        ByteValue(value)
+    }
+    #[inline(always)]
+    fn io_write(&mut self, a: u8, value: ByteValue) {
+        let value = value.0;
+        let addr = u16::from(a & 0x3F) + 0x20;
+        self.report_access(addr, value, true);
+        self.write_register(addr, value);
+    }
+    #[inline(always)]
+    fn io_write_bit(&mut self, a: u8, b: u8, on: bool) {
+        let addr = u16::from(a & 0x1F) + 0x20;
+        let mask = 1u8 << (b & 7);
+        let value = if on { mask } else { 0 };
+        self.report_access(addr, value, true);
+        let wake = self.bus.write_bits(addr, mask, value, self.access_cycle());
+        self.apply_bus_effect(wake);
+    }
+    #[inline(always)]
+    fn code_byte(&mut self, addr: WideValue) -> ByteValue {
+        ByteValue(code_byte(self.code, self.bus, addr.0.into(), self.core.pc, self.core.clock.now()))
+    }
+    #[inline(always)]
+    fn far_code_byte(&mut self, addr: WideValue, inc: bool) -> ByteValue {
+        ByteValue(far_code_byte(self.code, self.bus, (addr.0, inc), self.core.pc, self.core.clock.now()))
+    }
+    #[inline(always)]
+    fn store_program(&mut self) {
+        let pair = |low: usize| u16::from_le_bytes([self.data.bytes[low], self.data.bytes[low + 1]]);
+        let (z, data) = (pair(30), pair(0));
+        let pc = 2 * (self.core.pc.wrapping_sub(1) & self.code.mask());
+        self.bus.store_program(z, data, pc, self.core.clock.now());
+        self.core.clock.expire();
+    }
+    #[inline(always)]
+    fn sp(&self) -> WideValue {
+        WideValue(self.core.sp)
+    }
+    #[inline(always)]
+    fn set_sp(&mut self, sp: WideValue) {
+        self.core.sp = sp.0;
+    }
+    #[inline(always)]
+    fn next_pc(&self) -> WideValue {
+        WideValue((self.core.pc & self.code.mask()) as u16)
+    }
+    #[inline(always)]
+    fn sleep(&mut self) {
+        self.core.is_sleeping = self.bus.sleep(self.access_cycle());
+        self.core.clock.expire();
+    }
+    #[inline(always)]
+    fn clear_watchdog(&mut self) {
+        let at = self.access_cycle();
+        self.bus.clear_watchdog(at);
+        self.core.clock.expire();
+    }
+}
+
+/// Executes `$op` on `$m`; `$other` is for kinds without a row.
+macro_rules! execute_op {
+    ($m:ident, $op:ident, $other:expr) => {
+        avr_table!(dispatch { ($m, $op, $op.kind, $other) })
+    };
+}
+
+/// Fetches and executes the instruction at the program counter.
+macro_rules! burst_loop {
+    ($turn:ident, $ops:ident) => {{
+        let m = &mut $turn;
+        let op: &AvrOp = &$ops[m.core.pc as u16 as usize];
+        if P::INSN && op.kind as u8 != Kind::Breakpoint as u8 && m.probe.on_instruction(m.core.clock.now(), m.core.pc & m.code.mask()) {
+            m.core.stop_requested = true;
+            m.core.clock.expire();
+            break;
+        }
+        if P::LINT {
+            m.lint(op);
+        }
+        execute_op!(m, op, {
+            m.core.slow_path_requested = true;
+            m.core.clock.expire();
+        });
+    }};
+}
+
+impl<P: Probe> Executor<'_, P> {
+    /// Runs to the deadline; returns the hot state. The turn is written twice so that there are two indirect jumps.
+    #[inline(never)]
+    pub(crate) fn burst(self, ops: &[AvrOp; MAX_WORDS]) -> CoreRegisters {
+        let mut turn = self;
+        while turn.core.clock.is_before_deadline() {
+            burst_loop!(turn, ops);
+            if !turn.core.clock.is_before_deadline() {
+                break;
+            }
+            burst_loop!(turn, ops);
+        }
+        turn.core
+    }
+
+    /// Executes one given op, whatever stands in the op array; a kind without a row does nothing.
+    #[inline(never)]
+    pub(crate) fn single(self, op: PredecodedOp<Kind>) -> CoreRegisters {
+        let mut turn = self;
+        let m = &mut turn;
+        let op = &op;
+        if P::LINT {
+            m.lint(op);
+        }
+        execute_op!(m, op, ());
+        turn.core
+    }
+
+    /// Goes to the interrupt vector at the program word `vector`: return address on the stack, I clear, 4 cycles (data sheet
+    /// 7.7.1).
+    #[inline(never)]
+    pub(crate) fn enter_interrupt(self, vector: u32) -> CoreRegisters {
+        let mut turn = self;
+        let m = &mut turn;
+        if P::LINT {
+            m.lint_interrupt(vector);
+        }
+        m.charge(4);
+        push_pc(m);
+        m.core.flags.set(SregFlag::I, false);
+        m.core.pc = vector;
+        turn.core
+    }
+}

@@ -1,0 +1,192 @@
+//! Limits that should be seen to matter: for each comparison, timer and counter, the values around its limit, in states in
+//! which one more or less shows somewhere else.
+//!
+//! Random values rarely bring an integer to its limit while all contacts beside the comparison pass, so a limit that
+//! is off by one would hide. Each wish is tried with several states; one that cannot be granted is dropped.
+
+use ladder::{CompareOp, Element, MathOp, LadderOperand, LadderProgram, SymbolKind};
+use ladder_eval::Evaluator;
+
+use crate::coverage_goals::EvaluatedScan;
+use crate::value_hints::{ValueHints, element_constants, truncate_to_bytes};
+use crate::possible_outcomes::comparison_holds;
+use crate::stimulus::ScanStimulus;
+
+/// A wish that failed so often is dropped.
+const MAX_FAILED_TRIES: u32 = 1_000;
+
+/// Most values of a table that are wished for.
+const MAX_TABLE_GOALS: usize = 32;
+
+/// An integer at one value.
+#[derive(Debug, Clone)]
+struct BoundaryGoal {
+    /// Position of the element in order of execution.
+    position: usize,
+    symbol: usize,
+    target: GoalTarget,
+    failed_tries: u32,
+    is_reached: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum GoalTarget {
+    Value(i32),
+    /// This far from what another integer holds when the scan starts.
+    NearSymbol(usize, i32),
+    /// A value when the element acts, and with it one of another integer.
+    WhenActing(i32, Option<(usize, i32)>),
+}
+
+/// Quotients at which division turns over or has a rule of its own: each of these by each of those. The ends of four bytes stand
+/// for those of the integer's own width.
+const DIVIDENDS: [i32; 3] = [i32::MIN, -1, i32::MAX];
+const DIVISORS: [i32; 3] = [0, -1, i32::MIN];
+
+/// All wishes of a program.
+#[derive(Debug, Clone)]
+pub(crate) struct BoundaryGoals {
+    goals: Vec<BoundaryGoal>,
+    /// Elements that store something, by position: the others only pass the rung bit on.
+    stores: Vec<bool>,
+    next: usize,
+}
+
+impl BoundaryGoals {
+    pub(crate) fn new(program: &LadderProgram, eval: &Evaluator) -> BoundaryGoals {
+        let integer = |name: &str| {
+            let index = eval.index(name)?;
+            eval.symbols().get(index).filter(|s| !s.kind.is_bit() && s.kind != SymbolKind::Adc).map(|_| index)
+        };
+        let mut goals = Vec::new();
+        let mut stores = Vec::new();
+        let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));
+        for (at, (_, element, _)) in elements.enumerate() {
+            let plain = matches!(element, Element::Contacts { .. } | Element::Compare { .. } | Element::Short);
+            stores.push(!plain);
+            let mut add_goals = |symbol: Option<usize>, targets: Vec<GoalTarget>| {
+                let wish = |symbol| move |target| BoundaryGoal { position: at, symbol, target, failed_tries: 0, is_reached: false };
+                goals.extend(symbol.into_iter().flat_map(|symbol| targets.iter().copied().map(wish(symbol))));
+            };
+            match element {
+                Element::Timer { name, .. } | Element::Counter { name, .. } => {
+                    let around = |limit: i32| [limit.wrapping_sub(1), limit].map(GoalTarget::Value);
+                    add_goals(integer(name), element_constants(program, element).into_iter().flat_map(around).collect());
+                }
+                Element::Compare { op, op1, op2 } => match (op1, op2) {
+                    (LadderOperand::Var(name), LadderOperand::Const { value, .. }) => {
+                        let values = deciding_distances(*op).map(|d| GoalTarget::Value((*value as i32).wrapping_add(d)));
+                        add_goals(integer(name), values.collect());
+                    }
+                    (LadderOperand::Const { value, .. }, LadderOperand::Var(name)) => {
+                        let values = deciding_distances(*op).map(|d| GoalTarget::Value((*value as i32).wrapping_sub(d)));
+                        add_goals(integer(name), values.collect());
+                    }
+                    (LadderOperand::Var(a), LadderOperand::Var(b)) if a != b => {
+                        if let Some(other) = integer(b) {
+                            add_goals(integer(a), deciding_distances(*op).map(|d| GoalTarget::NearSymbol(other, d)).collect());
+                        }
+                    }
+                    _ => {}
+                },
+                Element::LookUpTable { index: LadderOperand::Var(name), values, .. } => {
+                    // Each of the values; the ends of a long table are goals.
+                    let each = (0..).take(values.len().min(MAX_TABLE_GOALS)).map(|n| GoalTarget::WhenActing(n, None));
+                    add_goals(integer(name), each.collect());
+                }
+                Element::Math { op: MathOp::Div, op1: LadderOperand::Var(a), op2: LadderOperand::Var(b), .. } if a != b => {
+                    if let (Some(a), Some(b)) = (integer(a), integer(b)) {
+                        let width = |symbol: usize| eval.symbols().get(symbol).map_or(2, |s| s.bytes);
+                        let end = |value: i32, symbol| match value {
+                            i32::MIN | i32::MAX => value >> (32 - 8 * u32::from(width(symbol).clamp(1, 4))),
+                            _ => value,
+                        };
+                        let by = |n| DIVISORS.map(|d| GoalTarget::WhenActing(end(n, a), Some((b, end(d, b)))));
+                        add_goals(Some(a), DIVIDENDS.into_iter().flat_map(by).collect());
+                    }
+                }
+                _ => {}
+            }
+        }
+        BoundaryGoals { goals, stores, next: 0 }
+    }
+
+    /// The next wish that is still open; when all are done, all are open again.
+    pub(crate) fn next_open(&mut self) -> Option<usize> {
+        let open = |wish: &BoundaryGoal| !wish.is_reached && wish.failed_tries < MAX_FAILED_TRIES;
+        if !self.goals.iter().any(open) {
+            self.goals.iter_mut().for_each(|wish| wish.is_reached = false);
+        }
+        let count = self.goals.len();
+        let found = (0..count).map(|n| (self.next + n) % count).find(|&n| self.goals.get(n).is_some_and(open))?;
+        self.next = found + 1;
+        Some(found)
+    }
+
+    /// Tries to grant a wish with `step`, changed to write the wanted value: true when it does.
+    pub(crate) fn try_reach(&mut self, wish: usize, eval: &Evaluator, hints: &ValueHints, step: &mut ScanStimulus) -> bool {
+        let Some(wish) = self.goals.get_mut(wish) else { return false };
+        if hints.writable.get(wish.symbol) != Some(&true) {
+            wish.failed_tries = MAX_FAILED_TRIES;
+            return false;
+        }
+        step.writes.retain(|(symbol, _)| *symbol != wish.symbol);
+        let value = match wish.target {
+            GoalTarget::Value(value) => value,
+            GoalTarget::WhenActing(value, beside) => {
+                if let Some((other, beside)) = beside.filter(|(other, _)| hints.writable.get(*other) == Some(&true)) {
+                    step.writes.retain(|(symbol, _)| *symbol != other);
+                    step.writes.push((other, beside));
+                }
+                value
+            }
+            GoalTarget::NearSymbol(other, distance) => {
+                let written = step.writes.iter().find(|(symbol, _)| *symbol == other);
+                written.map_or_else(|| eval.get(other), |&(_, value)| value).wrapping_add(distance)
+            }
+        };
+        let fit = |value: i32| truncate_to_bytes(value.into(), hints.bytes.get(wish.symbol).copied().unwrap_or(2));
+        let value = fit(value);
+        step.writes.push((wish.symbol, value));
+        let scan = |value: i32| {
+            let mut eval = eval.clone();
+            step.apply_immediately(hints, &mut eval);
+            eval.set(wish.symbol, value);
+            EvaluatedScan::run(&mut eval)
+        };
+        let with = scan(value);
+        wish.is_reached = if let GoalTarget::WhenActing(..) = wish.target {
+            // What becomes of it shows.
+            with.trace.get(wish.position).is_some_and(|pair| pair.0)
+        } else {
+            [value.wrapping_sub(1), value.wrapping_add(1)]
+                .into_iter()
+                .any(|other| is_visible(wish, &self.stores, &with, &scan(other)))
+        };
+        wish.failed_tries += u32::from(!wish.is_reached);
+        wish.is_reached
+    }
+}
+
+/// The distances of the left operand from the right one at which one more or less changes the outcome.
+fn deciding_distances(op: CompareOp) -> impl Iterator<Item = i32> {
+    let changes_outcome = move |d: i32| comparison_holds(op, d, 0) != comparison_holds(op, d - 1, 0) || comparison_holds(op, d, 0) != comparison_holds(op, d + 1, 0);
+    (-1..=1).filter(move |d| changes_outcome(*d))
+}
+
+/// True when the two scans, which differ by one in the wished integer, differ in what the element does and in what is
+/// stored because of it.
+fn is_visible(wish: &BoundaryGoal, stores: &[bool], one: &EvaluatedScan, other: &EvaluatedScan) -> bool {
+    let out = |seen: &EvaluatedScan| seen.trace.get(wish.position).map(|pair| pair.1);
+    // The integer itself shows it when it does not simply stay one apart.
+    let itself = one.change_of(wish.symbol) != other.change_of(wish.symbol);
+    let stored = || {
+        let later = one.trace.iter().zip(&other.trace).zip(stores).skip(wish.position);
+        later.filter(|(_, stores)| **stores).any(|((a, b), _)| a.0 != b.0)
+    };
+    let keeps = stores.get(wish.position).copied().unwrap_or(false);
+    if keeps && itself {
+        return true;
+    }
+    out(one) != out(other) && stored() && (itself || one.differs_beside(other, wish.symbol))
+}

@@ -1,0 +1,235 @@
+//! The chip on the bench: run from one moment of a scan to the next, with its pins wired.
+
+use emu_core::cpu::StopReason;
+use emu_core::pins::{PinLevel, CycleTime};
+
+use crate::families::{HighDrive, CheckedChip};
+use crate::program_places::{ProgramPlaces, ScanPoint};
+use crate::pin_listener::PinListener;
+
+/// Cycles allowed from reset to the start of the timer, on top of some periods.
+const MAX_RESET_CYCLES: u64 = 200_000;
+
+/// Periods allowed from one moment of a scan to the next.
+const MAX_PERIODS: u64 = 3;
+
+/// The chip did not get where it should.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct LostSync {
+    pub wanted: ScanPoint,
+    pub stop: StopReason,
+    pub cycle: u64,
+    /// Where it is, as a program word.
+    pub pc: u32,
+}
+
+/// A chip and its places.
+#[derive(Debug, Clone)]
+pub(crate) struct ChipRunner<'a, C> {
+    pub cpu: C,
+    pub places: &'a ProgramPlaces,
+    /// What listens to serial line and PWM output.
+    pub listener: Option<PinListener>,
+    /// Machine cycle at which the timer was started; of a machine that paces itself the start of the first scan.
+    timer_start: Option<u64>,
+    /// Periods since then.
+    scans: u64,
+    first_stack: Option<u32>,
+    /// Whether the chip stops at each rung.
+    times_rungs: bool,
+    /// Where the rungs of this scan began, with the cycle; nothing unless that is asked for.
+    rung_marks: Vec<(usize, u64)>,
+}
+
+impl<'a, C: CheckedChip> ChipRunner<'a, C> {
+    /// A chip fresh from reset, run until its timer has started.
+    pub(crate) fn start(mut cpu: C, places: &'a ProgramPlaces) -> Result<Self, LostSync> {
+        for point in [ScanPoint::TimerStart, ScanPoint::ScanStart, ScanPoint::FirstRung, ScanPoint::ScanEnd] {
+            places.point_word(point).into_iter().for_each(|pc| cpu.set_breakpoint(pc, true));
+        }
+        let open = |pin| places.pin_behaviour(pin).is_some_and(|nature| nature.high == HighDrive::Open);
+        for &(_, pin) in places.outputs.iter().filter(|output| open(output.1)) {
+            cpu.drive(CycleTime::at(0), pin, PinLevel::PullUp);
+        }
+        if let Some(pin) = places.peripherals.receive {
+            cpu.drive(CycleTime::at(0), pin, PinLevel::High);
+        }
+        let mut rig = ChipRunner {
+            cpu,
+            places,
+            listener: PinListener::new(&places.peripherals),
+            timer_start: None,
+            scans: 0,
+            first_stack: None,
+            times_rungs: false,
+            rung_marks: Vec::new(),
+        };
+        if places.is_self_paced() {
+            return Ok(rig);
+        }
+        rig.run_to(ScanPoint::TimerStart, MAX_RESET_CYCLES)?;
+        let stop = rig.cpu.step(&mut ());
+        rig.timer_start = Some(rig.cpu.cycle());
+        match stop {
+            StopReason::Limit => Ok(rig),
+            stop => Err(rig.lost_sync(ScanPoint::TimerStart, stop)),
+        }
+    }
+
+    /// Stops at each rung from now on, to see how long it takes.
+    pub(crate) fn time_rungs(&mut self) {
+        self.times_rungs = true;
+        self.places.rungs.iter().for_each(|&(pc, _)| self.cpu.set_breakpoint(pc, true));
+    }
+
+    /// The rungs of the scan that has ended, by position, with their machine cycles.
+    pub(crate) fn rung_times(&self) -> impl Iterator<Item = (usize, u64)> {
+        let pairs = self.rung_marks.windows(2).filter_map(|pair| match pair {
+            [(rung, from), (_, to)] => Some((*rung, to - from)),
+            _ => None,
+        });
+        pairs.filter(|(rung, _)| *rung != usize::MAX)
+    }
+
+    /// At the end of a scan: the machine cycles until the chip waits again.
+    pub(crate) fn tail_cycles(&self) -> u64 {
+        let mut cpu = self.cpu.clone();
+        let before = cpu.cycle();
+        cpu.step(&mut ());
+        // A controller looks at all its outputs then.
+        let outputs = if self.places.is_self_paced() { self.places.output_channels(&cpu) } else { 0 };
+        cpu.cycle() - before + outputs
+    }
+
+    /// Drives the pins that the program does not name, now: the n-th by bit n.
+    pub(crate) fn drive_spare(&mut self, levels: u32) {
+        let now = CycleTime::at(self.cpu.cycle());
+        for (n, &pin) in (0..).zip(&self.places.spare_pins) {
+            self.cpu.drive(now, pin, PinLevel::from_bit(levels.checked_shr(n).unwrap_or(0) & 1 == 1));
+        }
+    }
+
+    /// Drives all inputs, now.
+    pub(crate) fn drive_inputs(&mut self, levels: impl Iterator<Item = bool>) {
+        self.drive_at(CycleTime::at(self.cpu.cycle()), levels);
+    }
+
+    /// Drives all inputs as soon as they have been latched, where a scan takes them: a machine that paces itself stands at the start
+    /// of a scan, and latches at the first clock of the cycle that comes.
+    pub(crate) fn drive_after_latch(&mut self, levels: impl Iterator<Item = bool>) {
+        let phase = u8::from(self.places.is_self_paced());
+        self.drive_at(CycleTime { cycle: self.cpu.cycle(), phase }, levels);
+    }
+
+    fn drive_at(&mut self, time: CycleTime, levels: impl Iterator<Item = bool>) {
+        for (&pin, level) in self.places.inputs.iter().zip(levels) {
+            self.cpu.drive(time, pin, PinLevel::from_bit(level));
+        }
+    }
+
+    /// Runs to the next start of a scan.
+    pub(crate) fn reach_start(&mut self) -> Result<(), LostSync> {
+        self.run_to(ScanPoint::ScanStart, 0)?;
+        self.rung_marks.clear();
+        self.note_rung_start(self.cpu.pc());
+        match self.timer_start {
+            Some(_) => self.scans += 1,
+            None => self.timer_start = Some(self.cpu.cycle()),
+        }
+        Ok(())
+    }
+
+    /// Runs to the first rung; false where that is no place of its own.
+    pub(crate) fn reach_rungs(&mut self) -> Result<bool, LostSync> {
+        match self.places.point_word(ScanPoint::FirstRung) {
+            Some(_) => self.run_to(ScanPoint::FirstRung, 0).map(|()| true),
+            None => Ok(false),
+        }
+    }
+
+    /// Runs to the end of the scan.
+    pub(crate) fn reach_end(&mut self) -> Result<(), LostSync> {
+        self.run_to(ScanPoint::ScanEnd, 0)
+    }
+
+    /// Runs to whatever trap comes next; a wrong one is not an error here. Gives the program word.
+    pub(crate) fn reach_next(&mut self) -> Result<u32, LostSync> {
+        let until = self.cycle_limit(0);
+        match self.run_until(until) {
+            StopReason::Breakpoint { pc } => Ok(pc),
+            stop => Err(self.lost_sync(ScanPoint::ScanEnd, stop)),
+        }
+    }
+
+    /// Scans that have started.
+    pub(crate) fn scans_started(&self) -> u64 {
+        self.scans + u64::from(self.places.is_self_paced() && self.timer_start.is_some())
+    }
+
+    /// The first machine cycle in which scan `scan` (from 1) may start.
+    pub(crate) fn scan_start_cycle(&self, scan: u64) -> u64 {
+        self.timer_start.unwrap_or(0).saturating_add(self.places.start_window(scan).0)
+    }
+
+    /// Now, in clocks since power-up.
+    pub(crate) fn clock(&self) -> u64 {
+        self.places.peripherals.to_clock(CycleTime::at(self.cpu.cycle()))
+    }
+
+    /// At a scan's start: the cycles, since the timer was started, in which it may lie, and the one in which it does.
+    pub(crate) fn start_window(&self) -> ((u64, u64), u64) {
+        (self.places.start_window(self.scans), self.cpu.cycle().saturating_sub(self.timer_start.unwrap_or(0)))
+    }
+
+    /// At a scan's start: the stack pointer of the first scan's start and the present one, where they differ.
+    pub(crate) fn stack_change(&mut self) -> Option<(u32, u32)> {
+        let now = CheckedChip::stack_depth(&self.cpu)?;
+        let first = *self.first_stack.get_or_insert(now);
+        (first != now).then_some((first, now))
+    }
+
+    /// Runs the chip. A controller that has settled halts where nothing more is to come; but more is.
+    fn run_until(&mut self, until: u64) -> StopReason {
+        loop {
+            let stop = match &mut self.listener {
+                Some(tap) => self.cpu.run(until, tap),
+                None => self.cpu.run(until, &mut ()),
+            };
+            let Some(power) = self.places.supply_pin().filter(|_| stop == StopReason::Halted && self.cpu.cycle() < until) else {
+                return stop;
+            };
+            self.cpu.drive(CycleTime::at(until), power, PinLevel::High);
+        }
+    }
+
+    fn cycle_limit(&self, extra: u64) -> u64 {
+        let periods = self.places.period_cycles().saturating_mul(MAX_PERIODS).saturating_add(extra);
+        self.cpu.cycle().saturating_add(periods)
+    }
+
+    fn run_to(&mut self, point: ScanPoint, extra: u64) -> Result<(), LostSync> {
+        let until = self.cycle_limit(extra);
+        loop {
+            match self.run_until(until) {
+                StopReason::Breakpoint { pc } if Some(pc) == self.places.point_word(point) => {
+                    self.note_rung_start(pc);
+                    return Ok(());
+                }
+                StopReason::Breakpoint { pc } if !self.places.is_scan_point(pc) && self.note_rung_start(pc) => {}
+                stop => return Err(self.lost_sync(point, stop)),
+            }
+        }
+    }
+
+    /// Notes that a rung begins here, if one does.
+    fn note_rung_start(&mut self, pc: u32) -> bool {
+        let found = self.places.rungs.iter().find(|(start, _)| *start == pc);
+        // Without the others, the rungs where a point lies as well would seem to last until the next point.
+        self.rung_marks.extend(found.filter(|_| self.times_rungs).map(|&(_, rung)| (rung, self.cpu.cycle())));
+        found.is_some()
+    }
+
+    fn lost_sync(&self, wanted: ScanPoint, stop: StopReason) -> LostSync {
+        LostSync { wanted, stop, cycle: self.cpu.cycle(), pc: self.cpu.pc() }
+    }
+}

@@ -1,0 +1,160 @@
+//! What of a program counts as covered: for each element, what it should be seen doing.
+
+use ladder::{CounterKind, LadderDialect, Element, LadderOperand, LadderProgram, TimerKind};
+use ladder_eval::Evaluator;
+
+use crate::coverage::CoverageClass;
+use crate::possible_outcomes::{FALSE_FALSE, FALSE_TRUE, TRUE_FALSE, TRUE_TRUE};
+
+/// What must hold besides the rung bits.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum OutcomeCondition {
+    Always,
+    /// The accumulator was not 0 when the scan began.
+    TimerRan(usize),
+    /// The counter moved by one.
+    Counted(usize),
+    /// The counter, of so many bytes, went from one end of them to the other.
+    Overflowed(usize, u8),
+    /// The integer is in these bounds, before the scan and after it (of a table that writes its own index: before it).
+    Within {
+        symbol: usize,
+        least: i64,
+        most: i64,
+        own: bool,
+    },
+    /// The integer is something else.
+    Changed(usize),
+    /// The program sent a byte.
+    SentByte,
+    /// A write to the EEPROM began.
+    WroteEeprom,
+    /// The circular counter went from its limit (or above) to 0.
+    Wrapped(usize, i32),
+    /// The OR of the outs at these elements is this.
+    Branch(bool),
+}
+
+/// What it says in the report, the (in, out) that count, and what must hold besides.
+pub(crate) type WantedOutcome = (&'static str, u8, OutcomeCondition);
+
+/// What an element should be seen doing.
+#[rustfmt::skip]
+pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: &Evaluator, symbol: &dyn Fn(&str) -> usize) -> Option<(CoverageClass, Vec<WantedOutcome>)> {
+    use OutcomeCondition::{Always, Changed, Counted, Overflowed, TimerRan, SentByte, Wrapped, WroteEeprom};
+    const IN: u8 = TRUE_FALSE | TRUE_TRUE;
+    const NOT_IN: u8 = FALSE_FALSE | FALSE_TRUE;
+    const OUT: u8 = FALSE_TRUE | TRUE_TRUE;
+    const NOT_OUT: u8 = FALSE_FALSE | TRUE_FALSE;
+    const ANY: u8 = IN | NOT_IN;
+    let acts = || vec![("acts", IN, Always), ("rests", NOT_IN, Always)];
+    Some(match element {
+        Element::Contacts { .. } => (CoverageClass::Contacts, vec![("passes", TRUE_TRUE, Always), ("blocks", TRUE_FALSE, Always)]),
+        Element::Coil { set: false, reset: false, negated, .. } => {
+            let (one, zero) = if *negated { (NOT_IN, IN) } else { (IN, NOT_IN) };
+            (CoverageClass::Coils, vec![("stores 1", one, Always), ("stores 0", zero, Always)])
+        }
+        Element::Coil { .. } => (CoverageClass::Coils, acts()),
+        Element::Compare { .. } => (CoverageClass::Compares, vec![("is true", TRUE_TRUE, Always), ("is false", TRUE_FALSE, Always)]),
+        Element::Timer { kind, name, .. } => {
+            let t = symbol(name);
+            (CoverageClass::Timers, match kind {
+                TimerKind::Ton => vec![("expires", TRUE_TRUE, Always), ("runs", TRUE_FALSE, Always), ("is reset", FALSE_FALSE, TimerRan(t))],
+                TimerKind::Tof => vec![("expires", FALSE_FALSE, Always), ("runs", FALSE_TRUE, Always), ("is reset", TRUE_TRUE, TimerRan(t))],
+                TimerKind::Rto => vec![("expires", OUT, Always), ("runs", TRUE_FALSE, Counted(t)), ("holds", FALSE_FALSE, TimerRan(t))],
+            })
+        }
+        Element::Counter { kind: CounterKind::Ctc, name, max, .. } => {
+            let (c, max) = (symbol(name), if let LadderOperand::Const { value, .. } = max { *value as i32 } else { 0 });
+            (CoverageClass::Counters, vec![("counts", TRUE_TRUE, Counted(c)), ("wraps", TRUE_TRUE, Wrapped(c, max))])
+        }
+        // In ldmicro-5 a counter stops at its limit.
+        Element::Counter { name, .. } if program.dialect == LadderDialect::Ldmicro5 => {
+            let c = symbol(name);
+            (CoverageClass::Counters, vec![
+                ("counts", ANY, Counted(c)), ("is at its limit", OUT, Always), ("is below its limit", NOT_OUT, Always),
+            ])
+        }
+        Element::Counter { name, .. } => {
+            let c = symbol(name);
+            let bytes = eval.symbols().get(c).map_or(2, |s| s.bytes);
+            (CoverageClass::Counters, vec![
+                ("counts", IN, Counted(c)), ("wraps", IN, Overflowed(c, bytes)),
+                ("is at its limit", OUT, Always), ("is below its limit", NOT_OUT, Always),
+            ])
+        }
+        Element::Osr => (CoverageClass::OneShots, vec![("fires", TRUE_TRUE, Always), ("stays quiet on a true rung", TRUE_FALSE, Always)]),
+        Element::Osf => (CoverageClass::OneShots, vec![("fires", FALSE_TRUE, Always), ("stays quiet on a false rung", FALSE_FALSE, Always)]),
+        Element::MasterRelay => (CoverageClass::MasterRelays, vec![("has a true rung", IN, Always), ("has a false rung", NOT_IN, Always)]),
+        Element::Res { .. } | Element::Move { .. } | Element::Math { .. } => (CoverageClass::Actions, acts()),
+        Element::ShiftRegister { name, stages } => {
+            let last = symbol(&format!("{name}{}", stages.saturating_sub(1)));
+            let shifts = if *stages > 1 { Changed(last) } else { Always };
+            (CoverageClass::ShiftRegisters, vec![("shifts", IN, shifts), ("rests", NOT_IN, Always)])
+        }
+        Element::LookUpTable { dest, index, values, .. } => {
+            let last = values.len() as i64 - 1;
+            let parts = [("reads its first value", 0, 0), ("reads its last value", last, last),
+                ("is asked below its first value", i64::MIN, -1), ("is asked above its last value", last + 1, i64::MAX)];
+            (CoverageClass::Tables, index_outcomes(eval, symbol, dest, index, &parts))
+        }
+        Element::PiecewiseLinear { dest, index, points } => {
+            let first = points.first().map_or(0, |p| p.0);
+            let last = points.last().map_or(0, |p| p.0);
+            let inner = points.get(1).map_or(0, |p| p.0);
+            let mut parts = vec![("is asked below its first point", i64::MIN, first - 1), ("uses its first segment", first, inner),
+                ("is asked above its last point", last + 1, i64::MAX)];
+            parts.extend(points.windows(2).skip(1).map(|pair| match pair {
+                [a, b] => ("uses every segment", a.0 + 1, b.0),
+                _ => ("uses every segment", last, last),
+            }));
+            (CoverageClass::Tables, index_outcomes(eval, symbol, dest, index, &parts))
+        }
+        Element::ReadAdc { .. } | Element::SetPwm { .. } => (CoverageClass::Peripherals, acts()),
+        Element::Persist { .. } => (CoverageClass::Peripherals, vec![("writes", IN, WroteEeprom), ("rests", NOT_IN, Always)]),
+        Element::UartRecv { .. } => (CoverageClass::Serial, vec![("receives", TRUE_TRUE, Always), ("finds no byte", TRUE_FALSE, Always)]),
+        Element::UartSend { .. } => {
+            let mut goals = vec![("sends", TRUE_TRUE, SentByte), ("rests", FALSE_FALSE, Always)];
+            // Where a byte is over within its scan the line is never busy in the next.
+            if byte_exceeds_scan(program) {
+                goals.push(("is busy on a false rung", FALSE_TRUE, Always));
+            }
+            (CoverageClass::Serial, goals)
+        }
+        Element::FormattedString { text, quoted, .. } => {
+            let length = ladder::format::split_format_string(text, *quoted).map_or(0, |pieces| pieces.len());
+            let mut goals = vec![("rests", NOT_OUT, Always)];
+            if length > 0 {
+                goals.push(("sends", ANY, SentByte));
+            }
+            // The first one goes on a true rung, and with the last one the string is over.
+            if length > 2 {
+                goals.push(("sends on a false rung", FALSE_TRUE, SentByte));
+            }
+            (CoverageClass::Serial, goals)
+        }
+        _ => return None,
+    })
+}
+
+/// The parts of a table, by bounds of its index; a constant index has but one, and that needs no goal.
+fn index_outcomes(
+    eval: &Evaluator,
+    symbol: &dyn Fn(&str) -> usize,
+    dest: &str,
+    index: &LadderOperand,
+    parts: &[(&'static str, i64, i64)],
+) -> Vec<WantedOutcome> {
+    let LadderOperand::Var(name) = index else { return vec![("acts", TRUE_FALSE | TRUE_TRUE, OutcomeCondition::Always)] };
+    let (symbol, own) = (symbol(name), name == dest);
+    // Parts that lie outside of what the index can hold are none.
+    let end = 1i64 << (8 * u32::from(eval.symbols().get(symbol).map_or(2, |s| s.bytes).clamp(1, 4)) - 1);
+    let parts = parts.iter().filter(|(_, least, most)| least <= most && *least < end && *most >= -end);
+    parts.map(|&(says, least, most)| (says, TRUE_FALSE | TRUE_TRUE, OutcomeCondition::Within { symbol, least, most, own })).collect()
+}
+
+/// A byte on the line takes longer than a scan.
+fn byte_exceeds_scan(program: &LadderProgram) -> bool {
+    let (baud, cycle) = (program.settings.baud.unwrap_or(0), program.settings.cycle_us);
+    u128::from(baud) * u128::from(cycle) < 10_000_000
+}

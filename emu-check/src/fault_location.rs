@@ -1,0 +1,155 @@
+//! Which element went wrong: the differing scan once more, stopped at every element.
+
+use ladder::{Element, ElementId, LadderProgram};
+use ladder_compile::ImageMap;
+
+use crate::families::CheckedChip;
+use crate::coverage_goals::EvaluatedScan;
+use crate::lockstep::{TestBench, DifferingSymbol, Mismatch, LockstepPair};
+use crate::program_places::ScanPoint;
+use crate::report::DifferenceKind;
+use crate::stimulus::ScanStimulus;
+
+/// Finds the first element, in order of execution, whose result differs, and the symbol that shows it. `steps` end with
+/// the scan that differs.
+pub(crate) fn find_faulty_element<C: CheckedChip, F: Fn(u64) -> C>(
+    bench: &TestBench<'_, C, F>,
+    (program, map): (&LadderProgram, &ImageMap),
+    (ram_seed, steps): (u64, &[ScanStimulus]),
+    mismatch: &Mismatch,
+) -> (Option<ElementId>, Option<DifferingSymbol>) {
+    if mismatch.kind == DifferenceKind::Stop {
+        let byte = mismatch.pc.map(|pc| pc * bench.places.word_bytes);
+        return (byte.and_then(|byte| element_at(map, byte)), None);
+    }
+    let only = |what: fn(&Element) -> bool| {
+        let mut all = program.elements().filter(|(_, element, _)| what(element)).map(|(id, ..)| id);
+        all.next().filter(|_| all.next().is_none())
+    };
+    match mismatch.kind {
+        DifferenceKind::Serial => {
+            let sends = |e: &Element| matches!(e, Element::UartSend { .. } | Element::FormattedString { .. });
+            return (only(sends), None);
+        }
+        DifferenceKind::Pwm => return (only(|e| matches!(e, Element::SetPwm { .. })), None),
+        DifferenceKind::Eeprom => return (only(|e| matches!(e, Element::Persist { .. })), None),
+        _ => {}
+    }
+    let first = mismatch.differing.first().copied();
+    if !matches!(mismatch.kind, DifferenceKind::Symbol | DifferenceKind::Pin) {
+        return (None, first);
+    }
+    let Some((seen, stops)) = step_through_elements(bench, map, ram_seed, steps, mismatch) else { return (None, first) };
+    let suspects = mismatch.differing.iter().enumerate().map(|(n, &differing)| {
+        let name = bench.eval.symbols().get(differing.symbol).map_or("", |s| s.name.as_str());
+        (suspect_element(program, name, &seen, &changing_elements(&stops, n)), differing)
+    });
+    suspects
+        .filter_map(|(element, differing)| Some((element?, differing)))
+        .min_by_key(|(element, _)| *element)
+        .map_or((None, first), |(element, differing)| (Some(element), Some(differing)))
+}
+
+/// The element that the code at byte address `byte` belongs to.
+fn element_at(map: &ImageMap, byte: u32) -> Option<ElementId> {
+    let found = map.elements.iter().find(|e| (e.start..e.end).contains(&byte))?;
+    Some(ElementId { rung: found.rung.checked_sub(1)?, index: found.element.checked_sub(1)? })
+}
+
+/// Where the chip was stopped (nothing outside of the rungs), and the differing symbols there.
+type ElementStops = Vec<(Option<ElementId>, Vec<i32>)>;
+
+/// Runs the last scan from element to element.
+fn step_through_elements<C: CheckedChip, F: Fn(u64) -> C>(
+    bench: &TestBench<'_, C, F>,
+    map: &ImageMap,
+    ram_seed: u64,
+    steps: &[ScanStimulus],
+    mismatch: &Mismatch,
+) -> Option<(EvaluatedScan, ElementStops)> {
+    let (last, before) = steps.split_last()?;
+    let mut pair = LockstepPair::start(bench, ram_seed).ok()?;
+    for step in before {
+        pair.scan(step).ok()?;
+    }
+    pair.begin_scan(last).ok()?;
+    let seen = EvaluatedScan::run(&mut pair.eval);
+    for element in &map.elements {
+        pair.runner.cpu.set_breakpoint(element.start / bench.places.word_bytes, true);
+    }
+    let mut stops = ElementStops::new();
+    // A program that goes round in circles here has more stops than elements.
+    for _ in 0..map.elements.len() + map.rungs.len() + 8 {
+        let pc = pair.runner.reach_next().ok()?;
+        if Some(pc) == bench.places.point_word(ScanPoint::FirstRung) {
+            pair.flip_inputs(last);
+        }
+        let values = mismatch.differing.iter().map(|d| bench.places.read_symbol(&pair.runner.cpu, d.symbol)).collect();
+        stops.push((element_at(map, pc * bench.places.word_bytes), values));
+        if Some(pc) == bench.places.point_word(ScanPoint::ScanEnd) {
+            break;
+        }
+    }
+    Some((seen, stops))
+}
+
+/// The elements during which the chip changed the `n`-th differing symbol.
+fn changing_elements(stops: &ElementStops, n: usize) -> Vec<Option<ElementId>> {
+    let changed = stops.windows(2).filter_map(|pair| match pair {
+        [(at, before), (_, after)] if before.get(n) != after.get(n) => Some(*at),
+        _ => None,
+    });
+    changed.collect()
+}
+
+/// The element to blame for one symbol.
+fn suspect_element(program: &LadderProgram, name: &str, seen: &EvaluatedScan, changes: &[Option<ElementId>]) -> Option<ElementId> {
+    let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));
+    let mut writers = Vec::new();
+    let mut last = None;
+    for ((id, element, _), (input, _)) in elements.zip(&seen.trace) {
+        let Some((written, when)) = written_symbol(element) else { continue };
+        let shifts =
+            |stages: u32| name.strip_prefix(written).and_then(|n| n.parse().ok()).is_some_and(|n: u32| n < stages);
+        let writes = match element {
+            Element::ShiftRegister { stages, .. } => shifts(*stages),
+            _ => written == name,
+        };
+        if writes {
+            writers.push(id);
+            if when == WriteCondition::Always || *input {
+                last = Some(id);
+            }
+        }
+    }
+    // An element that has no business with the symbol; then one that acted after the last that should have; then that.
+    let stray = changes.iter().flatten().find(|id| !writers.contains(id));
+    let late = changes.iter().flatten().find(|id| last.is_none_or(|last| **id > last));
+    stray.or(late).copied().or(last)
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum WriteCondition {
+    Always,
+    /// Only on a true rung.
+    OnTrue,
+}
+
+/// What an element writes (of a shift register the stem of its integers), and when.
+fn written_symbol(element: &Element) -> Option<(&str, WriteCondition)> {
+    match element {
+        Element::Coil { name, set: false, reset: false, .. } => Some((name, WriteCondition::Always)),
+        Element::Timer { name, .. } | Element::Counter { name, .. } => Some((name, WriteCondition::Always)),
+        Element::Coil { name, .. }
+        | Element::Res { name }
+        | Element::ShiftRegister { name, .. }
+        | Element::ReadAdc { name, .. }
+        | Element::UartRecv { name, .. }
+        | Element::Persist { name } => Some((name, WriteCondition::OnTrue)),
+        Element::Move { dest, .. }
+        | Element::Math { dest, .. }
+        | Element::LookUpTable { dest, .. }
+        | Element::PiecewiseLinear { dest, .. } => Some((dest, WriteCondition::OnTrue)),
+        _ => None,
+    }
+}

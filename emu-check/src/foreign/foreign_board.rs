@@ -1,0 +1,215 @@
+//! The chip of a foreign image on its board: pins by the program alone, and what of the program can be compared there.
+
+use diag::{Diagnostic, Pos, Severity};
+use emu_core::chip::Chip;
+use emu_core::pins::PinId;
+use ladder::{Element, LadderOperand, LadderProgram, SymbolKind};
+use ladder_compile::{ImageMap, SpecialPin};
+use ladder_eval::Evaluator;
+
+use crate::map_contract::{ScanPace, pwm_frequency, requested_pin};
+use crate::peripherals::{CheckedPeripherals, uses_serial};
+use crate::program_places::ProgramPlaces;
+use crate::{CheckOptions, serial_line::BitTime};
+
+use super::codes;
+
+/// A variable in the EEPROM: its symbol, first cell, and number of cells.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct EepromVariable {
+    pub symbol: usize,
+    pub addr: u32,
+    pub bytes: u32,
+}
+
+/// Pins and what is compared at them.
+#[derive(Debug, Clone)]
+pub(crate) struct ForeignBoard {
+    pub chip: &'static Chip,
+    pub pace: ScanPace,
+    pub inputs: Vec<PinId>,
+    /// Symbol and pin.
+    pub outputs: Vec<(usize, PinId)>,
+    pub peripherals: CheckedPeripherals,
+    /// Pin and frequency.
+    pub pwm: Option<(PinId, u64)>,
+    pub eeprom_variables: Vec<EepromVariable>,
+    /// Symbols that depend on the moment at which a byte is sent.
+    pub timing_dependent: Vec<bool>,
+    /// What is not compared, in words.
+    pub left_out: Vec<String>,
+    /// The values of bytes are compared.
+    pub compares_bytes: bool,
+    /// Scans that a byte lasts.
+    pub scans_per_byte: u64,
+    /// Where symbols are, if a map tells.
+    pub places: Option<ProgramPlaces>,
+}
+
+impl ForeignBoard {
+    /// # Errors
+    /// Pins that are not known, and a map that does not fit.
+    pub(super) fn new(
+        program: &LadderProgram,
+        options: &CheckOptions,
+        eval: &Evaluator,
+        (chip, pace): (&'static Chip, ScanPace),
+        map: Option<&ImageMap>,
+    ) -> Result<ForeignBoard, Vec<Diagnostic>> {
+        let mut faults = Vec::new();
+        let mut fault = |cause: String| {
+            let hint = "give the pin in the IO LIST (with MICRO=), by --pin NAME=PIN, or by --map";
+            let pos = Pos::default();
+            faults.push(Diagnostic::new(Severity::Error, codes::NO_PIN, &program.file, pos, cause, hint));
+        };
+        let of_map = |name: &str| {
+            let map = map?;
+            let analog = map.specials.iter().find_map(|special| match special {
+                SpecialPin::Analog { pin, name: of } if of == name => Some(pin.as_str()),
+                _ => None,
+            });
+            map.pins.iter().find(|pin| pin.name == name).map(|pin| pin.pin.as_str()).or(analog)
+        };
+        let mut pin = |name: &str| {
+            let asked = requested_pin(program, options, chip, name).or_else(|| of_map(name));
+            let found = asked.and_then(|pin| chip.pin(pin));
+            if found.is_none() {
+                fault(match asked {
+                    Some(pin) => format!("{} has no pin {pin} for `{name}`", chip.name),
+                    None => format!("the pin of `{name}` on {} is not known", chip.name),
+                });
+            }
+            found
+        };
+        let (mut inputs, mut outputs, mut analog) = (Vec::new(), Vec::new(), Vec::new());
+        let read: Vec<usize> = eval.adc_symbols().collect();
+        for (index, symbol) in eval.symbols().iter().enumerate() {
+            match symbol.kind {
+                SymbolKind::Input => inputs.extend(pin(&symbol.name)),
+                SymbolKind::Output => outputs.extend(pin(&symbol.name).map(|pin| (index, pin))),
+                SymbolKind::Adc if read.contains(&index) => analog.extend(pin(&symbol.name).map(|pin| (index, pin))),
+                _ => {}
+            }
+        }
+        let target = ladder_compile::find_target(chip.name);
+        let (sends, receives) = uses_serial(program);
+        let uart = target.and_then(|target| target.uart).filter(|_| sends || receives);
+        let (transmit, receive) = uart.map_or((None, None), |(tx, rx)| (chip.pin(tx), chip.pin(rx)));
+        let hertz = pwm_frequency(program).filter(|_| eval.pwm_hz().is_some());
+        let pwm = target.and_then(|target| chip.pin(target.pwm?)).zip(hertz);
+        if (sends || receives) && uart.is_none() {
+            fault(format!("{} has no serial line that programs use", chip.name));
+        }
+        if eval.pwm_hz().is_some() && pwm.is_none() {
+            fault(format!("{} has no PWM output that programs use", chip.name));
+        }
+        if !faults.is_empty() {
+            return Err(faults);
+        }
+        let places = map.map(|map| ProgramPlaces::new(program, map, chip, eval, pace)).transpose()?;
+        let baud = program.settings.baud.unwrap_or(1).max(1);
+        let lasts = 10_000_000u64.div_ceil(baud.saturating_mul(program.settings.cycle_us).max(1)).max(1);
+        let loose = timing_dependent_symbols(program, lasts);
+        let names = |name: &str| loose.iter().any(|other| other == name);
+        let is_loose = |symbol: &ladder::LadderSymbol| names(&symbol.name);
+        let mut left_out = Vec::new();
+        for symbol in eval.symbols().iter().filter(|s| s.kind == SymbolKind::Output && is_loose(s)) {
+            left_out.push(format!("{}: depends on the moment at which a byte is sent", symbol.name));
+        }
+        let bytes = !program.elements().any(|(_, element, _)| match element {
+            Element::UartSend { name, .. } => names(name),
+            Element::FormattedString { var: Some(name), .. } => names(name),
+            _ => false,
+        });
+        if !bytes {
+            left_out.push("values of bytes: they depend on the moment at which others were sent".to_owned());
+        }
+        let mut addr = 0;
+        let mut kept = Vec::new();
+        for (_, element, _) in program.elements() {
+            let Element::Persist { name } = element else { continue };
+            let Some(symbol) = eval.index(name) else { continue };
+            let bytes = eval.symbols().get(symbol).map_or(2, |symbol| u32::from(symbol.bytes));
+            if !names(name) {
+                kept.push(EepromVariable { symbol, addr, bytes });
+            }
+            addr += bytes;
+        }
+        let loose_duty = program
+            .elements()
+            .any(|(_, element, _)| matches!(element, Element::SetPwm { duty: LadderOperand::Var(name), .. } if names(name)));
+        if loose_duty {
+            left_out.push("the PWM output: its duty depends on the moment at which a byte is sent".to_owned());
+        }
+        let peripherals = CheckedPeripherals {
+            transmit: transmit.filter(|_| sends),
+            receive: receive.filter(|_| receives),
+            bit_time: BitTime { hz: pace.clock_hz, baud },
+            analog,
+            pwm: None,
+            eeprom_cells: addr,
+            clocks_per_cycle: pace.clocks_per_cycle,
+        };
+        let pwm = pwm.filter(|_| !loose_duty);
+        let loose = eval.symbols().iter().map(is_loose).collect();
+        Ok(ForeignBoard { chip, pace, inputs, outputs, peripherals, pwm, eeprom_variables: kept, timing_dependent: loose, left_out, compares_bytes: bytes, scans_per_byte: lasts, places })
+    }
+
+    /// The chip's name of a pin.
+    pub(super) fn pin_name(&self, pin: PinId) -> &'static str {
+        self.chip.pins.get(usize::from(pin)).map_or("?", |p| p.name)
+    }
+}
+
+/// Names that what comes behind a sending element may write, and all that may depend on them: the chip's transmitter is free by a
+/// flag of its own, the language's by a count of scans. Behind a string that is so only where a byte lasts longer than a scan.
+fn timing_dependent_symbols(program: &LadderProgram, lasts: u64) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    // A loose master relay makes everything behind it loose, in every scan.
+    let mut all = false;
+    loop {
+        let before = (names.len(), all);
+        let (mut rung, mut tainted) = (None, false);
+        for (id, element, _) in program.elements() {
+            if rung != Some(id.rung) {
+                (rung, tainted) = (Some(id.rung), all);
+            }
+            let mut used = false;
+            ladder::symbols::for_each_symbol_use(element, &mut |name, _| used |= names.iter().any(|other| other == name));
+            tainted |= used
+                || match element {
+                    Element::UartSend { .. } => true,
+                    Element::FormattedString { .. } => lasts > 1,
+                    _ => false,
+                };
+            all |= tainted && *element == Element::MasterRelay;
+            for name in written_symbols(element).into_iter().filter(|_| tainted) {
+                if !names.contains(&name) {
+                    names.push(name);
+                }
+            }
+        }
+        if before == (names.len(), all) {
+            return names;
+        }
+    }
+}
+
+/// The symbols that an element writes.
+fn written_symbols(element: &Element) -> Vec<String> {
+    match element {
+        Element::Coil { name, .. }
+        | Element::Timer { name, .. }
+        | Element::Counter { name, .. }
+        | Element::Res { name }
+        | Element::Move { dest: name, .. }
+        | Element::Math { dest: name, .. }
+        | Element::LookUpTable { dest: name, .. }
+        | Element::PiecewiseLinear { dest: name, .. }
+        | Element::ReadAdc { name, .. }
+        | Element::UartRecv { name, .. }
+        | Element::Persist { name } => vec![name.clone()],
+        Element::ShiftRegister { name, stages } => (0..*stages).map(|n| format!("{name}{n}")).collect(),
+        _ => Vec::new(),
+    }
+}

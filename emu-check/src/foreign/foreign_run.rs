@@ -1,0 +1,342 @@
+//! A foreign image and the evaluator side by side, from one wait for the timer to the next.
+
+use std::collections::VecDeque;
+
+use emu_core::cpu::StopReason;
+use emu_core::pins::{PinLevel, CycleTime};
+use ladder_eval::Evaluator;
+
+use crate::families::{HighDrive, PullUpKind, CheckedChip, pin_behaviour};
+use crate::coverage_goals::EvaluatedScan;
+use crate::value_hints::ValueHints;
+use crate::report::DifferenceKind;
+use crate::stimulus::ScanStimulus;
+use crate::serial_line::{ByteArrival, SerialFrame, plan_arrival};
+
+use super::foreign_board::ForeignBoard;
+use super::codes;
+use super::line_listener::LineListener;
+use super::scan_loop::ScanLoop;
+use super::{ForeignFinding, ForeignMismatch};
+
+/// Cycles allowed from reset to the first scan, on top of some periods.
+const MAX_RESET_CYCLES: u64 = 200_000;
+
+/// Periods allowed from one moment to the next.
+const MAX_PERIODS: u64 = 3;
+
+/// The starts of a run's scans, in machine cycles.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct ScanStarts {
+    pub first: u64,
+    pub last: u64,
+    /// Scans that have started.
+    pub scans: u64,
+}
+
+/// Chip and evaluator in a run from reset.
+pub(crate) struct ForeignRun<'a, C> {
+    cpu: C,
+    pub eval: Evaluator,
+    board: &'a ForeignBoard,
+    hints: &'a ValueHints,
+    scan_loop: ScanLoop,
+    listener: LineListener,
+    pub starts: ScanStarts,
+    /// Bytes that the evaluator has sent and the line has not, with the scan; and the other way round.
+    awaited: VecDeque<(u64, u8)>,
+    received_frames: VecDeque<(u64, SerialFrame)>,
+    sent: bool,
+    incoming: Option<(u64, u8)>,
+    /// Most machine cycles of a scan so far.
+    pub longest_scan: u64,
+    pub compared: u64,
+    pub findings: Vec<ForeignFinding>,
+}
+
+impl<'a, C: CheckedChip> ForeignRun<'a, C> {
+    /// Both sides at power-up. Cells that the image does not fill are erased.
+    pub(super) fn start(mut cpu: C, eval: &Evaluator, board: &'a ForeignBoard, hints: &'a ValueHints, found: ScanLoop) -> Self {
+        let mut eval = eval.clone();
+        for addr in 0..board.peripherals.eeprom_cells {
+            eval.set_eeprom(addr as usize, cpu.peek("eeprom", addr).unwrap_or(0xFF));
+        }
+        wire_board(&mut cpu, board);
+        cpu.set_breakpoint(found.start, true);
+        ForeignRun {
+            cpu,
+            eval,
+            board,
+            hints,
+            scan_loop: found,
+            listener: LineListener::new(board),
+            starts: ScanStarts::default(),
+            awaited: VecDeque::new(),
+            received_frames: VecDeque::new(),
+            sent: false,
+            incoming: None,
+            longest_scan: 0,
+            compared: 0,
+            findings: Vec::new(),
+        }
+    }
+
+    /// Machine cycles since power-up.
+    pub(super) fn cycle(&self) -> u64 {
+        self.cpu.cycle()
+    }
+
+    /// While the chip waits: the outside of the next scan. Then that scan on both sides, until the chip waits again.
+    pub(super) fn scan(&mut self, step: &ScanStimulus) -> Result<EvaluatedScan, ForeignMismatch> {
+        self.apply_external(step);
+        let extra = if self.starts.scans == 0 { MAX_RESET_CYCLES } else { 0 };
+        self.run_to(self.scan_loop.start, extra, "the start of the scan")?;
+        let at = self.cpu.cycle();
+        if self.starts.scans == 0 {
+            self.starts.first = at;
+            self.check_power_up();
+        }
+        self.starts.scans += 1;
+        self.starts.last = at;
+        self.compare_pins()?;
+        if let Some((_, byte)) = self.incoming.filter(|(scan, _)| *scan <= self.starts.scans) {
+            self.eval.receive(byte);
+            self.incoming = None;
+        }
+        step.apply(self.hints, &mut self.eval);
+        let seen = EvaluatedScan::run(&mut self.eval);
+        if let Some(byte) = self.eval.sent() {
+            self.sent = true;
+            self.awaited.push_back((self.starts.scans, byte));
+        }
+        self.cpu.set_breakpoint(self.scan_loop.wait, true);
+        let run_end = self.run_to(self.scan_loop.wait, 0, "the end of the scan");
+        self.cpu.set_breakpoint(self.scan_loop.wait, false);
+        run_end?;
+        self.longest_scan = self.longest_scan.max(self.cpu.cycle() - at);
+        self.compare_pins()?;
+        self.compare_symbols()?;
+        self.compare_lines()?;
+        Ok(seen)
+    }
+
+    /// Drives inputs, and begins a byte to the receiver.
+    fn apply_external(&mut self, step: &ScanStimulus) {
+        let of = &self.board.peripherals;
+        let now = CycleTime::at(self.cpu.cycle());
+        for (&pin, &level) in self.board.inputs.iter().zip(&step.inputs) {
+            self.cpu.drive(now, pin, PinLevel::from_bit(level));
+        }
+        for (&(_, pin), &value) in of.analog.iter().zip(&step.analog) {
+            of.drive_analog(&mut self.cpu, pin, value);
+        }
+        let Some(byte) = step.byte.filter(|_| self.incoming.is_none() && !self.eval.has_received_byte()) else { return };
+        let scans = self.starts.scans;
+        if of.receive.is_none() || scans == 0 {
+            return;
+        }
+        let (last, period, gap) = (self.starts.last, self.scan_loop.period, self.scan_loop.max_read_gap);
+        let starts = |scan: u64| {
+            let ahead = scan.saturating_sub(scans).saturating_mul(period);
+            // Each of them may be up to a gap between polls earlier or later.
+            let at = last.saturating_sub(scans.saturating_sub(scan).saturating_mul(period)).saturating_add(ahead);
+            at.saturating_sub(gap) * of.clocks_per_cycle
+        };
+        // A scan may take longer than those that were seen.
+        let busy = (self.longest_scan + self.longest_scan / 2 + 20 + 2 * gap) * of.clocks_per_cycle;
+        let clock = of.to_clock(CycleTime::at(self.cpu.cycle() + 1));
+        if let Some(ByteArrival { start, scan }) = plan_arrival(of.bit_time, clock, scans + 1, busy, starts) {
+            of.queue_byte(&mut self.cpu, start, byte);
+            self.incoming = Some((scan, byte));
+        }
+    }
+
+    /// At the first scan's start: what the chip did while it set itself up, and its pull-ups.
+    fn check_power_up(&mut self) {
+        self.listener.is_before_first_scan = false;
+        for &(pin, rose) in &self.listener.outputs {
+            if let Some(clock) = rose {
+                let name = self.board.pin_name(pin);
+                let says = format!("the output {name} goes high in clock {clock}, before the first scan");
+                self.findings.push(ForeignFinding { code: codes::FINDING_GLITCH, says });
+            }
+        }
+        let mut cpu = self.cpu.clone();
+        for &pin in &self.board.inputs {
+            let pulled =
+                pin_behaviour(self.board.chip, pin).is_some_and(|n| matches!(n.pull_up, PullUpKind::Inputs | PullUpKind::Always));
+            if !pulled {
+                continue;
+            }
+            let now = CycleTime::at(cpu.cycle());
+            cpu.drive(now, pin, PinLevel::Low);
+            cpu.drive(now, pin, PinLevel::Float);
+            if cpu.pin_level(pin) != PinLevel::High {
+                let says = format!("the input {} floats when nothing drives it", self.board.pin_name(pin));
+                self.findings.push(ForeignFinding { code: codes::FINDING_PULL_UP, says });
+            }
+        }
+    }
+
+    fn run_to(&mut self, to: u32, extra: u64, what: &str) -> Result<(), ForeignMismatch> {
+        let until = self.cpu.cycle().saturating_add(self.scan_loop.period * MAX_PERIODS).saturating_add(extra);
+        let word = self.board.chip.word_bytes.max(1);
+        let at = |pc: u32| format!("0x{:04X}", pc * word);
+        let found = loop {
+            match self.cpu.run(until, &mut self.listener) {
+                StopReason::Breakpoint { pc } if pc == to => return Ok(()),
+                // A scan that lasts longer than a period leaves no time to wait.
+                StopReason::Breakpoint { pc } if pc == self.scan_loop.start && to == self.scan_loop.wait => {
+                    break "the next scan begins at once, nothing waits for the timer".to_owned();
+                }
+                StopReason::Breakpoint { .. } => {}
+                StopReason::Limit => {
+                    break format!("no sign of it for several periods, the program is at {}", at(self.cpu.pc()));
+                }
+                StopReason::Halted => break format!("the chip has halted at {}", at(self.cpu.pc())),
+                StopReason::Illegal { pc, word } => break format!("0x{word:04X} at {} is no instruction", at(pc)),
+                StopReason::Fault { pc, fault } => break format!("{fault}, at {}", at(pc)),
+                StopReason::Probe => break "a stop that nobody asked for".to_owned(),
+            }
+        };
+        Err(ForeignMismatch::of_text(DifferenceKind::Stop, what.to_owned(), found))
+    }
+
+    fn compare_pins(&mut self) -> Result<(), ForeignMismatch> {
+        for &(symbol, pin) in &self.board.outputs {
+            if self.board.timing_dependent.get(symbol) == Some(&true) {
+                continue;
+            }
+            self.compared += 1;
+            let expected = PinLevel::from_bit(self.eval.get(symbol) != 0);
+            let level = self.cpu.pin_level(pin);
+            if level != expected {
+                return Err(ForeignMismatch::of_symbol(DifferenceKind::Pin, symbol, level_text(expected), level_text(level)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Symbols inside, where a map tells their places.
+    fn compare_symbols(&mut self) -> Result<(), ForeignMismatch> {
+        let Some(places) = &self.board.places else { return Ok(()) };
+        for (symbol, loose) in self.board.timing_dependent.iter().enumerate() {
+            let is_input = self.hints.inputs.contains(&symbol);
+            if *loose || is_input {
+                continue;
+            }
+            self.compared += 1;
+            let (expected, found) = (self.eval.get(symbol), places.read_symbol(&self.cpu, symbol));
+            if expected != found {
+                return Err(ForeignMismatch::of_symbol(DifferenceKind::Symbol, symbol, expected.to_string(), found.to_string()));
+            }
+        }
+        Ok(())
+    }
+
+    /// The serial line, the PWM output, and the cells of the EEPROM.
+    fn compare_lines(&mut self) -> Result<(), ForeignMismatch> {
+        let (scan, clock) = (self.starts.scans, self.board.peripherals.to_clock(CycleTime::at(self.cpu.cycle())));
+        if let Some((_, listener)) = &mut self.listener.serial {
+            listener.advance_to(clock);
+            while let Some(frame) = listener.take_frame() {
+                self.received_frames.push_back((scan, frame));
+            }
+        }
+        while let (Some(&(_, byte)), Some((_, frame))) = (self.awaited.front(), self.received_frames.front()) {
+            self.compared += 1;
+            if frame.fault.is_some() || self.board.compares_bytes && frame.byte != byte {
+                let fault = frame.fault.as_ref().map_or_else(String::new, |fault| format!(", {fault}"));
+                return Err(ForeignMismatch::of_text(DifferenceKind::Serial, byte_name(byte), byte_name(frame.byte) + &fault));
+            }
+            self.awaited.pop_front();
+            self.received_frames.pop_front();
+        }
+        // Both sides may wait for the transmitter in their own way.
+        let late = |since: u64| scan > since + 2 * self.board.scans_per_byte + 2;
+        if let Some((since, frame)) = self.received_frames.front() {
+            if !self.sent {
+                let says = format!(
+                    "{} in clock {} since power-up, before anything asks for it",
+                    byte_name(frame.byte),
+                    frame.start
+                );
+                if !self.findings.iter().any(|finding| finding.code == codes::FINDING_EARLY_BYTE) {
+                    self.findings.push(ForeignFinding { code: codes::FINDING_EARLY_BYTE, says });
+                }
+                return Err(ForeignMismatch::of_text(DifferenceKind::Serial, "nothing sent".to_owned(), byte_name(frame.byte)));
+            }
+            if late(*since) {
+                return Err(ForeignMismatch::of_text(DifferenceKind::Serial, "nothing sent".to_owned(), byte_name(frame.byte)));
+            }
+        }
+        if let Some(&(_, byte)) = self.awaited.front().filter(|(since, _)| late(*since)) {
+            return Err(ForeignMismatch::of_text(DifferenceKind::Serial, byte_name(byte), "nothing sent".to_owned()));
+        }
+        if let Some((_, pulses)) = &mut self.listener.pwm {
+            self.compared += 1;
+            if let Some((expected, found)) = pulses.judge(clock) {
+                return Err(ForeignMismatch::of_text(DifferenceKind::Pwm, expected, found));
+            }
+            pulses.set_duty(clock, self.eval.pwm_percent());
+        }
+        self.compare_eeprom()
+    }
+
+    /// Cells of variables that the language has written whole, once that has had its time.
+    fn compare_eeprom(&mut self) -> Result<(), ForeignMismatch> {
+        if self.eval.eeprom_busy_scans() > 0 {
+            return Ok(());
+        }
+        for kept in &self.board.eeprom_variables {
+            let value = self.eval.get(kept.symbol).to_le_bytes();
+            let cells: Vec<u8> =
+                self.eval.eeprom().iter().skip(kept.addr as usize).take(kept.bytes as usize).copied().collect();
+            if !value.starts_with(&cells) {
+                continue;
+            }
+            for (addr, &expected) in (kept.addr..).zip(&cells) {
+                self.compared += 1;
+                let found = self.cpu.peek("eeprom", addr);
+                if found != Some(expected) {
+                    let found = found.map_or_else(|| "no cell".to_owned(), |found| format!("0x{found:02X}"));
+                    let expected = format!("0x{expected:02X} in cell {addr} of the EEPROM");
+                    return Err(ForeignMismatch::of_text(DifferenceKind::Eeprom, expected, found));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The board around a chip that has just got its power.
+pub(crate) fn wire_board<C: CheckedChip>(cpu: &mut C, board: &ForeignBoard) {
+    let now = CycleTime::at(0);
+    for &pin in &board.inputs {
+        cpu.drive(now, pin, PinLevel::Low);
+    }
+    let open = |pin| pin_behaviour(board.chip, pin).is_some_and(|nature| nature.high == HighDrive::Open);
+    for &(_, pin) in board.outputs.iter().filter(|output| open(output.1)) {
+        cpu.drive(now, pin, PinLevel::PullUp);
+    }
+    for &(_, pin) in &board.peripherals.analog {
+        board.peripherals.drive_analog(cpu, pin, 0);
+    }
+    if let Some(pin) = board.peripherals.receive {
+        cpu.drive(now, pin, PinLevel::High);
+    }
+}
+
+fn level_text(level: PinLevel) -> String {
+    match level {
+        PinLevel::Low => "low",
+        PinLevel::High => "high",
+        PinLevel::Float | PinLevel::PullUp | PinLevel::PullDown => "floating",
+    }
+    .to_owned()
+}
+
+fn byte_name(byte: u8) -> String {
+    let shown = if byte.is_ascii_graphic() { format!(" `{}`", char::from(byte)) } else { String::new() };
+    format!("byte 0x{byte:02X}{shown} sent")
+}

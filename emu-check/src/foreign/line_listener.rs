@@ -1,0 +1,143 @@
+//! What listens at the pins of a foreign image: the serial line, the PWM output, and outputs before the first scan.
+
+use emu_core::cpu::Probe;
+use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+
+use crate::serial_line::SerialListener;
+
+use super::foreign_board::ForeignBoard;
+
+/// A probe at the pins.
+#[derive(Debug, Clone)]
+pub(crate) struct LineListener {
+    clocks: u64,
+    pub serial: Option<(PinId, SerialListener)>,
+    pub pwm: Option<(PinId, ForeignPwmMeter)>,
+    /// Outputs, looked at until the first scan has begun; with the clock of their first rise.
+    pub outputs: Vec<(PinId, Option<u64>)>,
+    pub is_before_first_scan: bool,
+}
+
+impl LineListener {
+    pub(super) fn new(board: &ForeignBoard) -> LineListener {
+        let of = &board.peripherals;
+        LineListener {
+            clocks: of.clocks_per_cycle,
+            serial: of.transmit.map(|pin| (pin, SerialListener::new(of.bit_time, 2 * of.clocks_per_cycle))),
+            pwm: board.pwm.map(|(pin, hertz)| (pin, ForeignPwmMeter::new(board.pace.clock_hz, hertz, of.clocks_per_cycle))),
+            outputs: board.outputs.iter().map(|&(_, pin)| (pin, None)).collect(),
+            is_before_first_scan: true,
+        }
+    }
+}
+
+impl Probe for LineListener {
+    const EVENTS: bool = true;
+
+    fn on_event(&mut self, event: ChipEvent) -> bool {
+        let ChipEvent::Edge { at: CycleTime { cycle, phase }, pin, level } = event else { return false };
+        let (clock, high) = (cycle * self.clocks + u64::from(phase), level == PinLevel::High);
+        if let Some((line, listener)) = &mut self.serial
+            && *line == pin
+        {
+            listener.note_edge(clock, high);
+        }
+        if let Some((output, pulses)) = &mut self.pwm
+            && *output == pin
+        {
+            pulses.note_edge(clock, high);
+        }
+        // What reset itself does to a pin is the chip's.
+        if self.is_before_first_scan && high && cycle > 1 {
+            self.outputs.iter_mut().filter(|output| output.0 == pin).for_each(|output| {
+                output.1.get_or_insert(clock);
+            });
+        }
+        false
+    }
+}
+
+/// Percent by which period and duty may be off: the timer of another compiler is not known.
+const PERIOD_PERCENT: u64 = 5;
+const DUTY_PERCENT: u64 = 2;
+
+/// Periods that a new duty may take to show.
+const SETTLING_PERIODS: u64 = 3;
+
+/// Measures the PWM output, in clocks.
+#[derive(Debug, Clone)]
+pub(crate) struct ForeignPwmMeter {
+    period: u64,
+    tolerance_clocks: u64,
+    duty: Option<u8>,
+    from: u64,
+    high: bool,
+    rose: Option<u64>,
+    fell: Option<u64>,
+    edges: u64,
+    fault: Option<(String, String)>,
+}
+
+impl ForeignPwmMeter {
+    pub(super) fn new(clock_hz: u64, hertz: u64, grain: u64) -> ForeignPwmMeter {
+        let period = clock_hz / hertz.max(1);
+        let (duty, rose, fell, fault) = (None, None, None, None);
+        ForeignPwmMeter { period, tolerance_clocks: grain, duty, from: 0, high: false, rose, fell, edges: 0, fault }
+    }
+
+    /// The duty that a scan has set which is over by `now`.
+    pub(super) fn set_duty(&mut self, now: u64, duty: Option<u8>) {
+        if duty != self.duty {
+            self.duty = duty;
+            self.from = now.saturating_add(SETTLING_PERIODS * self.period * (100 + PERIOD_PERCENT) / 100);
+            (self.rose, self.fell, self.edges) = (None, None, 0);
+        }
+    }
+
+    pub(super) fn note_edge(&mut self, at: u64, high: bool) {
+        if high == self.high {
+            return;
+        }
+        self.high = high;
+        if at < self.from || self.fault.is_some() {
+            return;
+        }
+        self.edges += 1;
+        if !high {
+            self.fell = Some(at);
+            return;
+        }
+        if let (Some(rose), Some(fell), Some(duty)) = (self.rose, self.fell, self.duty) {
+            let (period, up) = (at - rose, fell.saturating_sub(rose));
+            if period.abs_diff(self.period) * 100 > self.period * PERIOD_PERCENT + 100 * self.tolerance_clocks {
+                let wanted = format!("PWM with a period of {} clocks, to {PERIOD_PERCENT} %", self.period);
+                self.fault = Some((wanted, format!("{period} clocks")));
+            } else if (up * 100).abs_diff(period * u64::from(duty)) > period * DUTY_PERCENT + 100 * self.tolerance_clocks {
+                let wanted = format!("PWM high for {duty} % of the time, to {DUTY_PERCENT} points");
+                self.fault = Some((wanted, format!("{up} of {period} clocks")));
+            }
+        }
+        (self.rose, self.fell) = (Some(at), None);
+    }
+
+    /// What is wrong by `now`: expected and found.
+    pub(super) fn judge(&self, now: u64) -> Option<(String, String)> {
+        if self.fault.is_some() || now < self.from {
+            return self.fault.clone();
+        }
+        let level = if self.high { "high" } else { "low" }.to_owned();
+        let says = |wanted: &str, found: String| Some((wanted.to_owned(), found));
+        match self.duty {
+            None | Some(0) if self.high || self.edges > 0 => {
+                says("the PWM output constantly low", format!("pulses, {level} now"))
+            }
+            Some(100) if !self.high || self.edges > 0 => {
+                says("the PWM output constantly high", format!("pulses, {level} now"))
+            }
+            Some(1..=99) if self.edges == 0 && now > self.from + 3 * self.period => {
+                says("PWM pulses", format!("none, the pin is {level}"))
+            }
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,346 @@
+//! Where scans begin in an image of which nothing is known: where the program sees the timer's flag that it waits for.
+//!
+//! 1. The flag: registers of timer flags are watched. Of all instructions that write there one is taken that does
+//!    it once in about CYCLE and clears a bit.
+//! 2. The poll: the instruction that is the first to read that bit as set. The wait lasts from the first time that
+//!    it runs after a scan to that moment; all that is executed in between belongs to it: delays, calls.
+//! 3. The scan starts at the first instruction behind the poll that the wait has not executed. It is over when the
+//!    poll runs again.
+//! 4. Scans found in this way are counted from reset on. Unless they come as often as the flag is cleared, nothing
+//!    is found.
+//!
+//! Iterations of loops that only wait are jumped over, but for some cycles around the moment the flag is set.
+
+use std::collections::{HashMap, HashSet};
+
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::cpu::{Cpu, Probe, StopReason};
+
+/// Where a scan begins and ends, as program words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ScanLoop {
+    /// First instruction behind the wait.
+    pub start: u32,
+    /// The instruction that reads the flag, again and again until it is set.
+    pub wait: u32,
+    /// Machine cycles from one start to the next, about.
+    pub period: u64,
+    /// Most machine cycles from one read of the flag to the next: by so many a scan may start late.
+    pub max_read_gap: u64,
+}
+
+/// Periods that are watched.
+const WATCHED_PERIODS: u64 = 12;
+
+/// Machine cycles allowed for a program to set itself up, at most so many periods besides.
+const MAX_RESET_CYCLES: u64 = 200_000;
+
+/// Registers that hold flags of timers, and single bits that are.
+const AVR: [&str; 6] = ["TIFR", "TIFR0", "TIFR1", "TIFR2", "TIFR3", "ETIFR"];
+const PIC16: [&str; 3] = ["PIR1", "PIR2", "INTCON"];
+const MCS51: [&str; 2] = ["TCON", "T2CON"];
+const MCS51_BITS: [&str; 3] = ["TF0", "TF1", "TF2"];
+
+/// Waits that are looked at for each instruction that clears a flag, until one of them shows where scans begin.
+const MAX_WAITS: usize = 3;
+
+/// Reads of the flag in a wait whose distances are measured.
+const MEASURED_READS: usize = 16;
+
+/// Machine cycles after the flag is cleared that may pass before the first instruction of the scan.
+const MAX_CYCLES_AFTER_CLEAR: u64 = 2_000;
+
+/// Watches writes to flag registers, with the instruction that makes them.
+struct FlagWriteProbe {
+    space: Option<u8>,
+    regs: Vec<u16>,
+    bit_space: Option<u8>,
+    bits: Vec<u16>,
+    pc: u32,
+    /// Machine cycle, instruction, and register of each write.
+    writes: Vec<(u64, u32, u16)>,
+}
+
+impl FlagWriteProbe {
+    fn new(chip: &Chip) -> FlagWriteProbe {
+        let names: &[&str] = match chip.family {
+            ChipFamily::Avr => &AVR,
+            ChipFamily::Pic16 => &PIC16,
+            ChipFamily::Mcs51 => &MCS51,
+            ChipFamily::Ap101 => &[],
+        };
+        FlagWriteProbe {
+            space: chip.space_index(chip.reg_space),
+            regs: names.iter().filter_map(|name| chip.reg(name)).collect(),
+            bit_space: chip.space_index("bit"),
+            bits: MCS51_BITS.iter().filter_map(|name| chip.bit(name)).collect(),
+            pc: 0,
+            writes: Vec::new(),
+        }
+    }
+}
+
+impl Probe for FlagWriteProbe {
+    const INSN: bool = true;
+    const EVERY_ITERATION: bool = false;
+    const DATA: bool = true;
+    const DATA_READS: bool = false;
+
+    fn on_instruction(&mut self, _: u64, pc: u32) -> bool {
+        self.pc = pc;
+        false
+    }
+
+    fn on_data_access(&mut self, at: u64, space: u8, addr: u16, _: u8, write: bool) -> bool {
+        let flag = Some(space) == self.space && self.regs.contains(&addr)
+            || Some(space) == self.bit_space && self.bits.contains(&addr);
+        if write && flag {
+            // On an 8051 the register of a bit is at the bit's address without its number.
+            let reg = if Some(space) == self.space { addr } else { addr & 0xF8 };
+            self.writes.push((at, self.pc, reg));
+        }
+        false
+    }
+}
+
+/// Bits of a register.
+#[derive(Debug, Clone, Copy)]
+struct RegisterBits {
+    reg: u16,
+    mask: u8,
+}
+
+impl RegisterBits {
+    /// The bits that an access to `addr` of the memory `space` carries with a one; on an 8051 also of single bits.
+    fn bits_in_access(chip: &Chip, (space, addr, value): (u8, u16, u8)) -> Option<RegisterBits> {
+        if Some(space) == chip.space_index(chip.reg_space) {
+            return Some(RegisterBits { reg: addr, mask: value });
+        }
+        let bit = Some(space) == chip.space_index("bit") && addr >= 0x80;
+        bit.then(|| RegisterBits { reg: addr & 0xF8, mask: u8::from(value != 0) << (addr & 7) })
+    }
+
+    fn register_value<C: Cpu>(cpu: &C, reg: u16) -> u8 {
+        cpu.peek(cpu.chip().reg_space, reg.into()).unwrap_or(0)
+    }
+
+    fn is_set<C: Cpu>(self, cpu: &C) -> bool {
+        RegisterBits::register_value(cpu, self.reg) & self.mask != 0
+    }
+}
+
+/// Stops behind the first instruction that reads one of the bits as set.
+struct FlagReadProbe {
+    chip: &'static Chip,
+    flag: RegisterBits,
+    at: u64,
+    pc: u32,
+}
+
+impl Probe for FlagReadProbe {
+    const INSN: bool = true;
+    const DATA: bool = true;
+
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
+        (self.at, self.pc) = (at, pc);
+        false
+    }
+
+    fn on_data_access(&mut self, _: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        let ones = RegisterBits::bits_in_access(self.chip, (space, addr, value));
+        !write && ones.is_some_and(|ones| ones.reg == self.flag.reg && ones.mask & self.flag.mask != 0)
+    }
+}
+
+/// Records cycle and address of instructions, without the iterations that are jumped over.
+#[derive(Default)]
+struct InstructionTrace(Vec<(u64, u32)>);
+
+impl Probe for InstructionTrace {
+    const INSN: bool = true;
+    const EVERY_ITERATION: bool = false;
+
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
+        self.0.push((at, pc));
+        false
+    }
+}
+
+/// Finds the pacing of the program in `cpu`, which is fresh from reset; `period` is CYCLE in machine cycles.
+///
+/// # Errors
+/// What was seen instead, in words.
+pub(crate) fn find_scan_loop<C: Cpu>(cpu: C, period: u64) -> Result<ScanLoop, String> {
+    let mut flags = FlagWriteProbe::new(cpu.chip());
+    let until = MAX_RESET_CYCLES.saturating_add(period.saturating_mul(WATCHED_PERIODS));
+    let mut watched = cpu.clone();
+    run_to_cycle(&mut watched, until, &mut flags)?;
+    let mut writes: HashMap<(u32, u16), Vec<u64>> = HashMap::new();
+    flags.writes.iter().for_each(|&(at, pc, reg)| writes.entry((pc, reg)).or_default().push(at));
+    let mut takes: Vec<(u64, u32, u16)> = Vec::new();
+    let mut others: Vec<u64> = Vec::new();
+    for (&(pc, reg), at) in &writes {
+        // The first may belong to the set-up.
+        let [_, from, .., to] = at.as_slice() else { continue };
+        let mean = (to - from) / (at.len() as u64 - 2).max(1);
+        if mean.abs_diff(period) <= period / 10 { takes.push((mean, pc, reg)) } else { others.push(mean) }
+    }
+    takes.sort_unstable();
+    let nearest = others.iter().min_by_key(|mean| mean.abs_diff(period));
+    let mut why = match nearest {
+        Some(mean) => format!("a timer's flag is cleared every {mean} machine cycles, and CYCLE is {period}"),
+        None => format!("no timer's flag is cleared again and again, every {period} machine cycles as CYCLE asks"),
+    };
+    for &(mean, take, reg) in &takes {
+        let mut at = watched.clone();
+        at.set_breakpoint(take, true);
+        let limit = period.saturating_mul(2);
+        for _ in 0..MAX_WAITS {
+            let span = match ScanSpan::next_span(&mut at, (take, reg), limit) {
+                Ok(span) => span,
+                Err(cause) => {
+                    why = cause;
+                    break;
+                }
+            };
+            // Others may be cleared with the flag that is waited for.
+            for mask in (0..8).map(|bit| 1 << bit & span.cleared).filter(|&mask| mask != 0) {
+                let wait = span.find_wait(RegisterBits { reg, mask });
+                let found = wait.map(|(start, wait, gap)| ScanLoop { start, wait, period: mean, max_read_gap: gap });
+                match found.and_then(|found| confirm(cpu.clone(), found)) {
+                    Ok(found) => return Ok(found),
+                    Err(cause) => why = cause,
+                }
+            }
+        }
+    }
+    Err(why)
+}
+
+/// Runs behind the next instruction at `take` (a trap) that clears bits of `reg`: them, and the cycle in which it starts.
+fn run_to_clear<C: Cpu>(cpu: &mut C, (take, reg): (u32, u16), limit: u64) -> Result<(u8, u64), String> {
+    let until = cpu.cycle().saturating_add(limit);
+    loop {
+        match cpu.run(until, &mut ()) {
+            StopReason::Breakpoint { .. } => {}
+            stop => return Err(format!("the instruction that clears the flag does not come again ({stop:?})")),
+        }
+        let (before, at) = (RegisterBits::register_value(cpu, reg), cpu.cycle());
+        cpu.set_breakpoint(take, false);
+        cpu.step(&mut ());
+        cpu.set_breakpoint(take, true);
+        let mask = before & !RegisterBits::register_value(cpu, reg);
+        if mask != 0 {
+            return Ok((mask, at));
+        }
+    }
+}
+
+/// From one take to the next: a scan and its wait, whatever the order of the instructions.
+struct ScanSpan<C> {
+    /// Behind the first take.
+    from: C,
+    /// Cycles in which the second starts and is over, and the bits that it clears.
+    taken: u64,
+    to: u64,
+    cleared: u8,
+}
+
+impl<C: Cpu> ScanSpan<C> {
+    /// From the next take on; `cpu` goes behind the other.
+    fn next_span(cpu: &mut C, take: (u32, u16), limit: u64) -> Result<Self, String> {
+        run_to_clear(cpu, take, limit)?;
+        let mut from = cpu.clone();
+        from.set_breakpoint(take.0, false);
+        let (cleared, taken) = run_to_clear(cpu, take, limit)?;
+        Ok(ScanSpan { from, taken, to: cpu.cycle(), cleared })
+    }
+
+    /// The wait for `flag` in it: the first instruction behind it, the poll, and the most cycles from poll to poll.
+    fn find_wait(&self, flag: RegisterBits) -> Result<(u32, u32, u64), String> {
+        let none = || "the program does not wait for the flag in a loop, or has no time left to wait".to_owned();
+        let mut near = last_clear_moment(&self.from, flag, self.taken);
+        let mut sight = FlagReadProbe { chip: near.chip(), flag, at: 0, pc: 0 };
+        if near.run(self.to, &mut sight) != StopReason::Probe {
+            return Err(none());
+        }
+        let (seen, poll) = (sight.at, sight.pc);
+        let mut trace = InstructionTrace::default();
+        self.from.clone().run(self.to.saturating_add(MAX_CYCLES_AFTER_CLEAR), &mut trace);
+        let first = trace.0.iter().position(|&(_, pc)| pc == poll).ok_or_else(none)?;
+        let last = trace.0.iter().position(|&at| at == (seen, poll)).filter(|&last| last > first).ok_or_else(none)?;
+        let (waited, behind) = (trace.0.get(first..last).unwrap_or(&[]), trace.0.get(last + 1..).unwrap_or(&[]));
+        let waited: HashSet<u32> = waited.iter().map(|&(_, pc)| pc).collect();
+        let start = behind.iter().map(|&(_, pc)| pc).find(|pc| !waited.contains(pc)).ok_or_else(|| {
+            format!(
+                "the program does the same whether the poll at 0x{:04X} finds the timer's flag or not",
+                poll * near.chip().word_bytes.max(1)
+            )
+        })?;
+        let mut from = self.from.clone();
+        from.set_breakpoint(poll, true);
+        let mut polls = Vec::new();
+        while polls.len() < MEASURED_READS && from.run(seen, &mut ()) == (StopReason::Breakpoint { pc: poll }) {
+            polls.push(from.cycle());
+        }
+        if polls.len() < MEASURED_READS {
+            polls.push(seen);
+        }
+        let gap = polls.windows(2).filter_map(|pair| pair.last()?.checked_sub(*pair.first()?)).max().unwrap_or(0);
+        Ok((start, poll, gap))
+    }
+}
+
+/// The last moment before `taken` in which no bit of the flag is set, between instructions.
+fn last_clear_moment<C: Cpu>(from: &C, flag: RegisterBits, taken: u64) -> C {
+    let (mut near, mut until) = (from.clone(), taken);
+    while until > near.cycle() + 1 {
+        let middle = near.cycle() + (until - near.cycle()) / 2;
+        let mut cpu = near.clone();
+        cpu.run(middle, &mut ());
+        if cpu.cycle() >= middle && cpu.cycle() < taken && !flag.is_set(&cpu) { near = cpu } else { until = middle }
+    }
+    near
+}
+
+/// What was found, if scans come by it from reset on as often as the flag is cleared.
+fn confirm<C: Cpu>(mut cpu: C, found: ScanLoop) -> Result<ScanLoop, String> {
+    let until = MAX_RESET_CYCLES.saturating_add(found.period.saturating_mul(WATCHED_PERIODS));
+    let mut starts = Vec::new();
+    cpu.set_breakpoint(found.start, true);
+    while starts.len() as u64 <= WATCHED_PERIODS {
+        match cpu.run(until, &mut ()) {
+            StopReason::Breakpoint { pc } if pc == found.start => {
+                starts.push(cpu.cycle());
+                cpu.set_breakpoint(found.wait, true);
+            }
+            // One end for each start: with the trap off, the wait is jumped over.
+            StopReason::Breakpoint { pc } => cpu.set_breakpoint(pc, false),
+            _ => break,
+        }
+    }
+    let (count, span) = match starts.as_slice() {
+        [first, .., last] => (starts.len() as u64 - 1, last - first),
+        _ => (0, 0),
+    };
+    let right = count >= WATCHED_PERIODS / 2 && span.abs_diff(count * found.period) <= found.period / 2;
+    right.then_some(found).ok_or_else(|| {
+        let word = cpu.chip().word_bytes.max(1);
+        let (poll, start, period) = (found.wait * word, found.start * word, found.period);
+        let mean = span / count.max(1);
+        format!(
+            "where scans begin is not found: the flag that is polled at 0x{poll:04X} is cleared every {period} machine \
+             cycles, but what seems to be the start of a scan, 0x{start:04X}, comes every {mean} ({count} times)"
+        )
+    })
+}
+
+fn run_to_cycle<C: Cpu, P: Probe>(cpu: &mut C, until: u64, probe: &mut P) -> Result<(), String> {
+    match cpu.run(until, probe) {
+        StopReason::Limit => Ok(()),
+        StopReason::Halted => Err("the program halts before any scan".to_owned()),
+        StopReason::Illegal { pc, word } => Err(format!("0x{word:04X} at program word 0x{pc:04X} is no instruction")),
+        StopReason::Fault { pc, fault } => Err(format!("{fault}, at program word 0x{pc:04X}")),
+        StopReason::Breakpoint { .. } | StopReason::Probe => Err("the program stopped where nobody asked for".to_owned()),
+    }
+}

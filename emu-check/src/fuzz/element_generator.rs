@@ -1,0 +1,221 @@
+//! Random elements: constants at boundaries, few names so that they are shared, destinations that are their own operands.
+
+use ladder::format::{StringPiece, split_format_string};
+use ladder::{CompareOp, CounterKind, Element, MathOp, LadderOperand, TimerKind};
+
+use super::generator::ProgramGenerator;
+use super::program_style::ElementSort;
+
+/// Values at which something happens: signs, bytes, words, digits.
+#[rustfmt::skip]
+const BOUNDARIES: &[i64] = &[
+    0, 1, -1, 2, -2, 3, 5, 9, 10, 99, 100, 101, 127, 128, -127, -128, -129, 255, 256, -255, -256, -257, 1023, 1024, 9_999, 10_000,
+    32_766, 32_767, -32_767, -32_768,
+];
+
+/// The same for integers of more than two bytes.
+#[rustfmt::skip]
+const WIDE_BOUNDARIES: &[i64] = &[
+    32_768, -32_769, 65_535, 65_536, -65_536, 99_999, 8_388_607, 8_388_608, -8_388_608, -8_388_609, 16_777_216,
+    2_147_483_646, 2_147_483_647, -2_147_483_647, -2_147_483_648,
+];
+
+/// Texts of FORMATTED_STRING, as typed.
+const TEXTS: &[&str] = &[
+    "a",
+    "ab\\r\\n",
+    "\\5",
+    "x\\-3yz",
+    "\\-1",
+    "=\\4;",
+    "\\xff\\-5",
+    "hello world",
+    "\\2!",
+    "\\1",
+    "\\\\\\t",
+    "\\-5\\r\\n",
+    "\\x00\\x80",
+    "T=\\3 s\\r",
+    "",
+];
+
+/// An element of the given sort, or of another where a name is lacking.
+pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> Element {
+    match sort {
+        ElementSort::Contact => random_contact(draw),
+        ElementSort::Compare => {
+            use CompareOp::{Equ, Geq, Grt, Leq, Les, Neq};
+            let op = draw.pick(&[Equ, Neq, Grt, Geq, Les, Leq]);
+            let (op1, op2) = (random_operand(draw), random_operand(draw));
+            Element::Compare { op, op1, op2 }
+        }
+        ElementSort::OneShot => draw.pick(&[Element::Osr, Element::Osf]),
+        ElementSort::Timer => random_timer(draw),
+        ElementSort::Counter => random_counter(draw),
+        ElementSort::Wire => {
+            draw.pick(&[Element::Short, Element::Short, Element::Open, Element::Comment("Without meaning.".to_owned())])
+        }
+        ElementSort::Send => Element::UartSend { name: random_integer(draw), rest: None },
+        ElementSort::Receive => Element::UartRecv { name: random_integer(draw), rest: None },
+        ElementSort::Text => random_text(draw),
+        ElementSort::Coil => random_coil(draw),
+        ElementSort::Res => random_reset(draw),
+        ElementSort::Move => Element::Move { dest: random_integer(draw), src: random_operand(draw) },
+        ElementSort::Math => {
+            let op = draw.pick(&[MathOp::Add, MathOp::Sub, MathOp::Mul, MathOp::Div]);
+            let (dest, op1, op2) = (random_integer(draw), random_operand(draw), random_operand(draw));
+            Element::Math { op, dest, op1, op2 }
+        }
+        ElementSort::Shift => Element::ShiftRegister { name: "s".to_owned(), stages: 1 + draw.rng.below(5) as u32 },
+        ElementSort::Table => random_table(draw),
+        ElementSort::Curve => random_curve(draw),
+        ElementSort::Adc => Element::ReadAdc { name: draw.pick(&draw.style.analog.clone()), refs: None },
+        ElementSort::Pwm => {
+            let hertz = constant_operand(draw.style.hertz as i64);
+            let duty = if draw.rng.one_in(3) { constant_operand(draw.rng.below(101) as i64) } else { random_operand(draw) };
+            Element::SetPwm { duty, hertz, output: None }
+        }
+        ElementSort::Persist => Element::Persist { name: random_integer(draw) },
+        ElementSort::Master => Element::MasterRelay,
+    }
+}
+
+fn random_contact(draw: &mut ProgramGenerator) -> Element {
+    let from = match draw.rng.below(5) {
+        0 | 1 => draw.style.inputs.clone(),
+        2 => draw.style.outputs.clone(),
+        _ => draw.style.relays.clone(),
+    };
+    Element::Contacts { name: draw.pick(&from), negated: draw.rng.one_in(2), set1: None }
+}
+
+fn random_coil(draw: &mut ProgramGenerator) -> Element {
+    let from = if draw.rng.one_in(2) { draw.style.outputs.clone() } else { draw.style.relays.clone() };
+    let latch = draw.rng.one_in(draw.style.latch);
+    let set = latch && draw.rng.one_in(2);
+    let negated = !latch && draw.rng.one_in(4);
+    Element::Coil { name: draw.pick(&from), negated, set, reset: latch && !set, ttrigger: None }
+}
+
+/// A timer or counter: any name, or on a machine with modules the next that has no element yet.
+fn module_name(draw: &mut ProgramGenerator, names: &[String]) -> Option<String> {
+    if !draw.is_module_machine() {
+        return Some(draw.pick(names));
+    }
+    let name = names.iter().find(|name| !draw.modules.contains(name))?.clone();
+    draw.modules.push(name.clone());
+    Some(name)
+}
+
+fn random_timer(draw: &mut ProgramGenerator) -> Element {
+    let kind = draw.pick(&[TimerKind::Ton, TimerKind::Tof, TimerKind::Rto]);
+    let Some(name) = module_name(draw, &draw.style.timers.clone()) else { return random_contact(draw) };
+    // P from 1 scan to a few within reach of a check; now and then the most.
+    let scans = match draw.rng.below(12) {
+        0 => 32_767,
+        1 => 256 + draw.rng.below(3) as i64,
+        2..5 => 1,
+        _ => 1 + draw.rng.below(30) as i64,
+    };
+    let cycle = draw.style.cycle_us as i64;
+    let part = if draw.rng.one_in(4) { draw.rng.below(cycle as u64) as i64 } else { 0 };
+    let written = draw.is_ldmicro5() && draw.rng.one_in(3);
+    let adjust = if written { draw.pick(&[-1, 0, 1]) } else { -i64::from(!draw.is_ldmicro5()) };
+    let delay = constant_operand((scans - adjust) * cycle + part);
+    Element::Timer { kind, name, delay, adjust: written.then(|| constant_operand(adjust)) }
+}
+
+fn random_counter(draw: &mut ProgramGenerator) -> Element {
+    let kind = draw.pick(&[CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc]);
+    let Some(name) = module_name(draw, &draw.style.counters.clone()) else { return random_contact(draw) };
+    let five = draw.is_ldmicro5();
+    let small = draw.rng.below(8) as i64;
+    let max = match draw.rng.below(3) {
+        0 => draw.pick(BOUNDARIES).min(32_766),
+        1 if five && !draw.is_module_machine() => return random_ldmicro5_counter(draw, kind, name),
+        _ => small,
+    };
+    let input = if five && draw.rng.one_in(2) { Some(draw.pick(&['/', '\\', '-', 'o'])) } else { None };
+    Element::Counter { kind, name, max: constant_operand(max), init: input.map(|_| constant_operand(0)), input }
+}
+
+/// A counter as only LDmicro 5 has them: with a start value, and with a limit that may be an integer.
+fn random_ldmicro5_counter(draw: &mut ProgramGenerator, kind: CounterKind, name: String) -> Element {
+    let (max, init) = (random_operand(draw), random_constant(draw));
+    let input = Some(draw.pick(&['/', '\\', '-', 'o']));
+    Element::Counter { kind, name, max, init: Some(constant_operand(init)), input }
+}
+
+fn random_reset(draw: &mut ProgramGenerator) -> Element {
+    let mut names = draw.style.timers.clone();
+    names.extend(draw.style.counters.iter().cloned());
+    if !draw.is_module_machine() && draw.rng.one_in(4) {
+        names.clone_from(&draw.style.integers);
+    }
+    Element::Res { name: draw.pick(&names) }
+}
+
+fn random_text(draw: &mut ProgramGenerator) -> Element {
+    let text = draw.pick(TEXTS);
+    let number = split_format_string(text, true).is_ok_and(|all| all.iter().any(|piece| matches!(piece, StringPiece::Digit { .. })));
+    let var = number.then(|| random_integer(draw));
+    Element::FormattedString { var, text: text.to_owned(), quoted: draw.is_ldmicro5() }
+}
+
+fn random_table(draw: &mut ProgramGenerator) -> Element {
+    let (dest, index) = (random_integer(draw), random_operand(draw));
+    let count = if draw.rng.one_in(10) { 1 + draw.rng.below(40) } else { 1 + draw.rng.below(8) };
+    let values = (0..count).map(|_| random_constant(draw)).collect();
+    Element::LookUpTable { dest, index, as_string: false, values }
+}
+
+/// Points with slopes that 16 bits can compute.
+fn random_curve(draw: &mut ProgramGenerator) -> Element {
+    let (dest, index) = (random_integer(draw), random_operand(draw));
+    let mut at = (draw.pick(&[-100, 0, 10, -32_768, 32_700, 1_000]), draw.pick(&[0, 100, -5, 32_000, -32_768]));
+    let mut points = vec![at];
+    for _ in 0..1 + draw.rng.below(4) {
+        let dx = if draw.rng.one_in(5) { 1 + draw.rng.below(2_000) } else { 1 + draw.rng.below(40) } as i64;
+        let steepest = 32_767 / dx;
+        let dy = draw.pick(&[0, 1, -1, dx, -dx, 2 * dx, 7, -13, steepest, -steepest]).clamp(-steepest, steepest);
+        let next = (at.0 + dx, at.1 + dy);
+        if next.0 <= 32_767 && (-32_768..=32_767).contains(&next.1) {
+            points.push(next);
+            at = next;
+        }
+    }
+    if points.len() < 2 {
+        points.push((at.0 + 1, at.1));
+    }
+    Element::PiecewiseLinear { dest, index, points }
+}
+
+/// Something that can be computed with and written.
+fn random_integer(draw: &mut ProgramGenerator) -> String {
+    draw.pick(&draw.style.integers.clone())
+}
+
+/// An integer or a constant.
+fn random_operand(draw: &mut ProgramGenerator) -> LadderOperand {
+    if draw.rng.one_in(draw.style.constant) { constant_operand(random_constant(draw)) } else { LadderOperand::Var(random_integer(draw)) }
+}
+
+fn random_constant(draw: &mut ProgramGenerator) -> i64 {
+    let five = draw.is_ldmicro5();
+    let (low, high) = if five { (-(1 << 31), (1 << 31) - 1) } else { (-32_768, 32_767) };
+    let value = match draw.rng.below(6) {
+        0 => draw.rng.below(40) as i64 - 20,
+        1 => i64::from(draw.rng.next_u64() as i16),
+        2 if five => draw.pick(WIDE_BOUNDARIES),
+        3 if !draw.constants.is_empty() => draw.pick(&draw.constants.clone()) + draw.pick(&[-1, 0, 1]),
+        _ => draw.pick(BOUNDARIES),
+    };
+    let value = value.clamp(low, high);
+    draw.constants.push(value);
+    value
+}
+
+/// A constant as operand.
+fn constant_operand(value: i64) -> LadderOperand {
+    LadderOperand::Const { value, text: value.to_string() }
+}

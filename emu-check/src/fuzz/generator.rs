@@ -1,0 +1,144 @@
+//! Random valid ladder programs.
+
+use diag::Pos;
+use emu_core::rng::Rng;
+use ladder::{LadderDialect, Element, LdFormat, RungNode, LadderProgram, Rung, ProgramSettings, VarEntry};
+
+use super::element_generator::random_element;
+use super::program_style::{ProgramProfile, ElementSort, ProgramStyle};
+
+/// Program number `number` (from 0) of the campaign with seed `seed`: the same whatever else is drawn.
+#[must_use]
+pub fn generate_program(seed: u64, number: u64) -> (LadderProgram, ProgramProfile) {
+    let mut rng = Rng::new(program_seed(seed, number));
+    let style = ProgramStyle::draw(&mut rng);
+    let profile = style.profile;
+    let left = style.elements;
+    let mut draw = ProgramGenerator { rng, style, modules: Vec::new(), constants: Vec::new(), remaining_elements: left };
+    let mut rungs: Vec<Rung> = (0..draw.style.rungs).map(|_| draw.rung()).collect();
+    draw.add_missing_modules(&mut rungs);
+    (complete_program(&mut draw, rungs), profile)
+}
+
+/// The seed of one program and of its checks.
+#[must_use]
+pub fn program_seed(seed: u64, number: u64) -> u64 {
+    // Printed in commands, so not all of its 64 bits are used.
+    Rng::new(seed ^ Rng::new(number).next_u64()).next_u64() >> 24
+}
+
+/// A program being drawn.
+pub(super) struct ProgramGenerator {
+    pub rng: Rng,
+    pub style: ProgramStyle,
+    /// Timers and counters that have their element already: on a machine with modules each has one only.
+    pub modules: Vec<String>,
+    /// Constants drawn so far: their neighbours are worth a try.
+    pub constants: Vec<i64>,
+    /// Elements until no more groups are begun, so that nesting does not grow without bounds.
+    remaining_elements: u64,
+}
+
+impl ProgramGenerator {
+    pub(super) fn pick<T: Clone>(&mut self, from: &[T]) -> T {
+        from[self.rng.below(from.len() as u64) as usize].clone()
+    }
+
+    /// True in dialect ldmicro-5.
+    pub(super) fn is_ldmicro5(&self) -> bool {
+        self.style.dialect == LadderDialect::Ldmicro5
+    }
+
+    /// True where a timer or counter is a module of the machine.
+    pub(super) fn is_module_machine(&self) -> bool {
+        self.style.profile == ProgramProfile::Bits
+    }
+
+    fn rung(&mut self) -> Rung {
+        Rung { series: self.series(0, true), pos: Pos::default() }
+    }
+
+    /// A series; `rail` where its right end is the right rail, so that it may end in an element with an effect.
+    fn series(&mut self, depth: u32, rail: bool) -> Vec<RungNode> {
+        let mut out = Vec::new();
+        for _ in 0..self.rng.below(self.style.longest + 1) {
+            out.push(if self.begins_group(depth) { self.parallel(depth, false) } else { self.leaf(false) });
+        }
+        if rail && !self.rng.one_in(8) {
+            out.push(if self.begins_group(depth) { self.parallel(depth, true) } else { self.leaf(true) });
+        } else if out.is_empty() {
+            out.push(self.leaf(false));
+        }
+        out
+    }
+
+    fn begins_group(&mut self, depth: u32) -> bool {
+        self.remaining_elements > 0 && depth < self.style.depth && self.rng.one_in(self.style.group)
+    }
+
+    fn parallel(&mut self, depth: u32, rail: bool) -> RungNode {
+        let mut branches: Vec<Vec<RungNode>> = (0..2 + self.rng.below(2)).map(|_| self.series(depth + 1, rail)).collect();
+        for branch in &mut branches {
+            // A group right within a group cannot be written.
+            if let [RungNode::Parallel(..)] = branch.as_slice() {
+                branch.insert(0, self.leaf(false));
+            }
+        }
+        RungNode::Parallel(branches, Pos::default())
+    }
+
+    fn leaf(&mut self, last: bool) -> RungNode {
+        self.remaining_elements = self.remaining_elements.saturating_sub(1);
+        let sort = self.style.random_sort(&mut self.rng, last);
+        RungNode::Leaf(random_element(self, sort), Pos::default())
+    }
+
+    /// Rungs that a program of modules lacks: a RES needs its timer or counter somewhere.
+    fn add_missing_modules(&mut self, rungs: &mut Vec<Rung>) {
+        if !self.is_module_machine() {
+            return;
+        }
+        for sort in [ElementSort::Timer, ElementSort::Counter] {
+            let all = if sort == ElementSort::Timer { &self.style.timers } else { &self.style.counters };
+            for _ in all.clone() {
+                let [input, module, coil] = [ElementSort::Contact, sort, ElementSort::Coil].map(|sort| random_element(self, sort));
+                // Once all names are given, something else was drawn.
+                if matches!(module, Element::Timer { .. } | Element::Counter { .. }) {
+                    let series = [input, module, coil].map(|element| RungNode::Leaf(element, Pos::default()));
+                    rungs.push(Rung { series: series.into(), pos: Pos::default() });
+                }
+            }
+        }
+    }
+}
+
+/// The program around its rungs.
+fn complete_program(draw: &mut ProgramGenerator, rungs: Vec<Rung>) -> LadderProgram {
+    let (format, mut vars) = match draw.style.dialect {
+        LadderDialect::Ldmicro23 => (LdFormat::V01, None),
+        LadderDialect::Ldmicro5 => (LdFormat::V02, Some(Vec::new())),
+    };
+    if let (Some(vars), false) = (&mut vars, draw.is_module_machine()) {
+        for name in draw.style.plain_integers.clone() {
+            if draw.rng.one_in(2) {
+                let bytes = 1 + draw.rng.below(4) as u8;
+                let text = format!("{bytes} bytes {name}");
+                vars.push(VarEntry { name, bytes, text, pos: Pos::default() });
+            }
+        }
+    }
+    let style = &draw.style;
+    let settings = ProgramSettings {
+        micro: None,
+        cycle_us: style.cycle_us,
+        cycle_rest: String::new(),
+        crystal_hz: style.clock_hz,
+        crystal_rest: String::new(),
+        baud: style.baud,
+        baud_rest: String::new(),
+        compiler: None,
+        compiled: None,
+    };
+    let (file, io, pull_ups) = ("fuzz.ld".to_owned(), Vec::new(), None);
+    LadderProgram { file, format, dialect: style.dialect, settings, io, vars, pull_ups, rungs }
+}

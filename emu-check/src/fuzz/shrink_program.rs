@@ -1,0 +1,215 @@
+//! The smallest program that still shows what was found: rungs, branches, elements and operands are taken away one by one, as
+//! long as the same sort of fault stays. The stimulus is shrunk by the check itself.
+
+use diag::Pos;
+use ladder::{Element, RungNode, LadderOperand, LadderProgram, Rung};
+
+/// Most checks for one program.
+const MAX_TRIES: u32 = 2_000;
+
+/// The smallest program found, and how many scans show the fault. `shows` tells in which scan a program shows it, if it does; the
+/// program given does after `scans`.
+pub(super) fn smallest_program(
+    program: &LadderProgram,
+    scans: u64,
+    shows_fault: &mut dyn FnMut(&LadderProgram) -> Option<u64>,
+) -> (LadderProgram, u64) {
+    // Its comments are there from the beginning, so that they cannot change anything at the end.
+    let mut best = with_notes(program, &["", ""]);
+    let mut scans = shows_fault(&best).unwrap_or(scans);
+    let (mut n, mut tries, mut better) = (0, 0, false);
+    while tries < MAX_TRIES {
+        let Some(candidate) = nth_candidate(&best, n) else {
+            // One change makes way for another: once more from the beginning, until nothing helps.
+            if !std::mem::take(&mut better) {
+                break;
+            }
+            n = 0;
+            continue;
+        };
+        tries += 1;
+        match candidate.and_then(|candidate| shows_fault(&candidate).map(|at| (candidate, at))) {
+            // What has this number now is another change.
+            Some((candidate, at)) => (best, scans, better) = (candidate, at, true),
+            None => n += 1,
+        }
+    }
+    (best, scans)
+}
+
+/// The program with its two rungs of comments, which are added or replaced.
+pub(super) fn with_notes(program: &LadderProgram, lines: &[&str; 2]) -> LadderProgram {
+    let mut program = program.clone();
+    let noted = program.rungs.iter().take_while(|rung| is_note(rung)).count().min(lines.len());
+    let notes = lines.iter().map(|line| Rung {
+        series: vec![RungNode::Leaf(Element::Comment(format!("{NOTE_PREFIX}{line}")), Pos::default())],
+        pos: Pos::default(),
+    });
+    program.rungs.splice(..noted, notes);
+    program
+}
+
+/// How a comment of a finding begins.
+const NOTE_PREFIX: &str = "fuzz: ";
+
+fn is_note(rung: &Rung) -> bool {
+    matches!(rung.series.as_slice(), [RungNode::Leaf(Element::Comment(text), _)] if text.starts_with(NOTE_PREFIX))
+}
+
+/// The `n`-th way to make `program` smaller: `None` after the last; `Some(None)` where it would be no program.
+fn nth_candidate(program: &LadderProgram, n: usize) -> Option<Option<LadderProgram>> {
+    let mut left = n;
+    let mut smaller = program.clone();
+    // Rungs first, the last one first: what comes after the fault has no part in it.
+    let rungs = program.rungs.iter().filter(|rung| !is_note(rung)).count();
+    if left < rungs {
+        let at = program.rungs.len() - 1 - left;
+        smaller.rungs.remove(at);
+        return Some((rungs > 1).then_some(smaller));
+    }
+    left -= rungs;
+    for rung in smaller.rungs.iter_mut().filter(|rung| !is_note(rung)) {
+        match change_series(&mut rung.series, left) {
+            Ok(()) => return Some((!rung.series.is_empty()).then_some(smaller)),
+            Err(count) => left -= count,
+        }
+    }
+    match (&mut smaller.vars, left) {
+        (Some(vars), left) if left < vars.len() => {
+            vars.remove(left);
+            Some(Some(smaller))
+        }
+        _ => None,
+    }
+}
+
+/// Makes the `n`-th change of a series, or tells how many there are.
+fn change_series(series: &mut Vec<RungNode>, n: usize) -> Result<(), usize> {
+    let mut left = n;
+    for at in 0..series.len() {
+        if left == 0 {
+            series.remove(at);
+            return Ok(());
+        }
+        left -= 1;
+        let Some(node) = series.get_mut(at) else { break };
+        match node {
+            RungNode::Leaf(element, _) => {
+                let simpler = simpler_elements(element);
+                match simpler.into_iter().nth(left) {
+                    Some(new) => {
+                        *element = new;
+                        return Ok(());
+                    }
+                    None => left -= count_changes(element),
+                }
+            }
+            RungNode::Parallel(branches, _) => {
+                // One branch in place of the group.
+                if left < branches.len() {
+                    let branch = branches.swap_remove(left);
+                    series.splice(at..=at, branch);
+                    return Ok(());
+                }
+                left -= branches.len();
+                // Without one branch.
+                if branches.len() > 1 && left < branches.len() {
+                    branches.remove(left);
+                    return Ok(());
+                }
+                left -= if branches.len() > 1 { branches.len() } else { 0 };
+                for branch in branches {
+                    match change_series(branch, left) {
+                        Ok(()) => return Ok(()),
+                        Err(count) => left -= count,
+                    }
+                }
+            }
+        }
+    }
+    Err(n - left)
+}
+
+fn count_changes(element: &Element) -> usize {
+    simpler_elements(element).len()
+}
+
+/// Simpler elements of the same sort: other operands, fewer values.
+fn simpler_elements(element: &Element) -> Vec<Element> {
+    let mut out = Vec::new();
+    match element {
+        Element::Contacts { name, negated: true, set1 } => {
+            out.push(Element::Contacts { name: name.clone(), negated: false, set1: *set1 });
+        }
+        Element::Math { op, dest, op1, op2 } => {
+            let new = |op1, op2| Element::Math { op: *op, dest: dest.clone(), op1, op2 };
+            simpler_operands(op1).into_iter().for_each(|op1| out.push(new(op1, op2.clone())));
+            simpler_operands(op2).into_iter().for_each(|op2| out.push(new(op1.clone(), op2)));
+        }
+        Element::Compare { op, op1, op2 } => {
+            simpler_operands(op1).into_iter().for_each(|op1| out.push(Element::Compare { op: *op, op1, op2: op2.clone() }));
+            simpler_operands(op2).into_iter().for_each(|op2| out.push(Element::Compare { op: *op, op1: op1.clone(), op2 }));
+        }
+        Element::Move { dest, src } => {
+            out.extend(simpler_operands(src).into_iter().map(|src| Element::Move { dest: dest.clone(), src }));
+        }
+        Element::LookUpTable { dest, index, as_string, values } if values.len() > 1 => {
+            let values = values[..values.len() / 2].to_vec();
+            out.push(Element::LookUpTable { dest: dest.clone(), index: index.clone(), as_string: *as_string, values });
+        }
+        Element::PiecewiseLinear { dest, index, points } if points.len() > 2 => {
+            for points in [&points[1..], &points[..points.len() - 1]] {
+                let (dest, index, points) = (dest.clone(), index.clone(), points.to_vec());
+                out.push(Element::PiecewiseLinear { dest, index, points });
+            }
+        }
+        Element::ShiftRegister { name, stages: 2.. } => {
+            out.push(Element::ShiftRegister { name: name.clone(), stages: 1 });
+        }
+        _ => {}
+    }
+    out
+}
+
+fn simpler_operands(operand: &LadderOperand) -> Vec<LadderOperand> {
+    let known = |value: i64| LadderOperand::Const { value, text: value.to_string() };
+    match operand {
+        LadderOperand::Var(_) => vec![known(0), known(1), known(-1)],
+        LadderOperand::Const { value: 0, .. } => Vec::new(),
+        LadderOperand::Const { value: 1, .. } => vec![known(0)],
+        LadderOperand::Const { value, .. } => vec![known(0), known(value / 2)],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::generator::generate_program;
+    use super::*;
+
+    /// What must stay, and the text of the rungs that is left of a program that has it.
+    #[test]
+    fn only_what_shows_the_fault_is_left() {
+        let adds = |program: &LadderProgram| {
+            program.elements().any(|(_, element, _)| matches!(element, Element::Math { op: ladder::MathOp::Sub, .. }))
+        };
+        let mut tried = 0;
+        for number in 0..400 {
+            let (drawn, _) = generate_program(3, number);
+            if !adds(&drawn) {
+                continue;
+            }
+            tried += 1;
+            // A program that cannot be read again shows nothing.
+            let mut shows = |p: &LadderProgram| (ladder::parse("x.ld", &ladder::write(p)).is_ok() && adds(p)).then_some(7);
+            let (small, scans) = smallest_program(&drawn, 250, &mut shows);
+            let text = ladder::write(&with_notes(&small, &["one", "two"]));
+            let rungs =
+                text.split("PROGRAM\n").nth(1).unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
+            let left = rungs.strip_prefix("RUNG COMMENT fuzz: one END RUNG COMMENT fuzz: two END RUNG SUB ");
+            let operands = left.map(|left| left.split(' ').skip(1).collect::<Vec<_>>());
+            assert_eq!(operands.as_deref(), Some(&["0", "0", "END"][..]), "program {number}: {text}");
+            assert_eq!(scans, 7);
+        }
+        assert!(tried >= 20, "only {tried} programs");
+    }
+}

@@ -1,0 +1,296 @@
+//! What can happen at all: for every element, which rung bits can come in and go out.
+//!
+//! One pass over a scan in which every relay and integer may hold anything at the start and only what this scan itself
+//! writes is known, done once per combination of inputs. It over-estimates, so what it calls impossible is impossible
+//! (a contact behind OPEN, a comparison of what a MOVE above has just set); it serves to name exceptions of coverage,
+//! never to judge an image.
+
+use std::collections::{BTreeSet, HashMap};
+
+use ladder::{CompareOp, CounterKind, LadderDialect, Element, MathOp, RungNode, LadderOperand, LadderProgram, SymbolKind, TimerKind};
+
+use crate::stimulus::MAX_SWEEP_INPUTS;
+
+/// Sets of (in, out): both false.
+pub(crate) const FALSE_FALSE: u8 = 1;
+/// In false, out true.
+pub(crate) const FALSE_TRUE: u8 = 2;
+/// In true, out false.
+pub(crate) const TRUE_FALSE: u8 = 4;
+/// Both true.
+pub(crate) const TRUE_TRUE: u8 = 8;
+
+/// Sets of bits: can be false, can be true.
+const ZERO: u8 = 1;
+const ONE: u8 = 2;
+const BOTH: u8 = ZERO | ONE;
+
+/// More values than this are "anything".
+const MAX_TRACKED_VALUES: usize = 16;
+
+/// Larger programs are looked at once, for all inputs together.
+const LARGE_PROGRAM_ELEMENTS: usize = 2_000;
+
+/// The set that holds just `bit`.
+fn single_bit_set(bit: bool) -> u8 {
+    if bit { ONE } else { ZERO }
+}
+
+/// A set with each bit inverted, if `negated`.
+fn invert_set(set: u8, negated: bool) -> u8 {
+    if negated { set >> 1 | (set & ZERO) << 1 } else { set }
+}
+
+/// Per combination of inputs, and per element of the scan in order of execution: the set of (in, out) that can occur.
+pub(crate) fn possible_outcomes(program: &LadderProgram) -> Vec<Vec<u8>> {
+    let symbols = program.symbols();
+    let inputs: Vec<&str> = symbols.iter().filter(|s| s.kind == SymbolKind::Input).map(|s| s.name.as_str()).collect();
+    let split = inputs.len() <= MAX_SWEEP_INPUTS && program.elements().count() << inputs.len() <= LARGE_PROGRAM_ELEMENTS << MAX_SWEEP_INPUTS;
+    let worlds = if split { 1u32 << inputs.len() } else { 1 };
+    // A falling edge needs a true rung in an earlier scan, under any inputs. So the first OSF of all to fire has had one
+    // while no OSF fired, the next one while only that did, and so on: starting from none, this ends with all that can.
+    let mut falls = BTreeSet::new();
+    loop {
+        let pass = |world: u32| {
+            let mut pass = ReachPass::new(&falls, program.dialect != LadderDialect::Ldmicro23);
+            if split {
+                let levels = inputs.iter().zip(0..).map(|(name, n)| ((*name).to_owned(), single_bit_set(world >> n & 1 == 1)));
+                pass.bits = levels.collect();
+            }
+            for rung in &program.rungs {
+                pass.series(&rung.series, pass.master);
+            }
+            (pass.pairs, pass.risen_edges)
+        };
+        let (pairs, risen): (Vec<_>, Vec<_>) = (0..worlds).map(pass).unzip();
+        let before = falls.len();
+        falls.extend(risen.into_iter().flatten());
+        if falls.len() == before {
+            return pairs;
+        }
+    }
+}
+
+/// Values that an integer can hold; `None` is any. Only integers of 16 bits are followed: in dialect ldmicro-5 nothing is
+/// known of them.
+type KnownValues = Option<Vec<i32>>;
+
+struct ReachPass<'a> {
+    /// Positions of the OSFs whose rung can have been true before.
+    falling_edges: &'a BTreeSet<usize>,
+    /// Positions of the OSFs whose rung can be true in this scan.
+    risen_edges: Vec<usize>,
+    master: u8,
+    /// Integers have widths of their own.
+    wide: bool,
+    /// What is known of bits; those not named can be both.
+    bits: HashMap<String, u8>,
+    /// What is known of integers.
+    integers: HashMap<String, Vec<i32>>,
+    pairs: Vec<u8>,
+}
+
+impl<'a> ReachPass<'a> {
+    fn new(falls: &'a BTreeSet<usize>, wide: bool) -> Self {
+        let (bits, integers) = (HashMap::new(), HashMap::new());
+        ReachPass { falling_edges: falls, risen_edges: Vec::new(), master: ONE, wide, bits, integers, pairs: Vec::new() }
+    }
+
+    fn series(&mut self, nodes: &[RungNode], mut rung: u8) -> u8 {
+        for node in nodes {
+            rung = match node {
+                RungNode::Leaf(Element::Comment(_), _) => rung,
+                RungNode::Leaf(element, _) => {
+                    let pairs = self.element(element, rung);
+                    self.pairs.push(pairs);
+                    outputs_of_pairs(pairs)
+                }
+                RungNode::Parallel(branches, _) => {
+                    let outs: Vec<u8> = branches.iter().map(|branch| self.series(branch, rung)).collect();
+                    or_of_sets(&outs)
+                }
+            };
+        }
+        rung
+    }
+
+    /// Does the element with the set of rung bits `rung`, and gives the set of (in, out).
+    fn element(&mut self, element: &Element, rung: u8) -> u8 {
+        let when = |zero: u8, one: u8| if rung & ZERO != 0 { zero } else { 0 } | if rung & ONE != 0 { one } else { 0 };
+        let same = when(FALSE_FALSE, TRUE_TRUE);
+        match element {
+            Element::Contacts { name, negated, .. } => {
+                let bit = invert_set(self.bits.get(name).copied().unwrap_or(BOTH), *negated);
+                when(FALSE_FALSE, if bit & ONE != 0 { TRUE_TRUE } else { 0 } | if bit & ZERO != 0 { TRUE_FALSE } else { 0 })
+            }
+            Element::Coil { name, negated, set, reset, .. } => {
+                let old = self.bits.get(name).copied().unwrap_or(BOTH);
+                let new = match (set, reset) {
+                    (true, _) => when(old, ONE),
+                    (_, true) => when(old, ZERO),
+                    _ => invert_set(rung, *negated),
+                };
+                self.bits.insert(name.clone(), new);
+                same
+            }
+            Element::Open => when(FALSE_FALSE, TRUE_FALSE),
+            Element::MasterRelay => {
+                let (off, on) = (self.master & ZERO != 0, self.master & ONE != 0);
+                self.master = if off { ONE } else { 0 } | if on { rung } else { 0 };
+                same
+            }
+            Element::Osr => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
+            Element::Osf => {
+                let position = self.pairs.len();
+                if rung & ONE != 0 {
+                    self.risen_edges.push(position);
+                }
+                when(if self.falling_edges.contains(&position) { FALSE_FALSE | FALSE_TRUE } else { FALSE_FALSE }, TRUE_FALSE)
+            }
+            Element::Timer { kind, name, .. } => {
+                self.integers.remove(name);
+                match kind {
+                    TimerKind::Ton => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
+                    TimerKind::Tof => when(FALSE_FALSE | FALSE_TRUE, TRUE_TRUE),
+                    TimerKind::Rto => when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE),
+                }
+            }
+            Element::Counter { kind, name, max, .. } => {
+                self.integers.remove(name);
+                let always = !self.wide && matches!(max, LadderOperand::Const { value, .. } if *value <= i64::from(i16::MIN));
+                match kind {
+                    CounterKind::Ctc => same,
+                    _ if always => when(FALSE_TRUE, TRUE_TRUE),
+                    _ => when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE),
+                }
+            }
+            Element::Res { name } => {
+                self.store(name, Some(vec![0]), rung);
+                same
+            }
+            Element::Move { dest, src } => {
+                let values = self.values(src);
+                self.store(dest, values, rung);
+                same
+            }
+            Element::Math { op, dest, op1, op2 } => {
+                let values = self.values(op1).zip(self.values(op2)).and_then(|(a, b)| math(*op, &a, &b));
+                self.store(dest, values, rung);
+                same
+            }
+            Element::Compare { op, op1, op2 } => {
+                let truth = self.compare(*op, op1, op2);
+                when(FALSE_FALSE, if truth & ONE != 0 { TRUE_TRUE } else { 0 } | if truth & ZERO != 0 { TRUE_FALSE } else { 0 })
+            }
+            Element::Short => same,
+            Element::ShiftRegister { name, stages } => {
+                (0..*stages).for_each(|n| _ = self.integers.remove(&format!("{name}{n}")));
+                same
+            }
+            Element::LookUpTable { dest: name, .. }
+            | Element::PiecewiseLinear { dest: name, .. }
+            | Element::ReadAdc { name, .. }
+            | Element::Persist { name } => {
+                self.integers.remove(name);
+                same
+            }
+            Element::SetPwm { .. } => same,
+            Element::UartRecv { name, .. } => {
+                self.integers.remove(name);
+                when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE)
+            }
+            // Sending is busy whatever the rung; whatever they do is taken for possible.
+            _ => when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE),
+        }
+    }
+
+    fn values(&self, operand: &LadderOperand) -> KnownValues {
+        match operand {
+            LadderOperand::Const { value, .. } => i32::try_from(*value).ok().map(|v| vec![v]),
+            LadderOperand::Var(name) => self.integers.get(name).cloned(),
+        }
+    }
+
+    /// `name` becomes one of `values` where the rung is true.
+    fn store(&mut self, name: &str, values: KnownValues, rung: u8) {
+        let merged = match (rung, values, self.integers.get(name)) {
+            (ZERO, _, _) => return,
+            _ if self.wide => return,
+            (ONE, Some(values), _) => values,
+            (_, Some(values), Some(old)) => [&values[..], old].concat(),
+            _ => {
+                self.integers.remove(name);
+                return;
+            }
+        };
+        match limited_values(merged) {
+            Some(values) => _ = self.integers.insert(name.to_owned(), values),
+            None => _ = self.integers.remove(name),
+        }
+    }
+
+    /// The truth values that a comparison can have.
+    fn compare(&self, op: CompareOp, op1: &LadderOperand, op2: &LadderOperand) -> u8 {
+        if op1 == op2 {
+            return single_bit_set(comparison_holds(op, 0, 0));
+        }
+        let (least, most) = if self.wide { (i32::MIN, i32::MAX) } else { (i16::MIN.into(), i16::MAX.into()) };
+        // Of "anything", the values around the other side's and the extremes tell all that can happen.
+        let around = |values: &[i32]| {
+            let near = values.iter().flat_map(|v| [v.saturating_sub(1), *v, v.saturating_add(1)]);
+            near.map(|v| v.clamp(least, most)).chain([least, most]).collect::<Vec<_>>()
+        };
+        let (a, b) = match (self.values(op1), self.values(op2)) {
+            (Some(a), Some(b)) => (a, b),
+            (Some(a), None) => (a.clone(), around(&a)),
+            (None, Some(b)) => (around(&b), b),
+            (None, None) => return BOTH,
+        };
+        a.iter().flat_map(|a| b.iter().map(|b| single_bit_set(comparison_holds(op, *a, *b)))).fold(0, |set, one| set | one)
+    }
+}
+
+/// What the OR of sets of bits can be.
+pub(crate) fn or_of_sets(sets: &[u8]) -> u8 {
+    let zero = if sets.iter().all(|s| s & ZERO != 0) { ZERO } else { 0 };
+    zero | if sets.iter().any(|s| s & ONE != 0) { ONE } else { 0 }
+}
+
+/// The set of outs in a set of (in, out).
+pub(crate) fn outputs_of_pairs(pairs: u8) -> u8 {
+    let zero = if pairs & (FALSE_FALSE | TRUE_FALSE) != 0 { ZERO } else { 0 };
+    zero | if pairs & (FALSE_TRUE | TRUE_TRUE) != 0 { ONE } else { 0 }
+}
+
+fn limited_values(mut values: Vec<i32>) -> KnownValues {
+    values.sort_unstable();
+    values.dedup();
+    (values.len() <= MAX_TRACKED_VALUES).then_some(values)
+}
+
+fn math(op: MathOp, a: &[i32], b: &[i32]) -> KnownValues {
+    let narrow = |values: &[i32]| values.iter().map(|&v| i16::try_from(v).ok()).collect::<Option<Vec<i16>>>();
+    let (a, b) = narrow(a).zip(narrow(b))?;
+    if op == MathOp::Div && b.contains(&0) {
+        return None;
+    }
+    let one = |a: i16, b: i16| match op {
+        MathOp::Add => a.wrapping_add(b),
+        MathOp::Sub => a.wrapping_sub(b),
+        MathOp::Mul => a.wrapping_mul(b),
+        MathOp::Div => a.wrapping_div(b),
+    };
+    limited_values(a.iter().flat_map(|a| b.iter().map(move |b| i32::from(one(*a, *b)))).collect())
+}
+
+/// The truth of a comparison.
+pub(crate) fn comparison_holds(op: CompareOp, a: i32, b: i32) -> bool {
+    match op {
+        CompareOp::Equ => a == b,
+        CompareOp::Neq => a != b,
+        CompareOp::Grt => a > b,
+        CompareOp::Geq => a >= b,
+        CompareOp::Les => a < b,
+        CompareOp::Leq => a <= b,
+    }
+}

@@ -1,0 +1,211 @@
+//! The map, resolved: where on the chip everything is that a check looks at.
+
+use diag::{Diagnostic, Pos, Severity};
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::cpu::Cpu;
+use emu_core::pins::PinId;
+use ladder::LadderProgram;
+use ladder_compile::{ImageMap, CellLocation};
+use ladder_eval::Evaluator;
+
+use crate::codes;
+use crate::map_contract::ScanPace;
+use crate::families::{self, PinBehaviour};
+use crate::peripherals::CheckedPeripherals;
+
+/// A moment of a scan, at which the chip is stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum ScanPoint {
+    /// The instruction that starts the pacing timer.
+    TimerStart,
+    /// The first of a scan; inputs are latched after it.
+    ScanStart,
+    /// The first of the first rung; inputs have been latched.
+    FirstRung,
+    /// The last of a scan; outputs have been written.
+    ScanEnd,
+}
+
+/// All places of a program on its chip. Code addresses are program words.
+#[derive(Debug, Clone)]
+pub(crate) struct ProgramPlaces {
+    timer_start: u32,
+    scan_start: u32,
+    /// Nothing where the rungs have no address of their own.
+    first_rung: Option<u32>,
+    scan_end: u32,
+    /// Where the code of a rung begins, by its position; where nothing is left of a rung it has none. The last is where all end.
+    pub rungs: Vec<(u32, usize)>,
+    /// Time of a scan, by the program's own figures.
+    pub pace: ScanPace,
+    /// Places of the symbols, in the evaluator's order.
+    symbols: Vec<CellLocation>,
+    /// Outputs: index of the symbol, and pin.
+    pub outputs: Vec<(usize, PinId)>,
+    /// Pins of the inputs, in the order of the evaluator's symbols; nothing for an input without a pin.
+    pub inputs: Vec<PinId>,
+    /// What the program uses besides ports.
+    pub peripherals: CheckedPeripherals,
+    /// Pins that the program does not name, and those of them that a board may drive.
+    pub unnamed_pins: Vec<PinId>,
+    pub spare_pins: Vec<PinId>,
+    chip: &'static Chip,
+    /// Bytes per program word.
+    pub word_bytes: u32,
+}
+
+impl ProgramPlaces {
+    pub(crate) fn new(
+        program: &LadderProgram,
+        map: &ImageMap,
+        chip: &'static Chip,
+        eval: &Evaluator,
+        pace: ScanPace,
+    ) -> Result<ProgramPlaces, Vec<Diagnostic>> {
+        let mut faults = Vec::new();
+        let mut fault = |cause: String| {
+            let hint = "compile the program anew; map and image must come from one compilation";
+            faults.push(Diagnostic::new(Severity::Error, codes::BAD_MAP, &program.file, Pos::default(), cause, hint));
+        };
+        let mut symbols = Vec::new();
+        let (mut inputs, mut outputs) = (Vec::new(), Vec::new());
+        for (index, symbol) in eval.symbols().iter().enumerate() {
+            match map.symbols.iter().find(|s| s.name == symbol.name) {
+                Some(found) if matches!(found.place, CellLocation::Bit { .. }) == symbol.kind.is_bit() => {
+                    symbols.push(found.place.clone());
+                }
+                Some(_) => fault(format!("the map has a place of the wrong kind for `{}`", symbol.name)),
+                None => fault(format!("the map has no place for `{}`", symbol.name)),
+            }
+            let wanted = match symbol.kind {
+                ladder::SymbolKind::Input => "in",
+                ladder::SymbolKind::Output => "out",
+                _ => continue,
+            };
+            let found = map.pins.iter().find(|p| p.name == symbol.name && p.direction == wanted);
+            match found.and_then(|p| chip.pin(&p.pin)) {
+                Some(pin) if wanted == "in" => inputs.push(pin),
+                Some(pin) => outputs.push((index, pin)),
+                None => fault(format!("the map has no pin of {} for `{}`", chip.name, symbol.name)),
+            }
+        }
+        let peripherals = match CheckedPeripherals::new(program, map, chip, eval, &pace) {
+            Ok(peripherals) => Some(peripherals),
+            Err(causes) => {
+                causes.into_iter().for_each(&mut fault);
+                None
+            }
+        };
+        let Some(peripherals) = peripherals.filter(|_| faults.is_empty()) else { return Err(faults) };
+        let ports = inputs.iter().copied().chain(outputs.iter().map(|o: &(usize, PinId)| o.1));
+        let named: Vec<PinId> = ports.chain(peripherals.pins()).collect();
+        let (unnamed, spare) = families::unnamed_pins(chip, &named);
+        let word = |byte: u32| byte / chip.word_bytes.max(1);
+        let points = [map.timer_start, map.scan_start, map.scan_end].map(word);
+        let [timer_start, scan_start, scan_end] = points;
+        let ends = map.rungs.iter().map(|rung| rung.end).max();
+        let begins =
+            (0..).zip(&map.rungs).filter(|(_, rung)| rung.start < rung.end).map(|(n, rung)| (word(rung.start), n));
+        Ok(ProgramPlaces {
+            rungs: begins.chain(ends.map(|end| (word(end), usize::MAX))).collect(),
+            timer_start,
+            scan_start,
+            first_rung: map.rungs.first().map(|r| word(r.start)).filter(|pc| !points.contains(pc)),
+            scan_end,
+            pace,
+            symbols,
+            outputs,
+            inputs,
+            peripherals,
+            unnamed_pins: unnamed,
+            spare_pins: spare,
+            chip,
+            word_bytes: chip.word_bytes.max(1),
+        })
+    }
+
+    /// The chip's name of a pin.
+    pub(crate) fn pin_name(&self, pin: PinId) -> &'static str {
+        self.chip.pins.get(usize::from(pin)).map_or("?", |p| p.name)
+    }
+
+    /// What stands behind a pin; nothing where the machine knows no pins that are not driven.
+    pub(crate) fn pin_behaviour(&self, pin: PinId) -> Option<PinBehaviour> {
+        families::pin_behaviour(self.chip, pin)
+    }
+
+    /// The machine itself paces its program: there is no timer that the program starts, inputs are taken before its first
+    /// instruction, and it needs no loop.
+    pub(crate) fn is_self_paced(&self) -> bool {
+        self.chip.family == ChipFamily::Ap101
+    }
+
+    /// The pin of the supply, on a machine that halts where nothing is to come from outside.
+    pub(crate) fn supply_pin(&self) -> Option<PinId> {
+        self.chip.pin("POWER").filter(|_| self.is_self_paced())
+    }
+
+    /// A moment of the scan is reached at this program word.
+    pub(crate) fn is_scan_point(&self, pc: u32) -> bool {
+        [Some(self.timer_start), Some(self.scan_start), self.first_rung, Some(self.scan_end)].contains(&Some(pc))
+    }
+
+    /// Output channels of a controller.
+    pub(crate) fn output_channels<C: Cpu>(&self, cpu: &C) -> u64 {
+        let output = |pin: &PinId| self.pin_name(*pin).starts_with('E') && cpu.has_pin(*pin);
+        (0..self.chip.pins.len() as PinId).filter(output).count() as u64
+    }
+
+    /// Program word at which `point` is reached.
+    pub(crate) fn point_word(&self, point: ScanPoint) -> Option<u32> {
+        match point {
+            ScanPoint::TimerStart => Some(self.timer_start),
+            ScanPoint::ScanStart => Some(self.scan_start),
+            ScanPoint::FirstRung => self.first_rung,
+            ScanPoint::ScanEnd => Some(self.scan_end),
+        }
+    }
+
+    /// Machine cycles in a period, rounded up.
+    pub(crate) fn period_cycles(&self) -> u64 {
+        u64::try_from(self.pace.num.div_ceil(self.pace.den)).unwrap_or(u64::MAX)
+    }
+
+    /// The machine cycles in which scan `scan` (from 1) may start, counted from the start of the timer.
+    pub(crate) fn start_window(&self, scan: u64) -> (u64, u64) {
+        let ScanPace { num, den, tick_cycles: tick, poll_cycles: poll, .. } = self.pace;
+        let exact = u64::try_from(u128::from(scan).saturating_mul(num) / den).unwrap_or(u64::MAX);
+        // An exact period has exact matches; where a tick is coarse or the period broken, one tick may be missing.
+        let early = if tick == 1 && den == 1 { 0 } else { tick };
+        (exact.saturating_sub(early), exact.saturating_add(poll))
+    }
+
+    /// Reads a symbol on the chip; places outside of its memories read as 0.
+    pub(crate) fn read_symbol<C: Cpu>(&self, cpu: &C, symbol: usize) -> i32 {
+        match self.symbols.get(symbol) {
+            Some(CellLocation::Bit { space, addr, bit }) => i32::from(cpu.peek(space, *addr).unwrap_or(0) >> bit & 1),
+            Some(CellLocation::Word { space, addr, bytes }) => {
+                let byte = |n: u8| i32::from(cpu.peek(space, addr + u32::from(n)).unwrap_or(0)) << (8 * n);
+                let unused = 32 - 8 * u32::from((*bytes).clamp(1, 4));
+                (0..(*bytes).min(4)).map(byte).fold(0, |all, byte| all | byte) << unused >> unused
+            }
+            None => 0,
+        }
+    }
+
+    /// Writes a symbol on the chip, as a debugger does.
+    pub(crate) fn write_symbol<C: Cpu>(&self, cpu: &mut C, symbol: usize, value: i32) {
+        match self.symbols.get(symbol) {
+            Some(CellLocation::Bit { space, addr, bit }) => {
+                let old = cpu.peek(space, *addr).unwrap_or(0) & !(1 << bit);
+                cpu.poke(space, *addr, old | u8::from(value != 0) << bit);
+            }
+            Some(CellLocation::Word { space, addr, bytes }) => {
+                for (n, byte) in (0..u32::from(*bytes)).zip(value.to_le_bytes()) {
+                    cpu.poke(space, addr + n, byte);
+                }
+            }
+            None => {}
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! The PWM output, by the checker's own measure of its pin. All times are in clocks of the oscillator since power-up.
+
+/// Periods that a new duty may take to show.
+const SETTLING_PERIODS: u64 = 2;
+
+/// What the pin is measured against.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ExpectedPwm {
+    /// Clocks of a period, as a fraction.
+    pub period: (u128, u128),
+    /// Steps of the duty.
+    pub steps: u64,
+    /// Clocks by which a measure may be off: the machine cycles in which two edges are seen.
+    pub tolerance_clocks: u64,
+}
+
+impl ExpectedPwm {
+    fn clocks(&self) -> u64 {
+        (self.period.0 / self.period.1.max(1)) as u64
+    }
+
+    /// What is wrong with a period of so many clocks of which so many are high, at a duty in percent.
+    fn check_period(&self, period: u64, high: u64, duty: u8) -> Option<(String, String)> {
+        let (num, den) = self.period;
+        let wanted = num / den.max(1);
+        if u128::from(period).abs_diff(wanted) > u128::from(self.tolerance_clocks) + 1 {
+            return Some((format!("a period of {wanted} clocks"), format!("{period} clocks")));
+        }
+        // Within one step: |high / period - duty / 100| <= 1 / steps.
+        let off = (u128::from(high) * 100).abs_diff(u128::from(period) * u128::from(duty));
+        let most = u128::from(period) * 100 / u128::from(self.steps.max(1)) + 100 * u128::from(self.tolerance_clocks);
+        (off > most).then(|| {
+            let wanted = format!("{duty} % of {period} clocks high, within 1 of {} steps", self.steps);
+            (wanted, format!("{high} clocks high"))
+        })
+    }
+}
+
+/// A meter at the pin. A value: a clone goes on by itself.
+#[derive(Debug, Clone)]
+pub(crate) struct PwmMeter {
+    wanted: ExpectedPwm,
+    /// The duty that should show; none before the first.
+    duty: Option<u8>,
+    /// From when on.
+    from: u64,
+    high: bool,
+    rose: Option<u64>,
+    fell: Option<u64>,
+    /// Whole periods seen.
+    whole_periods: u64,
+    fault: Option<(String, String)>,
+}
+
+impl PwmMeter {
+    /// A meter at a pin that is low.
+    pub(crate) fn new(wanted: ExpectedPwm) -> PwmMeter {
+        PwmMeter { wanted, duty: None, from: 0, high: false, rose: None, fell: None, whole_periods: 0, fault: None }
+    }
+
+    /// The duty is set at `now` at the latest.
+    pub(crate) fn set_duty(&mut self, now: u64, duty: Option<u8>) {
+        if duty != self.duty {
+            self.duty = duty;
+            self.from = now + SETTLING_PERIODS * self.wanted.clocks();
+            (self.rose, self.fell, self.whole_periods) = (None, None, 0);
+        }
+    }
+
+    /// The duty that should show.
+    pub(crate) fn duty(&self) -> Option<u8> {
+        self.duty
+    }
+
+    /// The pin has changed.
+    pub(crate) fn note_edge(&mut self, at: u64, high: bool) {
+        if high == self.high {
+            return;
+        }
+        self.high = high;
+        if at < self.from || self.fault.is_some() {
+            return;
+        }
+        match self.duty {
+            None => self.fault = Some(("a pin that stays low until a duty is set".to_owned(), "an edge".to_owned())),
+            Some(0) => self.fault = Some(("a duty of 0 %, constantly low".to_owned(), "an edge".to_owned())),
+            Some(100) => self.fault = Some(("a duty of 100 %, constantly high".to_owned(), "an edge".to_owned())),
+            Some(duty) if high => {
+                if let (Some(rose), Some(fell)) = (self.rose, self.fell) {
+                    self.whole_periods += 1;
+                    self.fault = self.wanted.check_period(at - rose, fell - rose, duty);
+                }
+                (self.rose, self.fell) = (Some(at), None);
+            }
+            Some(_) => self.fell = Some(at),
+        }
+    }
+
+    /// What is wrong, expected and found, by `now`.
+    pub(crate) fn judge(&self, now: u64) -> Result<u64, (String, String)> {
+        if let Some(fault) = &self.fault {
+            return Err(fault.clone());
+        }
+        let level = |high: bool| if high { "high" } else { "low" }.to_owned();
+        match self.duty {
+            _ if now < self.from => Ok(0),
+            None | Some(0) if self.high => Err(("the PWM output low".to_owned(), level(true))),
+            Some(100) if !self.high => Err(("the PWM output high".to_owned(), level(false))),
+            None | Some(0 | 100) => Ok(1),
+            Some(duty) if self.whole_periods == 0 && now > self.from + 3 * self.wanted.clocks() => {
+                Err((format!("periods with {duty} % high"), format!("none, the pin is {}", level(self.high))))
+            }
+            Some(_) => Ok(u64::from(self.whole_periods > 0)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WANTED: ExpectedPwm = ExpectedPwm { period: (1000, 1), steps: 256, tolerance_clocks: 1 };
+
+    /// `duty | period | high | agrees`: pulses for ten periods after the duty was set.
+    #[test]
+    fn pulses_are_measured() {
+        for (duty, period, high, agrees) in [
+            (50, 1000, 500, true),
+            (50, 1000, 504, true),
+            (50, 1000, 510, false),
+            (50, 1004, 502, false),
+            (1, 1000, 10, true),
+            (1, 1000, 1, false),
+            (100, 1000, 999, false),
+            (0, 1000, 1, false),
+        ] {
+            let mut meter = PwmMeter::new(WANTED);
+            meter.set_duty(0, Some(duty));
+            for n in 0..10 {
+                meter.note_edge(n * period + 10, true);
+                meter.note_edge(n * period + 10 + high, false);
+            }
+            assert_eq!(meter.judge(11_000).is_ok(), agrees, "{duty} {period} {high}");
+        }
+    }
+
+    /// `duty | level | agrees`: a pin that does not move.
+    #[test]
+    fn levels_are_looked_at() {
+        let (on, off) = (true, false);
+        for (duty, high, agrees) in [
+            (None, off, true),
+            (None, on, false),
+            (Some(0), off, true),
+            (Some(0), on, false),
+            (Some(100), on, true),
+            (Some(100), off, false),
+            (Some(50), on, false),
+            (Some(50), off, false),
+        ] {
+            let mut meter = PwmMeter::new(WANTED);
+            meter.set_duty(0, duty);
+            meter.note_edge(10, high);
+            meter.high = high;
+            meter.fault = None;
+            assert_eq!(meter.judge(100_000).is_ok(), agrees, "{duty:?} {high}");
+        }
+    }
+}

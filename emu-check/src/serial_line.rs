@@ -1,0 +1,237 @@
+//! The serial line, by the checker's own reckoning: bytes from the edges of the transmitter's pin, and edges for the receiver's.
+//!
+//! Eight bits, no parity, one stop bit, least significant bit first; a bit is `hz / baud` clocks of the oscillator. All
+//! times here are in clocks since power-up.
+
+use std::collections::VecDeque;
+
+/// Bits of a byte on the line: start, data, stop.
+pub(crate) const BYTE_BITS: u64 = 10;
+
+/// How far an edge may be from where it should be, in thousandths of the time since the byte began (2 %).
+const MAX_EDGE_PERMILLE: u64 = 20;
+
+/// The time of a bit, as a fraction of clocks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct BitTime {
+    pub hz: u64,
+    pub baud: u64,
+}
+
+impl BitTime {
+    /// Clocks of `halves` half bits, rounded down.
+    pub(crate) fn half_bit_clocks(self, halves: u64) -> u64 {
+        (u128::from(halves) * u128::from(self.hz) / (2 * u128::from(self.baud.max(1)))) as u64
+    }
+
+    /// Clocks of so many bits, rounded down.
+    pub(crate) fn bit_clocks(self, bits: u64) -> u64 {
+        self.half_bit_clocks(2 * bits)
+    }
+}
+
+/// A byte that was on the line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct SerialFrame {
+    /// When its start bit began.
+    pub start: u64,
+    pub byte: u8,
+    /// What is wrong with its shape.
+    pub fault: Option<String>,
+}
+
+/// A receiver at the transmitter's pin. A value: a clone goes on by itself.
+#[derive(Debug, Clone)]
+pub(crate) struct SerialListener {
+    bit: BitTime,
+    /// How far an edge may be off besides, in clocks: the machine cycle in which it is seen.
+    tolerance_clocks: u64,
+    high: bool,
+    /// The byte under way: its start, the levels sampled so far, what is wrong.
+    current_byte: Option<(u64, Vec<bool>, Option<String>)>,
+    /// When the last byte's stop bit was over.
+    byte_end: u64,
+    frames: VecDeque<SerialFrame>,
+}
+
+impl SerialListener {
+    /// A receiver of a line at rest.
+    pub(crate) fn new(bit: BitTime, grain: u64) -> SerialListener {
+        SerialListener { bit, tolerance_clocks: grain, high: true, current_byte: None, byte_end: 0, frames: VecDeque::new() }
+    }
+
+    /// The line has changed at `at`.
+    pub(crate) fn note_edge(&mut self, at: u64, high: bool) {
+        self.advance_to(at);
+        if high == self.high {
+            return;
+        }
+        self.high = high;
+        match &mut self.current_byte {
+            Some((start, _, fault)) => {
+                let since = at - *start;
+                let bits = (since + self.bit.half_bit_clocks(1)) * self.bit.baud / self.bit.hz.max(1);
+                let off = since.abs_diff(self.bit.bit_clocks(bits));
+                if off > since * MAX_EDGE_PERMILLE / 1000 + self.tolerance_clocks && fault.is_none() {
+                    *fault = Some(format!("with an edge {off} clocks beside bit {bits}"));
+                }
+            }
+            None if !high => {
+                let early = at + (self.bit.bit_clocks(BYTE_BITS) * MAX_EDGE_PERMILLE / 1000 + self.tolerance_clocks) < self.byte_end;
+                let fault = early.then(|| "that begins before the last one's stop bit is over".to_owned());
+                self.current_byte = Some((at, Vec::new(), fault));
+            }
+            None => {}
+        }
+    }
+
+    /// Nothing has changed until `now`.
+    pub(crate) fn advance_to(&mut self, now: u64) {
+        let Some((start, bits, _)) = &mut self.current_byte else { return };
+        while (bits.len() as u64) < BYTE_BITS && *start + self.bit.half_bit_clocks(2 * bits.len() as u64 + 1) < now {
+            bits.push(self.high);
+        }
+        if bits.len() as u64 == BYTE_BITS
+            && let Some((start, bits, mut fault)) = self.current_byte.take()
+        {
+            let byte = (0..8).filter(|&n| bits.get(n + 1) == Some(&true)).fold(0, |byte, n| byte | 1 << n);
+            if bits.first() == Some(&true) || bits.last() == Some(&false) {
+                fault = Some("without a start or stop bit".to_owned());
+            }
+            self.byte_end = start + self.bit.bit_clocks(BYTE_BITS);
+            self.frames.push_back(SerialFrame { start, byte, fault });
+        }
+    }
+
+    /// The next whole byte.
+    pub(crate) fn take_frame(&mut self) -> Option<SerialFrame> {
+        self.frames.pop_front()
+    }
+
+    /// When the byte began that is on the line now.
+    pub(crate) fn current_start(&self) -> Option<u64> {
+        self.current_byte.as_ref().map(|byte| byte.0)
+    }
+}
+
+/// When to begin a byte so that it has arrived while the chip waits, with the bits to drive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ByteArrival {
+    /// Clock at which the start bit begins.
+    pub start: u64,
+    /// The scan (from 1) before which the byte has arrived.
+    pub scan: u64,
+}
+
+/// Quarter bits from the start of a byte to where every receiver has sampled the stop bit's middle and told it: 9.75 bits; and
+/// to where the first of them may have: 9.25. What lies between is uncertain.
+const STOP_BIT_SAMPLED: (u64, u64) = (37, 39);
+
+/// The first scan from `next` on before which a whole byte can arrive that begins after `now`, while the chip waits: every scan
+/// starts at `starts(scan)` and is over `busy` clocks later.
+pub(crate) fn plan_arrival(bit: BitTime, now: u64, next: u64, busy: u64, starts: impl Fn(u64) -> u64) -> Option<ByteArrival> {
+    let quarter = |n: u64| bit.half_bit_clocks(n) / 2;
+    let (first, last) = (quarter(STOP_BIT_SAMPLED.0), quarter(STOP_BIT_SAMPLED.1));
+    let most = next + bit.bit_clocks(BYTE_BITS) / (starts(next + 1) - starts(next)).max(1) + 3;
+    (next..=most).find_map(|scan| {
+        // In the middle of the time between the end of the scan before and the start of this one.
+        let from = (starts(scan - 1) + busy).checked_sub(first)?;
+        let to = starts(scan).checked_sub(last)?;
+        (from < to).then_some(())?;
+        let start = (from + (to - from) / 2).max(now);
+        (start < to).then_some(ByteArrival { start, scan })
+    })
+}
+
+/// The levels of a byte: clocks after its start, and level. The line rests high afterwards.
+pub(crate) fn byte_levels(bit: BitTime, byte: u8) -> impl Iterator<Item = (u64, bool)> {
+    let level = move |n: u64| match n {
+        0 => false,
+        1..=8 => byte >> (n - 1) & 1 == 1,
+        _ => true,
+    };
+    (0..BYTE_BITS).filter(move |&n| n == 0 || level(n) != level(n - 1)).map(move |n| (bit.bit_clocks(n), level(n)))
+}
+
+/// When a byte may arrive at a program. All times are clocks since power-up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ArrivalWindow {
+    /// Oscillator, in Hz.
+    pub hz: u64,
+    /// Bits per second, above 0.
+    pub baud: u64,
+    /// Not before this clock.
+    pub now: u64,
+    /// Start of a scan, and how long after it that scan is over.
+    pub scan: (u64, u64),
+    /// From the start of one scan to that of the next.
+    pub period: u64,
+    /// It has arrived before the scan that comes so many after that one.
+    pub scans_later: u64,
+}
+
+/// The edges of a byte that arrives while the chip waits for the next scan; nothing where no scan leaves room for that.
+#[must_use]
+pub fn byte_edges(byte: u8, slot: ArrivalWindow) -> Vec<(u64, bool)> {
+    let bit = BitTime { hz: slot.hz, baud: slot.baud.max(1) };
+    let starts = |scan: u64| slot.scan.0.saturating_add(scan.saturating_mul(slot.period.max(1)));
+    let arrival = plan_arrival(bit, slot.now, slot.scans_later.max(1), slot.scan.1, starts);
+    arrival.map_or(Vec::new(), |at| byte_levels(bit, byte).map(|(after, high)| (at.start + after, high)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BIT: BitTime = BitTime { hz: 4_000_000, baud: 9_600 };
+
+    /// Drives a listener with a byte at a speed in permille of the nominal.
+    fn heard(byte: u8, permille: u64) -> SerialFrame {
+        let mut listener = SerialListener::new(BIT, 4);
+        for (after, high) in byte_levels(BIT, byte) {
+            listener.note_edge(1_000 + after * 1000 / permille, high);
+        }
+        listener.advance_to(20_000);
+        listener.take_frame().expect("a byte")
+    }
+
+    #[test]
+    fn every_byte_is_heard() {
+        for byte in 0..=255 {
+            assert_eq!(heard(byte, 1000), SerialFrame { start: 1_000, byte, fault: None });
+        }
+    }
+
+    /// `permille of the speed | taken`.
+    #[test]
+    fn speeds_beyond_two_percent_are_found() {
+        for (permille, good) in [(1000, true), (1019, true), (982, true), (1025, false), (976, false), (1100, false)] {
+            assert_eq!(heard(0x55, permille).fault.is_none(), good, "{permille}");
+            assert_eq!(heard(0x00, permille).fault.is_none(), good, "{permille}");
+        }
+    }
+
+    #[test]
+    fn a_line_that_stays_low_is_no_byte() {
+        let mut listener = SerialListener::new(BIT, 4);
+        listener.note_edge(1_000, false);
+        listener.advance_to(20_000);
+        assert!(listener.take_frame().expect("a break").fault.is_some());
+    }
+
+    /// `clocks of a scan, clocks it is busy, scans until a byte that begins now has arrived at the earliest`.
+    #[test]
+    fn bytes_arrive_while_the_chip_waits() {
+        for (period, busy, wanted) in [(40_000, 4_000, Some(1)), (4_000, 400, Some(2)), (1_000, 100, Some(5))] {
+            let starts = |scan: u64| scan * period;
+            let found = plan_arrival(BIT, busy, 1, busy, starts);
+            assert_eq!(found.map(|f| f.scan), wanted, "{period}");
+            let Some(ByteArrival { start, scan }) = found else { continue };
+            assert!(start >= busy);
+            let (middle, told) = (start + BIT.half_bit_clocks(37) / 2, start + BIT.half_bit_clocks(39) / 2);
+            assert!(middle >= starts(scan - 1) + busy && told < starts(scan), "{period}: {start}");
+        }
+        // A chip that never waits.
+        assert_eq!(plan_arrival(BIT, 0, 1, 1_000, |scan| scan * 1_000), None);
+    }
+}

@@ -1,0 +1,385 @@
+//! Breakpoints of all kinds: what the client wants, and the points of the session that they are.
+
+use std::collections::BTreeMap;
+
+use emu_debug::debug::{AccessKind, DebugExpression, PointHit, ExpressionPlace, DebugSession, PointTrigger};
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::adapter::{DebugAdapter, DapMachine};
+use crate::protocol::{DapRequest, SetBreakpoints, DapSource, RequestedBreakpoint, RequestError};
+
+/// Breakpoints that are set together.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+enum BreakpointGroup {
+    /// Those of a source.
+    Source(String),
+    Functions,
+    Instructions,
+    Data,
+}
+
+/// Which hits count.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum HitCondition {
+    From(u64),
+    Exactly(u64),
+    Below(u64),
+    Every(u64),
+}
+
+/// Makes a count of its number.
+type MakeHitCondition = fn(u64) -> HitCondition;
+
+/// A piece of a message that is told.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum LogMessagePart {
+    Text(String),
+    Value(String, DebugExpression),
+}
+
+/// A breakpoint.
+#[derive(Debug, Clone)]
+struct BreakpointEntry {
+    /// Its number for the client, never used twice.
+    id: i64,
+    requested: RequestedBreakpoint,
+    /// Its number in the session.
+    point: Option<u32>,
+    count: Option<HitCondition>,
+    log: Option<Vec<LogMessagePart>>,
+}
+
+/// All breakpoints.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct BreakpointTable {
+    groups: BTreeMap<BreakpointGroup, (DapSource, Vec<BreakpointEntry>)>,
+    last_id: i64,
+}
+
+impl BreakpointTable {
+    fn entry(&self, point: u32) -> Option<(&BreakpointGroup, &BreakpointEntry)> {
+        let all = self.groups.iter().flat_map(|(group, (_, entries))| entries.iter().map(move |entry| (group, entry)));
+        all.into_iter().find(|(_, entry)| entry.point == Some(point))
+    }
+
+    /// The client's number of a point.
+    pub fn number(&self, point: u32) -> Option<i64> {
+        self.entry(point).map(|(_, entry)| entry.id)
+    }
+
+    /// What the protocol calls a stop at this point.
+    pub fn reason(&self, point: u32) -> Option<&'static str> {
+        self.entry(point).map(|(group, _)| match group {
+            BreakpointGroup::Source(_) => "breakpoint",
+            BreakpointGroup::Functions => "function breakpoint",
+            BreakpointGroup::Instructions => "instruction breakpoint",
+            BreakpointGroup::Data => "data breakpoint",
+        })
+    }
+
+    /// Switches off what does not stop the machine but tells something; gives the numbers.
+    pub fn disable_log_points(&self, session: &mut DebugSession) -> Vec<u32> {
+        let told = self.groups.values().flat_map(|(_, entries)| entries).filter(|entry| entry.log.is_some());
+        let points: Vec<u32> = told.filter_map(|entry| entry.point).collect();
+        points.iter().for_each(|id| enable(session, *id, false));
+        points
+    }
+
+    /// Switches it on again.
+    pub fn enable_log_points(&self, session: &mut DebugSession, points: &[u32]) {
+        points.iter().for_each(|id| enable(session, *id, true));
+    }
+}
+
+fn enable(session: &mut DebugSession, id: u32, on: bool) {
+    if let Some(point) = session.points.get_mut(id) {
+        point.enabled = on;
+    }
+}
+
+/// Where a breakpoint has come to lie.
+struct PlacedBreakpoint {
+    what: PointTrigger,
+    text: String,
+    /// The line, of one in a source.
+    line: Option<u32>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct DataInfoArguments {
+    variables_reference: Option<i64>,
+    name: String,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct LocationArguments {
+    source: DapSource,
+    line: i64,
+    end_line: Option<i64>,
+}
+
+impl DebugAdapter<'_> {
+    pub(crate) fn set_breakpoints(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        let SetBreakpoints { source, breakpoints } = request.parse_arguments()?;
+        let key = match (source.source_reference.filter(|number| *number > 0), &source.path, &source.name) {
+            (Some(number), ..) => format!("#{number}"),
+            (None, Some(path), _) => path.clone(),
+            (None, None, Some(name)) => name.clone(),
+            (None, None, None) => return Err(RequestError::not_found("the source has neither path nor number")),
+        };
+        self.replace_group(BreakpointGroup::Source(key), source, breakpoints)
+    }
+
+    pub(crate) fn set_function_breakpoints(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        let SetBreakpoints { breakpoints, .. } = request.parse_arguments()?;
+        self.replace_group(BreakpointGroup::Functions, DapSource::default(), breakpoints)
+    }
+
+    pub(crate) fn set_instruction_breakpoints(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        let SetBreakpoints { breakpoints, .. } = request.parse_arguments()?;
+        self.replace_group(BreakpointGroup::Instructions, DapSource::default(), breakpoints)
+    }
+
+    pub(crate) fn set_data_breakpoints(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        let SetBreakpoints { breakpoints, .. } = request.parse_arguments()?;
+        self.replace_group(BreakpointGroup::Data, DapSource::default(), breakpoints)
+    }
+
+    /// Sets all breakpoints of a group, in place of those that were there.
+    fn replace_group(&mut self, group: BreakpointGroup, source: DapSource, wanted: Vec<RequestedBreakpoint>) -> Result<Value, RequestError> {
+        self.machine()?;
+        let mut points = std::mem::take(&mut self.points);
+        if let (Some((_, old)), Some(machine)) = (points.groups.remove(&group), &mut self.machine) {
+            old.iter().filter_map(|entry| entry.point).for_each(|id| _ = machine.session.points.remove(id));
+        }
+        let mut entries = Vec::new();
+        let mut told = Vec::new();
+        for wanted in wanted {
+            points.last_id += 1;
+            let mut entry = BreakpointEntry { id: points.last_id, requested: wanted, point: None, count: None, log: None };
+            told.push(self.install_breakpoint(&group, &source, &mut entry));
+            entries.push(entry);
+        }
+        points.groups.insert(group, (source, entries));
+        self.points = points;
+        Ok(json!({ "breakpoints": told }))
+    }
+
+    /// All breakpoints in a machine that was made anew.
+    pub(crate) fn reinstall_breakpoints(&mut self) {
+        let mut points = std::mem::take(&mut self.points);
+        for (group, (source, entries)) in &mut points.groups {
+            for entry in entries {
+                let told = self.install_breakpoint(group, source, entry);
+                self.event("breakpoint", json!({ "reason": "changed", "breakpoint": told }));
+            }
+        }
+        self.points = points;
+    }
+
+    /// Puts a breakpoint into the session; gives what the client is told of it.
+    fn install_breakpoint(&mut self, group: &BreakpointGroup, source: &DapSource, entry: &mut BreakpointEntry) -> Value {
+        entry.point = None;
+        let mut told = json!({ "id": entry.id, "verified": false });
+        let client = self.client.clone();
+        let no_debug = self.is_without_breakpoints();
+        let Some(machine) = self.machine.as_mut().filter(|_| !no_debug) else {
+            told["message"] = "the program runs without breakpoints (noDebug)".into();
+            return told;
+        };
+        let own_line = client.line_from_client(entry.requested.line);
+        let found = machine.locate_breakpoint(group, source, &entry.requested, own_line).and_then(|placed| {
+            let condition = entry.requested.condition.as_deref().filter(|text| !text.trim().is_empty());
+            let session = &machine.session;
+            let condition = match &placed.what {
+                // What has a name where a breakpoint is, is meant there.
+                PointTrigger::Code(words) => {
+                    let at = words.first().copied().unwrap_or_default();
+                    condition.map(|text| session.scope.parse_expression_at_word(text, at)).transpose()?
+                }
+                _ => condition.map(|text| session.scope.parse_expression_in_frame(text, session.machine(), 0)).transpose()?,
+            };
+            let count = entry.requested.hit_condition.as_deref().filter(|text| !text.trim().is_empty());
+            entry.count = count.map(HitCondition::parse).transpose()?;
+            let log = entry.requested.log_message.as_deref().filter(|text| !text.is_empty());
+            let at = if let PointTrigger::Code(words) = &placed.what { words.first().copied() } else { None };
+            entry.log = log.map(|text| parse_log_message(&machine.session, at, text)).transpose()?;
+            Ok((placed, condition))
+        });
+        match found {
+            Err(why) => told["message"] = why.into(),
+            Ok((PlacedBreakpoint { what, text, line }, condition)) => {
+                told["verified"] = true.into();
+                if let PointTrigger::Code(words) = &what
+                    && let Some(word) = words.first()
+                {
+                    let address = machine.session.scope.chip().code_address(*word);
+                    told["instructionReference"] = format!("0x{address:04x}").into();
+                }
+                if let Some(line) = line {
+                    told["line"] = client.line(line).into();
+                }
+                let id = machine.session.points.add(what, &text, false);
+                if let Some(point) = machine.session.points.get_mut(id) {
+                    point.condition = condition;
+                }
+                entry.point = Some(id);
+            }
+        }
+        told
+    }
+
+    /// Those of the hits that count; messages are told.
+    pub(crate) fn filter_hits(&mut self, mut hits: Vec<PointHit>) -> Vec<PointHit> {
+        let mut told = Vec::new();
+        let Some(machine) = &self.machine else { return hits };
+        hits.retain(|hit| {
+            let Some((_, entry)) = self.points.entry(hit.id) else { return true };
+            let number = machine.session.points.get(hit.id).map_or(0, |point| point.hits);
+            let counts = entry.count.is_none_or(|count| count.is_met(number));
+            if let Some(pieces) = entry.log.as_ref().filter(|_| counts) {
+                told.push(pieces.iter().map(|piece| piece.text(&machine.session)).collect::<String>());
+            }
+            counts && entry.log.is_none()
+        });
+        told.iter().for_each(|text| self.output("console", &format!("{text}\n")));
+        hits
+    }
+
+    pub(crate) fn data_breakpoint_info(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        let DataInfoArguments { variables_reference, name } = request.parse_arguments()?;
+        let machine = self.machine()?;
+        let container = variables_reference.filter(|number| *number > 0);
+        let text = match container {
+            Some(container) => machine.evaluate_name(container, &name).unwrap_or_else(|| name.clone()),
+            None => name.clone(),
+        };
+        let target = machine.session.machine();
+        let found = machine.session.scope.parse_expression_in_frame(&text, target, 0).map(|expr| expr.bind_to_place(target));
+        Ok(match found {
+            Err(why) => json!({ "dataId": null, "description": why }),
+            Ok(expr) => {
+                let memory = matches!(expr, DebugExpression::Place(ExpressionPlace::Memory { .. } | ExpressionPlace::Bit { .. }));
+                let told = memory && machine.session.scope.parse_watched_range(&text, machine.session.machine()).is_ok();
+                let types: &[&str] = if told { &["read", "write", "readWrite"] } else { &["write"] };
+                json!({ "dataId": text, "description": text, "accessTypes": types, "canPersist": true })
+            }
+        })
+    }
+
+    pub(crate) fn breakpoint_locations(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        const MOST: u32 = 10_000;
+        let LocationArguments { source, line, end_line } = request.parse_arguments()?;
+        let client = self.client.clone();
+        let (first, last) = (client.line_from_client(line), client.line_from_client(end_line.unwrap_or(line)));
+        let machine = self.machine()?;
+        let lines = first..=last.min(first.saturating_add(MOST));
+        let found = lines.filter(|line| machine.words_of(&source, *line).is_ok_and(|found| found.line == *line));
+        let found: Vec<Value> = found.map(|line| json!({ "line": client.line(line) })).collect();
+        Ok(json!({ "breakpoints": found }))
+    }
+}
+
+impl DapMachine {
+    fn locate_breakpoint(&mut self, group: &BreakpointGroup, source: &DapSource, wanted: &RequestedBreakpoint, line: u32) -> Result<PlacedBreakpoint, String> {
+        match group {
+            BreakpointGroup::Source(_) => {
+                let found = self.words_of(source, line)?;
+                Ok(PlacedBreakpoint { what: PointTrigger::Code(found.words), text: String::new(), line: Some(found.line) })
+            }
+            BreakpointGroup::Functions => {
+                let words = match self.ladder.as_ref().and_then(|ladder| ladder.parse_name(&wanted.name)) {
+                    Some(word) => vec![word?],
+                    None => match self.session.scope.function_words(wanted.name.trim()) {
+                        words if words.is_empty() => self.session.scope.source().parse_words(&wanted.name)?,
+                        words => words,
+                    },
+                };
+                Ok(PlacedBreakpoint { what: PointTrigger::Code(words), text: wanted.name.clone(), line: None })
+            }
+            BreakpointGroup::Instructions => {
+                let word = self.code_word(&wanted.instruction_reference, wanted.offset.unwrap_or(0))?;
+                Ok(PlacedBreakpoint { what: PointTrigger::Code(vec![word]), text: String::new(), line: None })
+            }
+            BreakpointGroup::Data => {
+                let scope = &self.session.scope;
+                let expr =
+                    scope.parse_expression_in_frame(&wanted.data_id, self.session.machine(), 0)?.bind_to_place(self.session.machine());
+                let told = || {
+                    let found = scope.parse_watched_range(&wanted.data_id, self.session.machine());
+                    found.map_err(|why| format!("{why}; `write` sees its changes"))
+                };
+                let access = |access| told().map(|(range, text)| (PointTrigger::Access(range, access), text));
+                let (what, text) = match (wanted.access_type.as_deref(), expr.place(self.session.machine())) {
+                    (Some("read"), _) => access(AccessKind::Read)?,
+                    (Some("readWrite"), _) => access(AccessKind::Any)?,
+                    (None | Some("write"), Some(ExpressionPlace::Pin(pin))) => (PointTrigger::Pin(pin, None), wanted.data_id.clone()),
+                    (None | Some("write"), _) => (PointTrigger::Change(expr), wanted.data_id.clone()),
+                    (Some(other), _) => return Err(format!("`{other}` is no kind of access")),
+                };
+                Ok(PlacedBreakpoint { what, text, line: None })
+            }
+        }
+    }
+}
+
+impl HitCondition {
+    /// `5` or `>=5`: the fifth hit and all behind it; `>5`, `<5`, `<=5`, `==5`; `%5`: every fifth.
+    fn parse(text: &str) -> Result<HitCondition, String> {
+        let text = text.trim();
+        let kinds: [(&str, MakeHitCondition); 7] = [
+            (">=", HitCondition::From),
+            ("<=", |n| HitCondition::Below(n.saturating_add(1))),
+            ("==", HitCondition::Exactly),
+            (">", |n| HitCondition::From(n.saturating_add(1))),
+            ("<", HitCondition::Below),
+            ("=", HitCondition::Exactly),
+            ("%", HitCondition::Every),
+        ];
+        let found = kinds.iter().find_map(|(sign, kind)| Some((text.strip_prefix(sign)?, *kind)));
+        let (number, kind) = found.unwrap_or((text, HitCondition::From));
+        let number = number.trim().parse().ok().filter(|number| *number > 0);
+        number.map(kind).ok_or_else(|| format!("`{text}` counts no hits; write 5, >5, ==5 or %5"))
+    }
+
+    fn is_met(self, hits: u64) -> bool {
+        match self {
+            HitCondition::From(least) => hits >= least,
+            HitCondition::Exactly(number) => hits == number,
+            HitCondition::Below(end) => hits < end,
+            HitCondition::Every(number) => hits.is_multiple_of(number),
+        }
+    }
+}
+
+/// A message with expressions in braces.
+fn parse_log_message(session: &DebugSession, at: Option<u32>, text: &str) -> Result<Vec<LogMessagePart>, String> {
+    let (mut found, mut rest) = (Vec::new(), text);
+    while let Some((before, behind)) = rest.split_once('{') {
+        let (inner, after) = behind.split_once('}').ok_or_else(|| format!("a }} is missing in `{text}`"))?;
+        found.push(LogMessagePart::Text(before.to_owned()));
+        let expr = match at {
+            Some(word) => session.scope.parse_expression_at_word(inner, word)?,
+            None => session.scope.parse_expression(inner)?,
+        };
+        found.push(LogMessagePart::Value(inner.to_owned(), expr));
+        rest = after;
+    }
+    found.push(LogMessagePart::Text(rest.to_owned()));
+    Ok(found)
+}
+
+impl LogMessagePart {
+    fn text(&self, session: &DebugSession) -> String {
+        match self {
+            LogMessagePart::Text(text) => text.clone(),
+            LogMessagePart::Value(text, expr) => match expr.evaluate(session.machine()) {
+                Some(value) => value.text(),
+                None => format!("{{{text}: no value}}"),
+            },
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! Rungs and elements of a ladder program by program word, and their lines in its text.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf, absolute};
+
+use ladder_view::LadderView;
+use serde_json::{Value, json};
+
+/// A rung and an element in it, both from 1.
+type ElementNumber = (u32, u32);
+
+/// A ladder program in a machine.
+pub(crate) struct LadderSource {
+    view: LadderView,
+    /// Its text.
+    file: PathBuf,
+    /// Those with code, with their first program word.
+    rungs: Vec<(u32, u32)>,
+    elements: Vec<(ElementNumber, u32)>,
+    /// Line and text of every element.
+    texts: BTreeMap<ElementNumber, (u32, String)>,
+}
+
+impl LadderSource {
+    /// With its rungs and elements found.
+    pub fn new(view: LadderView) -> LadderSource {
+        let file = PathBuf::from(&view.program().file);
+        let number = |id: ladder::ElementId| (id.rung + 1, id.index + 1);
+        let texts =
+            view.program().elements().map(|(id, element, pos)| (number(id), (pos.line, ladder::element_text(element))));
+        LadderSource {
+            file: absolute(&file).unwrap_or(file),
+            rungs: view.rung_words(),
+            elements: view.element_words(),
+            texts: texts.collect(),
+            view,
+        }
+    }
+
+    pub fn view(&self) -> &LadderView {
+        &self.view
+    }
+
+    /// First words of all rungs.
+    pub fn rung_starts(&self) -> BTreeSet<u32> {
+        self.rungs.iter().map(|(_, word)| *word).collect()
+    }
+
+    /// First words of all elements.
+    pub fn element_starts(&self) -> BTreeSet<u32> {
+        self.elements.iter().map(|(_, word)| *word).collect()
+    }
+
+    pub fn scan_start(&self) -> u32 {
+        self.view.scan_start()
+    }
+
+    pub fn rung_at(&self, word: u32) -> Option<u32> {
+        self.view.rung_at(word)
+    }
+
+    pub fn has(&self, rung: u32) -> bool {
+        rung > 0 && self.view.program().rungs.len() >= rung as usize
+    }
+
+    /// The text is this file.
+    pub fn is_file(&self, path: &str) -> bool {
+        let path = Path::new(path);
+        let real = |path: &Path| path.canonicalize().ok();
+        absolute(path).is_ok_and(|path| path == self.file)
+            || real(path).is_some_and(|path| real(&self.file) == Some(path))
+    }
+
+    /// As the protocol names it.
+    pub fn source(&self) -> Value {
+        let name = self.file.file_name().map(|name| name.to_string_lossy().into_owned());
+        json!({ "name": name, "path": self.file.display().to_string() })
+    }
+
+    /// What stands at a program word: its name, and its line in the text.
+    pub fn place(&self, word: u32) -> Option<(String, u32)> {
+        let element = self.view.element_at(word).map(|id| (id.rung + 1, id.index + 1));
+        if let Some((number, (line, text))) = element.and_then(|number| Some((number, self.texts.get(&number)?))) {
+            return Some((format!("rung {}, element {}: {text}", number.0, number.1), *line));
+        }
+        let rung = self.view.rung_at(word)?;
+        Some((format!("rung {rung}"), self.view.rung_line(rung)?))
+    }
+
+    /// First word of the rung to which a line belongs, or of the next with code; and the line of that rung.
+    pub fn word_of_line(&self, line: u32) -> Result<(u32, u32), String> {
+        let wanted = match self.view.rung_of_line(line) {
+            Some(rung) => rung,
+            None => {
+                let numbers = 1..=self.view.program().rungs.len() as u32;
+                let behind = numbers.into_iter().find(|rung| self.view.rung_line(*rung).is_some_and(|at| at >= line));
+                behind.ok_or_else(|| format!("no rung stands at or behind line {line}"))?
+            }
+        };
+        let found = self.rungs.iter().find(|(rung, _)| *rung >= wanted);
+        let (rung, word) =
+            found.ok_or_else(|| format!("rung {wanted} has no code, and neither has a rung behind it"))?;
+        Ok((*word, self.view.rung_line(*rung).unwrap_or(line)))
+    }
+
+    /// `rung 3`, `element 3.2`, `scan`; nothing where the text has no such shape.
+    pub fn parse_name(&self, text: &str) -> Option<Result<u32, String>> {
+        let text = text.trim();
+        let number = |text: &str| text.trim().parse::<u32>().ok();
+        if text == "scan" {
+            return Some(Ok(self.view.scan_start()));
+        }
+        if let Some(rung) = text.strip_prefix("rung ").and_then(number) {
+            let word = self.rungs.iter().find(|(known, _)| *known == rung).map(|(_, word)| *word);
+            return Some(word.ok_or_else(|| format!("rung {rung} has no code, or there is none")));
+        }
+        let (rung, element) = text.strip_prefix("element ")?.split_once('.')?;
+        let wanted = (number(rung)?, number(element)?);
+        let word = self.elements.iter().find(|(known, _)| *known == wanted).map(|(_, word)| *word);
+        Some(word.ok_or_else(|| format!("element {}.{} has no code, or there is none", wanted.0, wanted.1)))
+    }
+
+    /// What the listing says above the instruction at a program word.
+    pub fn headings_at(&self, word: u32) -> Vec<String> {
+        let mut heads = Vec::new();
+        if word == self.view.scan_start() {
+            heads.push("; a scan begins".to_owned());
+        }
+        let rungs = self.rungs.iter().filter(|(_, at)| *at == word).map(|(rung, _)| format!("; rung {rung}"));
+        heads.extend(rungs);
+        let elements = self.elements.iter().filter(|(_, at)| *at == word);
+        heads.extend(elements.filter_map(|(number, _)| {
+            let (_, text) = self.texts.get(number)?;
+            Some(format!("; {}.{} {text}", number.0, number.1))
+        }));
+        heads
+    }
+}
+
+impl LadderSource {
+    /// The line of the element or rung that begins at a program word.
+    pub fn line_beginning_at(&self, word: u32) -> Option<u32> {
+        let element = self.elements.iter().find(|(_, at)| *at == word);
+        let line = element.and_then(|(number, _)| self.texts.get(number)).map(|(line, _)| *line);
+        let rung = || self.rungs.iter().find(|(_, at)| *at == word).and_then(|(rung, _)| self.view.rung_line(*rung));
+        line.or_else(rung)
+    }
+}

@@ -1,0 +1,110 @@
+//! The stack: the element of the ladder program, the machine below it, and who called.
+
+use emu_core::image::SourceLine;
+use emu_debug::debug::CallFrame;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use crate::adapter::{DebugAdapter, DapMachine};
+use crate::protocol::{self, DapRequest, RequestError};
+
+/// Most frames.
+const MAX_FRAMES: usize = 100;
+
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct StackTraceArguments {
+    thread_id: i64,
+    start_frame: Option<usize>,
+    levels: Option<usize>,
+}
+
+impl DebugAdapter<'_> {
+    pub(crate) fn stack_trace(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
+        let StackTraceArguments { thread_id, start_frame, levels } = request.parse_arguments()?;
+        if thread_id != crate::adapter::THREAD {
+            return Err(RequestError::not_found(format!("there is no thread {thread_id}")));
+        }
+        let client = self.client.clone();
+        let machine = self.machine()?;
+        let pc = machine.session.machine().pc();
+        let address =
+            |machine: &DapMachine, word: u32| format!("0x{:04x}", machine.session.scope.chip().code_address(word));
+        let mut frames: Vec<Value> = Vec::new();
+        if let Some(ladder) = &machine.ladder
+            && let Some((name, line)) = ladder.place(pc)
+        {
+            frames.push(json!({
+                "name": name, "source": ladder.source(), "line": client.line(line), "column": client.column(),
+                "instructionPointerReference": address(machine, pc),
+            }));
+        }
+        for (word, name, line) in machine.callers() {
+            let mut frame = json!({ "name": name });
+            // Of a ladder program the listing is below its rungs.
+            let (source, line) = match line {
+                Some(line) => (machine.source_of(&line), line.line),
+                None => {
+                    let line = machine.listing().line_of(word).unwrap_or(0);
+                    (machine.listing_source(), line)
+                }
+            };
+            frame["source"] = source;
+            frame["line"] = client.line(line).into();
+            frame["column"] = client.column().into();
+            frame["instructionPointerReference"] = address(machine, word).into();
+            frames.push(frame);
+        }
+        for (frame, id) in frames.iter_mut().zip(1..) {
+            frame["id"] = json!(id);
+        }
+        let total = frames.len();
+        let levels = levels.filter(|levels| *levels > 0).unwrap_or(usize::MAX);
+        let frames: Vec<Value> = frames.into_iter().skip(start_frame.unwrap_or(0)).take(levels).collect();
+        Ok(json!({ "stackFrames": frames, "totalFrames": total }))
+    }
+
+    /// The level of a frame, 0 the innermost. All of them show the same machine; variables of C are those of the frame.
+    ///
+    /// # Errors
+    /// It is none of ours.
+    pub(crate) fn frame_level(&self, id: Option<i64>) -> Result<usize, RequestError> {
+        match id {
+            Some(id) if !(0..=MAX_FRAMES as i64 + 1).contains(&id) => {
+                Err(RequestError::new(protocol::NOT_FOUND, format!("there is no frame {id}")))
+            }
+            // Above the machine's is one of the ladder program.
+            Some(id) => {
+                let above = self.machine.as_ref().map_or(0, |machine| i64::from(machine.has_ladder_frame()));
+                Ok(usize::try_from(id - 1 - above).unwrap_or(0))
+            }
+            None => Ok(0),
+        }
+    }
+}
+
+impl DapMachine {
+    /// A frame of the ladder program is above the machine's.
+    fn has_ladder_frame(&self) -> bool {
+        let pc = self.session.machine().pc();
+        self.ladder.as_ref().is_some_and(|ladder| ladder.place(pc).is_some())
+    }
+
+    /// Where the machine stands, and the calls that it is in, the innermost first: a program word, a name, a source line.
+    fn callers(&self) -> Vec<(u32, String, Option<SourceLine>)> {
+        let (scope, target) = (&self.session.scope, self.session.machine());
+        let told = |frame: &CallFrame| {
+            let line = scope.source().line_at(frame.call_word).cloned();
+            let Some((name, call)) = scope.calls().frame_name(target, frame) else {
+                return (frame.call_word, scope.source().describe_word(frame.call_word), line);
+            };
+            // A function in which another was put in place of its call is at that call.
+            let line = match (line, call) {
+                (Some(line), Some((_, number))) => Some(SourceLine { line: *number, ..line }),
+                (line, _) => line,
+            };
+            (frame.call_word, name.to_owned(), line)
+        };
+        scope.calls().frames(target).iter().take(MAX_FRAMES).map(told).collect()
+    }
+}

@@ -1,0 +1,154 @@
+//! Why the machine stands, as events.
+
+use emu_core::pins::ChipEvent;
+use emu_debug::debug::{PointHit, PointTrigger, HaltReason};
+use serde_json::{Value, json};
+
+use crate::adapter::{DebugAdapter, THREAD};
+use crate::protocol::RequestError;
+
+/// Why the machine stands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct StopEvent {
+    /// One word of the protocol's, or `halted`.
+    pub reason: &'static str,
+    /// A few words for people.
+    pub description: Option<String>,
+    /// A sentence more.
+    pub text: Option<String>,
+    /// Numbers of breakpoints, as the client knows them.
+    pub points: Vec<i64>,
+    /// What `exceptionInfo` calls it.
+    pub exception: Option<&'static str>,
+}
+
+impl StopEvent {
+    /// For a reason that says all.
+    pub fn plain(reason: &'static str) -> StopEvent {
+        StopEvent { reason, description: None, text: None, points: Vec::new(), exception: None }
+    }
+
+    /// Before the first instruction.
+    pub fn entry() -> StopEvent {
+        StopEvent::plain("entry")
+    }
+
+    /// The user has put it elsewhere.
+    pub fn goto(how: &str) -> StopEvent {
+        StopEvent { description: Some(how.to_owned()), ..StopEvent::plain("goto") }
+    }
+}
+
+impl DebugAdapter<'_> {
+    /// The machine stands, and the client is told.
+    pub(crate) fn report_stop(&mut self, stop: StopEvent) {
+        let mut body = json!({ "reason": stop.reason, "threadId": THREAD, "allThreadsStopped": true });
+        for (name, text) in [("description", &stop.description), ("text", &stop.text)] {
+            if let Some(text) = text {
+                body[name] = text.as_str().into();
+            }
+        }
+        if !stop.points.is_empty() {
+            body["hitBreakpointIds"] = stop.points.clone().into();
+        }
+        self.run = None;
+        if let Some(machine) = &mut self.machine {
+            machine.stop = stop;
+        }
+        self.event("stopped", body);
+    }
+
+    /// What an end of a run is.
+    pub(crate) fn stop_of(&self, why: &HaltReason) -> StopEvent {
+        let Some(machine) = &self.machine else { return StopEvent::entry() };
+        let place = |pc: u32| machine.session.scope.source().describe_word(pc);
+        let exception = |id: &'static str, description: &str, text: String| StopEvent {
+            description: Some(description.to_owned()),
+            text: Some(text),
+            exception: Some(id),
+            ..StopEvent::plain("exception")
+        };
+        match why {
+            HaltReason::Done | HaltReason::Limit => StopEvent::plain("step"),
+            HaltReason::Interrupted => StopEvent::plain("pause"),
+            HaltReason::Beginning => StopEvent { description: Some("The history begins here".to_owned()), ..StopEvent::plain("entry") },
+            HaltReason::Halted => StopEvent {
+                description: Some("Halted".to_owned()),
+                text: Some("Nothing can wake the chip any more.".to_owned()),
+                ..StopEvent::plain("halted")
+            },
+            HaltReason::BlockedOnInput => StopEvent {
+                description: Some("Waits".to_owned()),
+                text: Some("Only something from outside can change what the program does.".to_owned()),
+                ..StopEvent::plain("halted")
+            },
+            HaltReason::Illegal { pc, word } => {
+                let text = format!("0x{word:04x} at {} is no instruction of this chip", place(*pc));
+                exception("illegal", "Illegal instruction", text)
+            }
+            HaltReason::Fault { pc, fault } => exception("fault", "Fault", format!("{}: {fault}", place(*pc))),
+            HaltReason::Points(hits) => self.stop_of_hits(hits),
+        }
+    }
+
+    fn stop_of_hits(&self, hits: &[PointHit]) -> StopEvent {
+        let reason = hits.iter().find_map(|hit| self.points.reason(hit.id)).unwrap_or("step");
+        let texts: Vec<String> = hits.iter().filter_map(|hit| self.describe_watch_hit(hit)).collect();
+        let text = (!texts.is_empty()).then(|| texts.join("; "));
+        let points = hits.iter().filter_map(|hit| self.points.number(hit.id)).collect();
+        StopEvent { text, points, ..StopEvent::plain(reason) }
+    }
+
+    /// What a watchpoint has seen.
+    fn describe_watch_hit(&self, hit: &PointHit) -> Option<String> {
+        let session = &self.machine.as_ref()?.session;
+        let point = session.points.get(hit.id).filter(|point| !matches!(point.trigger, PointTrigger::Code(_)))?;
+        let shown = |value: Option<i64>| value.map_or("nothing".to_owned(), |value| value.to_string());
+        let what = match (hit.write, hit.new) {
+            (Some(write), new) => format!("{} {}", if write { "written:" } else { "read:" }, shown(new)),
+            // The place of a pin's edge is known to the slice of the run only.
+            (None, None) if hit.old.is_none() => return Some(format!("{} has moved", point.text)),
+            (None, new) => format!("{} -> {}", shown(hit.old), shown(new)),
+        };
+        Some(format!("{} {what} at {}", point.text, session.scope.source().describe_word(hit.pc)))
+    }
+
+    pub(crate) fn exception_info(&mut self) -> Result<Value, RequestError> {
+        let stop = &self.machine()?.stop;
+        let id = stop.exception.ok_or_else(|| RequestError::not_found("the machine does not stand because of a fault"))?;
+        Ok(json!({
+            "exceptionId": id, "description": stop.text, "breakMode": "always",
+        }))
+    }
+
+    /// Tells bytes that the program has sent and resets of the chip since they were told last.
+    pub(crate) fn report_events(&mut self) {
+        let Some(machine) = &mut self.machine else { return };
+        let resets = machine.session.resets_since(machine.events_reported_to);
+        let fresh = machine.session.events().rev().take_while(|event| event.time().cycle > machine.events_reported_to);
+        let mut sent: Vec<(u8, u8)> = fresh
+            .filter_map(|event| match event {
+                ChipEvent::Sent { uart, byte, .. } => Some((*uart, *byte)),
+                _ => None,
+            })
+            .collect();
+        sent.reverse();
+        machine.events_reported_to = machine.events_reported_to.max(machine.session.machine().cycle());
+        for port in sent.chunk_by(|a, b| a.0 == b.0) {
+            let prefix = port.first().filter(|first| first.0 > 0).map(|first| format!("serial port {}: ", first.0));
+            let text: String = port.iter().map(|(_, byte)| printable(*byte)).collect();
+            self.output("stdout", &format!("{}{text}", prefix.unwrap_or_default()));
+        }
+        if let Some(resets) = resets {
+            self.output("console", &format!("{resets}\n"));
+        }
+    }
+}
+
+/// A byte as text: what is no character of ASCII as `\xe4`.
+fn printable(byte: u8) -> String {
+    match byte {
+        b'\n' | b'\r' | b'\t' | b' '..=b'~' => char::from(byte).to_string(),
+        _ => format!("\\x{byte:02x}"),
+    }
+}

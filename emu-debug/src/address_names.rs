@@ -1,0 +1,378 @@
+//! Addresses as people write them: numbers, and the names of a program's symbols and of the chip's registers.
+
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::image::{CONSTANT_SPACE, SymbolAt};
+
+use crate::bit_space::{self, BIT_SPACE};
+
+/// What a name may stand for.
+#[derive(Debug, Clone, Copy)]
+pub struct AddressNames<'a> {
+    /// The chip, for memories and registers.
+    pub chip: &'static Chip,
+    /// Symbols of the program; a HEX file has none.
+    pub symbols: &'a [SymbolAt],
+}
+
+/// Some addresses of one memory: bytes, words where its addresses count words, or single bits of the memory `bit`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AddressRange {
+    /// The memory, as [`Chip::spaces`] names it.
+    pub space: &'static str,
+    /// First address.
+    pub start: u32,
+    /// Address after the last; above `start`.
+    pub end: u32,
+}
+
+impl AddressNames<'_> {
+    /// A part of a memory: `data:0x100` is one byte, `data:0x100..0x120` ends before 0x120, `data:buf` are all bytes of a symbol
+    /// whose size is known. The memory may be left out before a name that only one memory has. An address is a number (decimal
+    /// or 0x; of words where [`Chip::spaces`] says so), a symbol of the program or a place behind it (`buf+2`), in the memory of the chip's registers one of them by name (both halves of TCNT1, the lower first), and in `bit` a
+    /// named bit or a bit of a byte (`0x20.3`, `P1.0`); what is none of these may be a constant of the program, in RAM one that is an
+    /// address of RAM.
+    ///
+    /// # Errors
+    /// No such memory, no address, a range without bytes or beyond the memory.
+    pub fn parse_range(&self, text: &str) -> Result<AddressRange, String> {
+        let spaces = || self.chip.spaces.iter().map(|(name, ..)| *name).collect::<Vec<_>>().join(", ");
+        let (space, addresses) = match split_memory(text) {
+            Some(parts) => parts,
+            None => match self.spaces_of_name(text).as_slice() {
+                [space] => (*space, text),
+                [] if self.chip.cpu_regs.iter().any(|reg| reg.eq_ignore_ascii_case(text.trim())) => {
+                    return Err(format!(
+                        "`{text}` is a register of the core, not in a memory; every run shows those (memories: {})",
+                        spaces()
+                    ));
+                }
+                [] => {
+                    return Err(format!("`{text}` names no memory; write {} (memories: {})", self.example_address(), spaces()));
+                }
+                several => return Err(format!("`{text}` is in several memories: {}", several.join(", "))),
+            },
+        };
+        let Some(&(space, size, width)) = self.chip.spaces.iter().find(|(name, ..)| *name == space.trim()) else {
+            return Err(format!("{} has no memory `{space}`; memories are {}", self.chip.name, spaces()));
+        };
+        let beyond = |start: u32| {
+            let hint = self.word_to_space_address(space, start).map_or_else(String::new, |addr| {
+                format!(
+                    "; {space} is counted from 0: write {space}:0x{addr:x} for the word 0x{start:x} of the image file"
+                )
+            });
+            format!("`{text}` reaches beyond {space}, whose last address is 0x{:x}{hint}", size - 1)
+        };
+        let name = addresses.trim();
+        let own = |s: &&SymbolAt| s.space == space && s.is_named(name);
+        // The parameters of a function may end with three dots.
+        let limits = addresses.split_once("..").filter(|_| !self.symbols.iter().any(|s| own(&s)));
+        let (start, end) = match limits {
+            Some((start, end)) => (self.parse_address(space, start)?, self.parse_address(space, end)?),
+            None => {
+                let start = self.parse_address(space, addresses)?;
+                // A number of the program is no object, even where it has a size.
+                let object = self.symbols.iter().find(own);
+                let pair = self.register(name).filter(|_| space == self.chip.reg_space).map(|found| found.1);
+                let short = || self.shortened_matches(space, name).first().map(|symbol| symbol.size);
+                let size = match (object, pair) {
+                    (Some(object), _) => object.size.div_ceil(width),
+                    (None, Some(pair)) => pair,
+                    (None, None) => short().unwrap_or(0).div_ceil(width),
+                };
+                let size = size.max(1);
+                (start, start.checked_add(size).ok_or_else(|| beyond(start))?)
+            }
+        };
+        if start >= end {
+            let what = if width == 1 { "bytes" } else { "words" };
+            return Err(format!("`{text}` holds no {what}: its end is excluded"));
+        }
+        if end > size {
+            return Err(beyond(start));
+        }
+        Ok(AddressRange { space, start, end })
+    }
+
+    /// Whether the machine tells of accesses to all of some addresses.
+    ///
+    /// # Errors
+    /// It does not, and why.
+    pub fn check_observable(&self, range: &AddressRange) -> Result<(), String> {
+        let space = range.space;
+        match self.chip.observable_from(space) {
+            Some(first) if range.start < first => Err(format!(
+                "accesses are watched in {space} memory from 0x{first:x} on, not in {space}:0x{:x}, a register of the core",
+                range.start
+            )),
+            Some(_) if (range.start..range.end).all(|at| self.is_accessed_implicitly(space, at)) => Err(format!(
+                "{space}:0x{:x} is a register of the core, which instructions use without naming it: only its changes are told",
+                range.start
+            )),
+            Some(_) => Ok(()),
+            None => {
+                let all = self.chip.spaces.iter().map(|(name, ..)| *name);
+                let told: Vec<&str> = all.filter(|name| self.chip.observable_from(name).is_some()).collect();
+                Err(format!("accesses are watched in {} memory, not in {space}", told.join(", ")))
+            }
+        }
+    }
+
+    /// A register of the core, or a bit of one.
+    fn is_accessed_implicitly(&self, space: &str, addr: u32) -> bool {
+        let byte = if space == BIT_SPACE { bit_space::byte_of_bit(self.chip, addr).map(|(of, byte, _)| (of, byte)) } else { None };
+        let (space, addr) = byte.unwrap_or((space, addr));
+        self.chip.implicit_accesses.contains(&(space, addr))
+    }
+
+    /// `motor=1` as `E1=1`, where the program has given a channel of AP101 a name; else the text as it is.
+    #[must_use]
+    pub fn replace_channel_name(&self, text: &str) -> String {
+        let (name, rest) = text.split_at(text.find('=').unwrap_or(text.len()));
+        let named = self.symbols.iter().find(|s| s.name == name.trim() && matches!(s.space, "i" | "e"));
+        let own = |s: &SymbolAt| format!("{}{}{rest}", s.space.to_ascii_uppercase(), s.addr);
+        named.filter(|_| self.chip.family == ChipFamily::Ap101).map_or_else(|| text.to_owned(), own)
+    }
+
+    /// The memories that have the name with which a text without a memory begins; the program's names go before the chip's.
+    fn spaces_of_name(&self, text: &str) -> Vec<&'static str> {
+        let whole = text.trim();
+        let first = text.split("..").next().unwrap_or_default().trim();
+        let name = first.split_once('+').map_or(first, |(name, _)| name).trim_end();
+        let is = |s: &SymbolAt| s.is_named(whole) || s.is_named(name);
+        let has = |space: &str| self.symbols.iter().any(|s| s.space == space && is(s));
+        let short = |space: &str| [whole, name].iter().any(|name| !self.shortened_matches(space, name).is_empty());
+        let spaces = self.chip.spaces.iter().map(|(space, ..)| *space);
+        let found: Vec<&str> = spaces.clone().filter(|space| has(space)).collect();
+        let register = || self.register(name).map(|_| self.chip.reg_space);
+        let bit = || self.chip.bit(name).map(|_| BIT_SPACE).filter(|bit| spaces.clone().any(|space| space == *bit));
+        let channel = || self.ap101_channel(name).map(|found| found.0);
+        if !found.is_empty() {
+            return found;
+        }
+        let found: Vec<&str> = register().into_iter().chain(bit()).chain(channel()).collect();
+        if found.is_empty() { spaces.clone().filter(|space| short(space)).collect() } else { found }
+    }
+
+    /// The symbols of a memory that a name of C++ or Rust stands for of which parts are left out: those that it fits best
+    /// ([`SymbolAt::is_shortened_to`]).
+    #[must_use]
+    pub fn shortened_matches(&self, space: &str, text: &str) -> Vec<&SymbolAt> {
+        let found = self.symbols.iter().filter(|s| s.space == space);
+        let found: Vec<(u8, &SymbolAt)> = found.filter_map(|s| Some((s.is_shortened_to(text)?, s))).collect();
+        let best = found.iter().map(|(rank, _)| *rank).min();
+        found.into_iter().filter(|(rank, _)| Some(*rank) == best).map(|(_, symbol)| symbol).collect()
+    }
+
+    /// Address and bytes of a register of the chip: of one that has two halves next to each other, as TCNT1 has TCNT1L and TCNT1H, of
+    /// both; of an AVR also the registers r0 to r31, with which its data memory begins.
+    fn register(&self, name: &str) -> Option<(u32, u32)> {
+        if let Some(addr) = self.chip.reg(name) {
+            return Some((addr.into(), 1));
+        }
+        if let Some(number) = name.strip_prefix(['r', 'R']).filter(|_| self.chip.family == ChipFamily::Avr) {
+            let digits = number.len() <= 2 && number.bytes().all(|byte| byte.is_ascii_digit());
+            return number.parse().ok().filter(|&at: &u32| digits && at < 32).map(|at| (at, 1));
+        }
+        let low = self.chip.reg(&format!("{name}L"))?;
+        let high = self.chip.reg(&format!("{name}H"))?;
+        (low.checked_add(1) == Some(high)).then_some((low.into(), 2))
+    }
+
+    /// The bit that a controller's program calls `I1`, `E2`, `R3` or `M4`.
+    fn ap101_channel(&self, name: &str) -> Option<(&'static str, u32)> {
+        let (letter, digits) = name.split_at_checked(1).filter(|_| self.chip.family == ChipFamily::Ap101)?;
+        let &(space, size, _) = self.chip.spaces.iter().find(|(space, ..)| space.eq_ignore_ascii_case(letter))?;
+        let plain = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
+        let addr = digits.parse().ok().filter(|&addr: &u32| plain && addr < size)?;
+        Some((space, addr))
+    }
+
+    /// The address in a memory of what data sheets and image files have at the word `word`, where words are what they count.
+    fn word_to_space_address(&self, space: &str, word: u32) -> Option<u32> {
+        let window = self.chip.hex_spaces.iter().find(|window| window.name == space && window.word > 1 && window.start > 0)?;
+        let first = window.start / window.word;
+        word.checked_sub(first).filter(|addr| *addr < window.len / window.word)
+    }
+
+    /// A program address: a number or a symbol, as the chip's users write it (bytes on AVR, words on PIC16). Returns program
+    /// words, as
+    /// [`Cpu::pc`](emu_core::Cpu::pc) counts.
+    ///
+    /// # Errors
+    /// No address, not the start of a word, or beyond program memory.
+    pub fn parse_program_word(&self, text: &str) -> Result<u32, String> {
+        self.parse_word_up_to(text, self.chip.flash_bytes - 1)
+    }
+
+    /// The end of a stretch of program memory, which is excluded, so that the address behind the last word will do; else
+    /// as [`Names::program_word`].
+    ///
+    /// # Errors
+    /// No address, not the start of a word, or beyond the end of program memory.
+    pub fn parse_program_end(&self, text: &str) -> Result<u32, String> {
+        self.parse_word_up_to(text, self.chip.flash_bytes)
+    }
+
+    fn parse_word_up_to(&self, text: &str, most: u32) -> Result<u32, String> {
+        let (addr, width) = (self.parse_address(self.chip.code_space, text)?, self.chip.bytes_per_address(self.chip.code_space));
+        let byte = addr.saturating_mul(width);
+        if addr % (self.chip.word_bytes / width).max(1) != 0 {
+            return Err(format!("0x{addr:x} is not the start of a word; program addresses are even byte addresses"));
+        }
+        if byte > most {
+            let last = (self.chip.flash_bytes - 1) / width;
+            return Err(format!("0x{addr:x} reaches beyond {}, whose last address is 0x{last:x}", self.chip.code_space));
+        }
+        Ok(byte / self.chip.word_bytes)
+    }
+
+    /// The symbol at or before a byte address of program memory, as `main` or `main+0x12` (in addresses as the chip's users
+    /// write them); nothing before the first.
+    #[must_use]
+    pub fn nearest_symbol(&self, byte: u32) -> Option<String> {
+        let code = self.symbols.iter().filter(|s| s.space == self.chip.code_space && s.addr <= byte);
+        Some(self.format_symbol_offset(preferred_symbol(code)?, byte))
+    }
+
+    /// The symbol that a byte address of a memory belongs to, as `buf` or `buf+0x2`; nothing where it is in none.
+    #[must_use]
+    pub fn containing_symbol(&self, space: &str, byte: u32) -> Option<String> {
+        let covers = |s: &&SymbolAt| s.space == space && s.addr <= byte && byte - s.addr < s.size.max(1);
+        Some(self.format_symbol_offset(preferred_symbol(self.symbols.iter().filter(covers))?, byte))
+    }
+
+    /// The symbol that lies exactly in a range.
+    #[must_use]
+    pub fn symbol_of_range(&self, range: &AddressRange) -> Option<&str> {
+        let width = self.chip.bytes_per_address(range.space);
+        let place = (range.start.checked_mul(width)?, range.end.checked_sub(range.start)?.checked_mul(width)?);
+        let same = |s: &&SymbolAt| s.space == range.space && (s.addr, s.size) == place;
+        preferred_symbol(self.symbols.iter().filter(same)).map(|symbol| symbol.name.as_str())
+    }
+
+    /// A byte address as a place at or behind a symbol.
+    fn format_symbol_offset(&self, symbol: &SymbolAt, byte: u32) -> String {
+        let offset = (byte - symbol.addr) / self.chip.bytes_per_address(symbol.space);
+        if offset == 0 { symbol.name.clone() } else { format!("{}+0x{offset:x}", symbol.name) }
+    }
+
+    /// A place in RAM as it is written, for messages: `data:0x100`, `idata:0x30`.
+    #[must_use]
+    pub fn example_address(&self) -> String {
+        // Below lie the registers of the core where RAM begins with them.
+        format!("{}:0x{:x}", self.chip.ram_space, self.chip.ram_start.max(0x30))
+    }
+
+    fn parse_address(&self, space: &str, text: &str) -> Result<u32, String> {
+        let text = text.trim();
+        let mut places: Vec<u32> =
+            self.symbols.iter().filter(|s| s.space == space && s.is_named(text)).map(|s| s.addr).collect();
+        places.dedup();
+        match places.as_slice() {
+            [] => {}
+            [addr] => return Ok(addr / self.chip.bytes_per_address(space)),
+            several => {
+                let several: Vec<String> =
+                    several.iter().map(|addr| format!("0x{:x}", addr / self.chip.bytes_per_address(space))).collect();
+                return Err(format!("`{text}` is the name of several places in {space}: {}", several.join(", ")));
+            }
+        }
+        let behind = text.rsplit_once('+').filter(|(name, _)| !name.trim().is_empty());
+        if let Some((name, offset)) = behind.filter(|_| self.shortened_matches(space, text).is_empty()) {
+            let offset = parse_number(offset.trim()).ok_or_else(|| format!("`{offset}` is no number of addresses"))?;
+            let addr = self.parse_address(space, name)?.checked_add(offset);
+            return addr.ok_or_else(|| format!("`{text}` is no address"));
+        }
+        if let Some((byte, position)) = text.rsplit_once('.').filter(|_| space == BIT_SPACE && self.chip.bit(text).is_none())
+        {
+            return self.parse_bit_of_byte(byte, position);
+        }
+        if text.starts_with(|c: char| c.is_ascii_digit()) {
+            return parse_number(text).ok_or_else(|| format!("`{text}` is no address; write 0x1a2 or 418"));
+        }
+        let named = match space {
+            BIT_SPACE => self.chip.bit(text).map(u32::from),
+            _ if self.chip.family == ChipFamily::Ap101 => {
+                self.ap101_channel(text).filter(|found| found.0 == space).map(|found| found.1)
+            }
+            _ => self.register(text).filter(|_| space == self.chip.reg_space).map(|found| found.0),
+        };
+        // A constant is an address where it is used as one; of those below RAM most are numbers of bits (`C equ 0`).
+        let first = if space == self.chip.ram_space { self.chip.ram_start.into() } else { 0 };
+        let constants = self.symbols.iter().filter(|s| s.space == CONSTANT_SPACE && s.name == text);
+        let constant = constants.map(|s| s.addr).max();
+        if let Some(found) = named.or(constant.filter(|&value| value >= first)) {
+            return Ok(found);
+        }
+        let short = self.shortened_matches(space, text);
+        if let Some(one) = short.first() {
+            if short.iter().all(|symbol| symbol.addr == one.addr) {
+                return Ok(one.addr / self.chip.bytes_per_address(space));
+            }
+            return Err(self.ambiguous_name_message(space, text, &short));
+        }
+        Err(match text {
+            "" => "an address is missing".to_owned(),
+            _ if constant.is_some() => format!("the constant `{text}` is below RAM, which begins at 0x{first:x}"),
+            _ if space == self.chip.reg_space && space != self.chip.ram_space => {
+                format!("{} has no register `{text}`", self.chip.name)
+            }
+            _ if self.symbols.is_empty() => format!("`{text}` is no address (the image has no symbols)"),
+            _ => format!("the image has no symbol `{text}` in {space}"),
+        })
+    }
+
+    /// What a name may stand for, with the addresses.
+    fn ambiguous_name_message(&self, space: &str, text: &str, symbols: &[&SymbolAt]) -> String {
+        const MOST: usize = 8;
+        let each = symbols.iter().take(MOST);
+        let each: Vec<String> = each.map(|s| format!("{} (0x{:x})", s.name, s.addr / self.chip.bytes_per_address(space))).collect();
+        let more = if symbols.len() > MOST { ", .." } else { "" };
+        format!("`{text}` is part of several names, write one whole: {}{more}", each.join(", "))
+    }
+
+    /// Address of the bit `position` of a byte, which is a number or a name in RAM or among the registers of the chip.
+    fn parse_bit_of_byte(&self, byte: &str, position: &str) -> Result<u32, String> {
+        let (ram, registers) = (self.chip.ram_space, self.chip.reg_space);
+        let place = |space| Some((space, self.parse_address(space, byte).ok()?));
+        let found = [ram, registers].into_iter().filter_map(place).collect::<Vec<_>>();
+        let Some(&(_, addr)) = found.first() else {
+            return Err(format!("`{byte}` is no byte of {ram} or {registers}"));
+        };
+        let bits = found.into_iter().find_map(|(space, addr)| bit_space::bits_of_byte(self.chip, space, addr));
+        let Some(bits) = bits else {
+            return Err(format!(
+                "the bits of 0x{addr:x} have no addresses; those of {ram} 0x20 to 0x2f have, and of {registers} those of every eighth byte"
+            ));
+        };
+        match parse_number(position) {
+            Some(position @ 0..=7) => Ok(bits.start + position),
+            _ => Err(format!("`{position}` is no bit of a byte; those are 0 to 7")),
+        }
+    }
+}
+
+/// Of several symbols the one by which a place is known: the nearest before it, of those the largest, then that with the
+/// fewest underscores in front (`main`, not `_main`), then the last, since weak ones come first.
+fn preferred_symbol<'a>(symbols: impl Iterator<Item = &'a SymbolAt>) -> Option<&'a SymbolAt> {
+    let bare = |name: &str| std::cmp::Reverse(name.bytes().take_while(|byte| *byte == b'_').count());
+    symbols.max_by_key(|s| (s.addr, s.size, bare(&s.name)))
+}
+
+/// `data:0x100` as memory and place. The colons of `app::result` are of the name.
+#[must_use]
+pub fn split_memory(text: &str) -> Option<(&str, &str)> {
+    let (memory, place) = text.split_once(':')?;
+    (!place.starts_with(':')).then_some((memory, place))
+}
+
+/// A number, decimal or with 0x.
+#[must_use]
+pub fn parse_number(text: &str) -> Option<u32> {
+    match text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
+        Some(digits) if !digits.starts_with('+') => u32::from_str_radix(digits, 16).ok(),
+        None if text.bytes().all(|b| b.is_ascii_digit()) => text.parse().ok(),
+        _ => None,
+    }
+}

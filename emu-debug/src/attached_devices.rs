@@ -1,0 +1,243 @@
+//! Devices around a chip, and the chip run with them.
+//!
+//! A device answers an edge at a time that may lie before the end of the instruction that made the edge: SPI can have several
+//! edges in one instruction. So a copy of the machine runs ahead, a stretch at a time, and tells the devices of its edges. An answer
+//! that lies before the copy is queued in the machine itself, which is still at the start of the stretch, and the copy
+//! begins anew from there. When it comes through without another answer, all drives stand in the machine's queue, each at its own
+//! cycle, and the machine runs the stretch: exact to the cycle, for any [`Cpu`], and with any probe.
+
+use emu_core::cpu::{Cpu, Probe, StopReason};
+use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+
+use crate::devices::ExternalDevice;
+use crate::dyn_probe;
+use crate::time::CycleClock;
+
+/// Machine cycles of a stretch: fewer where answers come close to each other.
+const STRETCH_CYCLES: std::ops::RangeInclusive<u64> = 16..=1 << 16;
+
+/// Turns of the copy after which a stretch is too long.
+const MAX_LOOKAHEAD_PASSES: u32 = 3;
+
+/// A device with its wires: for each of its pins the pin of the chip, if there is one; others are tied.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct WiredDevice {
+    /// The device.
+    pub device: ExternalDevice,
+    /// Pins of the chip, in the order of the device's pins.
+    pub wires: Vec<Option<PinId>>,
+}
+
+/// The devices, and what they do to the pins.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct DevicesState {
+    devices: Vec<WiredDevice>,
+    /// What each driven pin gets, and nanoseconds after an edge.
+    driven: Vec<(PinId, PinLevel, u64)>,
+}
+
+/// The devices around a chip.
+#[derive(Debug, Clone)]
+pub struct AttachedDevices {
+    state: DevicesState,
+    clock: CycleClock,
+    stretch: u64,
+}
+
+/// A drive of a pin.
+type DeviceDrive = (CycleTime, PinId, PinLevel);
+
+impl AttachedDevices {
+    /// A board with these devices. `clock` says how long cycles are.
+    #[must_use]
+    pub fn new(fitted: Vec<WiredDevice>, clock: CycleClock) -> AttachedDevices {
+        let mut state = DevicesState { devices: fitted, driven: Vec::new() };
+        state.driven = state.combined_drives();
+        AttachedDevices { state, clock, stretch: *STRETCH_CYCLES.end() }
+    }
+
+    /// Pins of the chip that devices drive.
+    pub fn driven_pins(&self) -> impl Iterator<Item = PinId> {
+        self.state.driven.iter().map(|driven| driven.0)
+    }
+
+    /// Devices in the order in which they were fitted.
+    pub fn devices(&self) -> impl Iterator<Item = &ExternalDevice> {
+        self.state.devices.iter().map(|fitted| &fitted.device)
+    }
+
+    /// Puts the devices to a chip that has just been switched on; the levels of its pins are theirs from now on.
+    pub fn connect<C: Cpu>(&mut self, cpu: &mut C) {
+        let now = CycleTime::at(cpu.cycle());
+        for &(pin, level, _) in &self.state.driven {
+            cpu.drive(now, pin, level);
+        }
+        let t = self.clocks_of(now);
+        for pin in (0..).take(cpu.chip().pins.len()) {
+            // A line of which nothing is known is high, as resistors to the supply make it that boards have at select lines.
+            self.state.on_pin_change(pin, cpu.pin_level(pin) != PinLevel::Low, t, self.clock.hz);
+        }
+    }
+
+    /// Runs the chip as [`Cpu::run`] does, with the devices.
+    pub fn run<C: Cpu, P: Probe>(&mut self, cpu: &mut C, until: u64, probe: &mut P) -> StopReason {
+        self.run_with(cpu, until, probe, |cpu, until, probe| cpu.run(until, probe))
+    }
+
+    /// The same, where the machine itself is run by `go` in place of [`Cpu::run`]: in as many runs as it likes.
+    pub fn run_with<C: Cpu, P: Probe>(
+        &mut self,
+        cpu: &mut C,
+        until: u64,
+        probe: &mut P,
+        go: impl Fn(&mut C, u64, &mut P) -> StopReason,
+    ) -> StopReason {
+        if self.state.devices.is_empty() {
+            return go(cpu, until, probe);
+        }
+        loop {
+            let (ahead, edges) = self.look_ahead(cpu, until);
+            let stop = go(cpu, ahead, probe);
+            // The probe may have stopped it before.
+            let now = self.clocks_of(CycleTime::at(cpu.cycle()));
+            for (t, pin, high) in edges.into_iter().take_while(|edge| edge.0 <= now) {
+                self.state.on_pin_change(pin, high, t, self.clock.hz);
+            }
+            self.state.driven = self.state.combined_drives();
+            if stop != StopReason::Limit || cpu.cycle() >= until {
+                return stop;
+            }
+        }
+    }
+
+    /// Queues the answers of the next stretch; gives the cycle up to which the machine may run, and the edges until then.
+    fn look_ahead<C: Cpu>(&mut self, cpu: &mut C, until: u64) -> (u64, Vec<(u64, PinId, bool)>) {
+        let (least, most) = (*STRETCH_CYCLES.start(), *STRETCH_CYCLES.end());
+        let mut goal = until.min(cpu.cycle().saturating_add(self.stretch));
+        let (mut known, mut turns) = (0, 0);
+        loop {
+            let mut copy = cpu.clone();
+            let state = self.state.clone();
+            let mut scout = LookaheadProbe { state, clock: self.clock, queued_answers: known, edges: Vec::new(), answers: Vec::new() };
+            let ended = 'copy: loop {
+                let stop = copy.run(goal, &mut dyn_probe::probe_events(&mut scout));
+                for (at, pin, level) in std::mem::take(&mut scout.answers) {
+                    cpu.drive(at, pin, level);
+                    known += 1;
+                    if at.cycle <= copy.cycle() {
+                        break 'copy None;
+                    }
+                    copy.drive(at, pin, level);
+                }
+                if !matches!(stop, StopReason::Probe | StopReason::Breakpoint { .. }) {
+                    break Some(stop);
+                }
+            };
+            if let Some(stop) = ended {
+                self.stretch = if turns > MAX_LOOKAHEAD_PASSES { self.stretch / 2 } else { self.stretch * 2 }.clamp(least, most);
+                // Where the program has ended the machine ends by itself.
+                return (if stop == StopReason::Limit { goal } else { until }, scout.edges);
+            }
+            turns += 1;
+            if turns == MAX_LOOKAHEAD_PASSES {
+                // Each turn begins at the start of the stretch, so where answers come one after the other it has to end soon.
+                goal = goal.min(copy.cycle().saturating_add(least));
+            }
+        }
+    }
+
+    fn clocks_of(&self, at: CycleTime) -> u64 {
+        time_in_clocks(self.clock, at)
+    }
+}
+
+/// A moment in clocks of the oscillator.
+fn time_in_clocks(clock: CycleClock, at: CycleTime) -> u64 {
+    at.cycle.saturating_mul(clock.clocks_per_cycle.into()).saturating_add(at.phase.into())
+}
+
+impl DevicesState {
+    /// What each pin gets that a device drives: of several at one pin those that pull low win, then those that drive.
+    fn combined_drives(&self) -> Vec<(PinId, PinLevel, u64)> {
+        let strength = |level: PinLevel| match level {
+            PinLevel::Low => 4,
+            PinLevel::High => 3,
+            PinLevel::PullDown => 2,
+            PinLevel::PullUp => 1,
+            PinLevel::Float => 0,
+        };
+        let mut all: Vec<(PinId, PinLevel, u64)> = Vec::new();
+        for WiredDevice { device, wires } in &self.devices {
+            let mut put = |wire: usize, level: PinLevel| {
+                let Some(pin) = wires.get(wire).copied().flatten() else { return };
+                match all.iter_mut().find(|row| row.0 == pin) {
+                    Some(row) if strength(row.1) < strength(level) => row.1 = level,
+                    Some(_) => {}
+                    None => all.push((pin, level, device.delay_ns())),
+                }
+            };
+            put(device.driven_pin(), device.driven_level());
+            if let ExternalDevice::Eeprom(_) = device {
+                // SCL has its resistor too.
+                put(1, PinLevel::PullUp);
+            }
+        }
+        all
+    }
+
+    /// A pin of the chip has another level.
+    fn on_pin_change(&mut self, pin: PinId, high: bool, t: u64, hz: u64) {
+        for WiredDevice { device, wires } in &mut self.devices {
+            for (wire, _) in wires.iter().enumerate().filter(|(_, of)| **of == Some(pin)) {
+                device.on_pin_change(wire, high, t, hz);
+            }
+        }
+    }
+}
+
+/// The probe of the copy: devices see its edges and answer.
+struct LookaheadProbe {
+    state: DevicesState,
+    clock: CycleClock,
+    /// Answers that are queued already, which come again.
+    queued_answers: usize,
+    edges: Vec<(u64, PinId, bool)>,
+    answers: Vec<DeviceDrive>,
+}
+
+impl LookaheadProbe {
+    /// A time some nanoseconds after a clock: at least a machine cycle later if any.
+    fn delayed(&self, t: u64, ns: u64) -> CycleTime {
+        let cycle = u64::from(self.clock.clocks_per_cycle.max(1));
+        let clocks = (u128::from(ns) * u128::from(self.clock.hz)).div_ceil(1_000_000_000);
+        let clocks = u64::try_from(clocks).unwrap_or(u64::MAX);
+        let t = t.saturating_add(if ns == 0 { 0 } else { clocks.max(cycle) });
+        CycleTime { cycle: t / cycle, phase: (t % cycle) as u8 }
+    }
+}
+
+impl Probe for LookaheadProbe {
+    const EVENTS: bool = true;
+
+    fn on_event(&mut self, event: ChipEvent) -> bool {
+        let ChipEvent::Edge { at, pin, level: level @ (PinLevel::Low | PinLevel::High) } = event else { return false };
+        if !self.state.devices.iter().any(|fitted| fitted.wires.contains(&Some(pin))) {
+            return false;
+        }
+        let (t, high) = (time_in_clocks(self.clock, at), level == PinLevel::High);
+        self.edges.push((t, pin, high));
+        self.state.on_pin_change(pin, high, t, self.clock.hz);
+        let wanted = self.state.combined_drives();
+        for (old, &(pin, level, ns)) in self.state.driven.clone().iter().zip(&wanted) {
+            if old.1 == level {
+                continue;
+            }
+            match self.queued_answers.checked_sub(1) {
+                Some(known) => self.queued_answers = known,
+                None => self.answers.push((self.delayed(t, ns), pin, level)),
+            }
+        }
+        self.state.driven = wanted;
+        !self.answers.is_empty()
+    }
+}

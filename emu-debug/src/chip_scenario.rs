@@ -1,0 +1,270 @@
+//! Scenarios on a chip with its image: their names are pins, the supply, places in memory. A tick is a clock of the oscillator.
+
+use std::collections::HashMap;
+
+use diag::{Diagnostic, Severity};
+use emu_core::chip::Chip;
+use emu_core::cpu::Cpu;
+use emu_core::pins::{PinLevel, PinId, CycleTime};
+use scenario::{ScenarioInput, ScenarioOutput, OutputReading, TimeScale, Scenario, NameResolver, TimedStimulus, ScenarioValue, bind};
+
+use crate::serial_sender::SerialLineSender;
+use crate::stimulus::{TimedDrive, ExternalDrive, missing_pin_reason, find_pin, parse_drive, supply_name};
+use crate::{CycleClock, AddressNames};
+
+/// Bytes of the widest thing in memory that is one number.
+const MAX_NUMBER_BYTES: u32 = 4;
+
+/// Something that can be given a value, with the value.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ChipStimulus {
+    /// What is done from outside.
+    Drive(ExternalDrive),
+    /// Bytes of a memory, from an address of it on.
+    Poke(&'static str, u32, Vec<u8>),
+}
+
+/// Something that can be looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ChipObservable {
+    /// A pin.
+    Pin(PinId),
+    /// Bytes of a memory, the lowest first.
+    Memory(&'static str, u32, u32),
+}
+
+/// What a chip with an image offers to scenarios.
+pub struct ChipResolver<'a> {
+    /// The chip, and the symbols of the image.
+    pub names: AddressNames<'a>,
+    /// Its oscillator.
+    pub clock: CycleClock,
+    /// The machine has a byte at an address of a memory.
+    pub has_byte: &'a dyn Fn(&str, u32) -> bool,
+    /// The machine has a pin, as it is configured.
+    pub has_pin: &'a dyn Fn(PinId) -> bool,
+    /// The machine can do it; the error is a sentence.
+    pub check_drive: &'a dyn Fn(ExternalDrive) -> Result<(), String>,
+    /// Another name of a pin as that of the chip's row; other text as it is.
+    pub canonical_pin_name: &'a dyn Fn(&str) -> String,
+    /// The chip has a serial port, and the pin at which that receives.
+    pub serial: (bool, Option<PinId>),
+    /// Why no snapshots can be written, where they cannot.
+    pub no_snapshots: Option<String>,
+    /// Why bytes cannot be sent, where they cannot.
+    pub no_serial_input: Option<String>,
+    /// What names have become so far.
+    pub bindings: ChipBindings,
+}
+
+/// What names have become.
+#[derive(Debug, Clone, Default)]
+pub struct ChipBindings {
+    /// Each with its name and value as they were written.
+    pub stimuli: Vec<(ChipStimulus, String, ScenarioValue)>,
+    /// Their positions, by name and value as they were written.
+    known: HashMap<(String, String), usize>,
+    /// What is looked at.
+    pub observables: Vec<ChipObservable>,
+}
+
+impl ChipBindings {
+    /// What this identifier of an input stands for is done from outside: it is no memory that is written.
+    #[must_use]
+    pub fn is_external_drive(&self, input: usize) -> bool {
+        !matches!(self.stimuli.get(input), Some((ChipStimulus::Poke(..), ..)))
+    }
+}
+
+impl ChipResolver<'_> {
+    fn chip(&self) -> &'static Chip {
+        self.names.chip
+    }
+
+    /// The name as the chip knows it.
+    fn canonical_name(&self, name: &str) -> String {
+        (self.canonical_pin_name)(&self.names.replace_channel_name(name))
+    }
+
+    /// A place in memory that is one number: the memory, its first byte address and its bytes.
+    fn resolve_memory(&self, name: &str) -> Result<(&'static str, u32, u32), String> {
+        let range = self.names.parse_range(name)?;
+        let width = self.chip().bytes_per_address(range.space);
+        let bytes = (range.end - range.start).saturating_mul(width);
+        if bytes > MAX_NUMBER_BYTES {
+            return Err(format!("`{name}` has {bytes} bytes; a number has at most {MAX_NUMBER_BYTES}"));
+        }
+        let addr = range.start.saturating_mul(width);
+        match (addr..addr + bytes).find(|&addr| !(self.has_byte)(range.space, addr)) {
+            Some(addr) => Err(format!("{} has nothing at {}:0x{addr:x}", self.chip().name, range.space)),
+            None => Ok((range.space, addr, bytes)),
+        }
+    }
+
+    fn is_supply(&self, name: &str) -> bool {
+        ["VDD", "VCC"].iter().any(|supply| name.eq_ignore_ascii_case(supply)) && self.chip().pin(name).is_none()
+    }
+
+    /// Neither a pin nor a place in memory.
+    fn unknown_name_message(&self, name: &str, memory: &str) -> String {
+        match name.contains(':') {
+            true => memory.to_owned(),
+            false => format!("`{name}` is no pin of {}, no symbol and no register", self.chip().name),
+        }
+    }
+}
+
+impl NameResolver for ChipResolver<'_> {
+    fn time_scale(&self) -> TimeScale {
+        TimeScale::for_clocks(self.clock.hz, self.clock.clocks_per_cycle)
+    }
+
+    fn canonical_name(&self, name: &str) -> String {
+        let pin = find_pin(self.chip(), &self.canonical_name(name)).ok().and_then(|pin| self.chip().pins.get(usize::from(pin)));
+        match (pin, self.resolve_memory(name)) {
+            (Some(pin), _) => pin.name.to_owned(),
+            (None, Ok((space, addr, bytes))) => format!("{space}:{addr}..{bytes}"),
+            (None, Err(_)) => name.to_owned(),
+        }
+    }
+
+    fn resolve_input(&mut self, name: &str, value: &ScenarioValue) -> Result<ScenarioInput, (String, bool)> {
+        let key = (name.to_owned(), format!("{value:?}"));
+        if let Some(&id) = self.bindings.known.get(&key) {
+            return Ok(ScenarioInput { id, can_be_queued: self.bindings.is_external_drive(id) });
+        }
+        let own = self.canonical_name(name);
+        let outside = || {
+            let put = parse_drive(self.chip(), &format!("{own}={value}"))?;
+            (self.check_drive)(put).map(|()| ChipStimulus::Drive(put))
+        };
+        let given = if self.is_supply(&own) {
+            outside().map_err(|why| (why, false))?
+        } else if let Ok(pin) = find_pin(self.chip(), &own) {
+            if !(self.has_pin)(pin) {
+                return Err((missing_pin_reason(self.chip(), pin), true));
+            }
+            outside().map_err(|why| (why, false))?
+        } else {
+            let (space, addr, bytes) = self.resolve_memory(name).map_err(|why| (self.unknown_name_message(name, &why), true))?;
+            let (low, high) = (-(1i64 << (8 * bytes - 1)), (1i64 << (8 * bytes)) - 1);
+            let ScenarioValue::Number(number) = value else {
+                return Err((format!("`{name}` takes a number, not `{value}`"), false));
+            };
+            if !(low..=high).contains(number) {
+                return Err((format!("`{name}` takes {low} to {high}, not {number}"), false));
+            }
+            let bytes = number.to_le_bytes().into_iter().take(bytes as usize).collect();
+            ChipStimulus::Poke(space, addr, bytes)
+        };
+        let id = self.bindings.stimuli.len();
+        self.bindings.stimuli.push((given, name.to_owned(), value.clone()));
+        self.bindings.known.insert(key, id);
+        Ok(ScenarioInput { id, can_be_queued: self.bindings.is_external_drive(id) })
+    }
+
+    fn resolve_output(&mut self, name: &str) -> Result<ScenarioOutput, String> {
+        let own = self.canonical_name(name);
+        let (seen, range) = match find_pin(self.chip(), &own) {
+            Ok(pin) if (self.has_pin)(pin) => (ChipObservable::Pin(pin), (0, 1)),
+            Ok(pin) => return Err(missing_pin_reason(self.chip(), pin)),
+            Err(_) if self.is_supply(&own) => return Err(format!("{own} can be set, not looked at")),
+            Err(_) => {
+                let (space, addr, bytes) = self.resolve_memory(name).map_err(|why| self.unknown_name_message(name, &why))?;
+                (ChipObservable::Memory(space, addr, bytes), (0, (1 << (8 * bytes)) - 1))
+            }
+        };
+        self.bindings.observables.push(seen);
+        Ok(ScenarioOutput { id: self.bindings.observables.len() - 1, range, can_float: matches!(seen, ChipObservable::Pin(_)) })
+    }
+
+    fn known_names(&self) -> Vec<String> {
+        let pins = self.chip().present_pins().map(|(_, pin)| pin.name.to_owned());
+        let symbols = self.names.symbols.iter().map(|symbol| symbol.name.clone());
+        pins.chain(symbols).chain([supply_name(self.chip()).to_owned()]).collect()
+    }
+
+    fn check_can_send(&mut self) -> Result<(), String> {
+        match (&self.no_serial_input, self.serial.1) {
+            (Some(why), _) => Err(why.clone()),
+            (None, Some(_)) => Ok(()),
+            (None, None) => Err(format!("{} has no serial port", self.chip().name)),
+        }
+    }
+
+    fn check_baud_rate(&self, baud: u64) -> Result<(), String> {
+        SerialLineSender::check_baud_rate(baud)
+    }
+
+    fn check_can_receive(&mut self) -> Result<(), String> {
+        if self.serial.0 { Ok(()) } else { Err(format!("{} has no serial port", self.chip().name)) }
+    }
+
+    fn check_can_snapshot(&mut self) -> Result<(), String> {
+        self.no_snapshots.clone().map_or(Ok(()), Err)
+    }
+
+    fn check_can_power_cycle(&mut self) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+impl ChipObservable {
+    /// What it is at.
+    #[must_use]
+    pub fn read<C: Cpu>(self, cpu: &C) -> OutputReading {
+        match self {
+            ChipObservable::Pin(pin) => match cpu.pin_level(pin) {
+                PinLevel::Low => OutputReading::Value(0),
+                PinLevel::High => OutputReading::Value(1),
+                PinLevel::Float | PinLevel::PullUp | PinLevel::PullDown => OutputReading::Floating,
+            },
+            ChipObservable::Memory(space, addr, bytes) => {
+                let byte = |n: u32| i64::from(cpu.peek(space, addr + n).unwrap_or(0)) << (8 * n);
+                OutputReading::Value((0..bytes).map(byte).fold(0, |all, byte| all | byte))
+            }
+        }
+    }
+}
+
+/// The stimuli of a scenario as drives at fixed times, in order of time, for a debugger, which runs the machine itself. `program`: the
+/// image, where it has a name; `baud`: the rate of what is sent, unless the scenario says another.
+///
+/// # Errors
+/// The scenario does not fit the machine, or has steps that are no stimuli at fixed times (wait, expect, power-cycle, ..).
+pub fn timed_drives(
+    scenario: &Scenario,
+    site: &mut ChipResolver<'_>,
+    program: Option<&str>,
+    baud: u64,
+) -> Result<Vec<TimedDrive>, Vec<Diagnostic>> {
+    let mcu = site.names.chip.name;
+    let bound = bind(scenario, site, program, Some(mcu))?;
+    bound.require_external_stimuli(&|id| site.bindings.is_external_drive(id))?;
+    let baud = bound.baud.unwrap_or(baud);
+    let refuse = |cause: String| {
+        let pos = scenario.steps.first().map_or(Default::default(), |step| step.pos);
+        let hint = "use `emu run --scenario`";
+        vec![Diagnostic::new(Severity::Error, scenario::NOT_TIMED, &scenario.file, pos, cause, hint)]
+    };
+    let clocks = u64::from(site.clock.clocks_per_cycle.max(1));
+    let (mut out, mut texts) = (Vec::new(), Vec::new());
+    for (tick, what) in bound.into_timed_stimuli()? {
+        let at = CycleTime { cycle: tick / clocks, phase: (tick % clocks) as u8 };
+        match what {
+            TimedStimulus::SetInput(id) => {
+                // There are no others, as was seen above.
+                if let Some((ChipStimulus::Drive(put), ..)) = site.bindings.stimuli.get(id) {
+                    out.push(TimedDrive { at, drive: *put });
+                }
+            }
+            TimedStimulus::Send(bytes) => texts.push((at, bytes)),
+        }
+    }
+    if let Some(pin) = site.serial.1.filter(|_| !texts.is_empty()) {
+        let edges = SerialLineSender::new(pin, baud).and_then(|sender| sender.edges_of_texts(site.clock, &texts));
+        out.extend(edges.map_err(refuse)?);
+    }
+    out.sort_by_key(|drive| drive.at);
+    Ok(out)
+}

@@ -1,0 +1,85 @@
+//! Where breakpoints of functions and of source lines lie, as gdb has it.
+
+use emu_core::image::{BlockInfo, FunctionInfo};
+
+use super::scope::NameScope;
+
+impl NameScope {
+    /// The program words of a function by its name, or `file.c:name`: of all that are called so, behind their prologues where their
+    /// variables are in their places only there, and of what was put in place of a call of them. None where no function has that name.
+    #[must_use]
+    pub fn function_words(&self, text: &str) -> Vec<u32> {
+        let (file, name) = text.rsplit_once(':').map_or((None, text), |(file, name)| (Some(file), name));
+        let info = &self.calls().info;
+        let mut found = Vec::new();
+        for function in info.functions.iter().filter(|own| file.is_none_or(|file| info.is_defined_in(own, file))) {
+            if function.name == name {
+                found.extend(first_byte(&function.block).map(|byte| self.byte_after_prologue(function, byte)));
+            }
+            let mut blocks: Vec<&BlockInfo> = function.block.blocks.iter().collect();
+            while let Some(block) = blocks.pop() {
+                if block.inlined.as_deref() == Some(name) {
+                    found.extend(first_byte(block));
+                }
+                blocks.extend(&block.blocks);
+            }
+        }
+        self.words_of(found)
+    }
+
+    /// The program words of a source line, from the byte addresses at which its code begins: the first of each block of a function.
+    #[must_use]
+    pub fn line_words(&self, bytes: &[u32]) -> Vec<u32> {
+        let info = &self.calls().info;
+        let mut seen: Vec<&BlockInfo> = Vec::new();
+        let mut found = Vec::new();
+        for &byte in bytes {
+            let Some(function) = info.function_at(byte) else {
+                found.push(byte);
+                continue;
+            };
+            if let Some(&block) = function.block.blocks_around(byte).first() {
+                if seen.iter().any(|own| std::ptr::eq(*own, block)) {
+                    continue;
+                }
+                seen.push(block);
+            }
+            found.push(self.byte_after_prologue(function, byte));
+        }
+        self.words_of(found)
+    }
+
+    /// The word behind the prologue of the function that begins at a word; nothing where none begins there, or it has no second row.
+    #[must_use]
+    pub fn word_after_prologue(&self, word: u32) -> Option<u32> {
+        let (byte, width) = (word.saturating_mul(self.chip().word_bytes), self.chip().word_bytes.max(1));
+        let function = self.calls().info.function_at(byte)?;
+        self.second_row(function, byte).map(|byte| byte / width)
+    }
+
+    fn byte_after_prologue(&self, function: &FunctionInfo, byte: u32) -> u32 {
+        let has = self.calls().info.has_prologue(function);
+        self.second_row(function, byte).filter(|_| has).unwrap_or(byte)
+    }
+
+    /// The second row of the table of lines of a function, of whatever line, where `byte` is its first address.
+    fn second_row(&self, function: &FunctionInfo, byte: u32) -> Option<u32> {
+        let code = function.block.ranges.iter().find(|range| range.start == byte)?;
+        let first = self.lines.line_at(byte, byte)?;
+        let rows = self.lines.all_lines().iter().filter(|line| line.kind == first.kind && code.contains(&line.addr));
+        rows.map(|line| line.addr).find(|addr| *addr > byte)
+    }
+
+    fn words_of(&self, bytes: Vec<u32>) -> Vec<u32> {
+        let width = self.chip().word_bytes.max(1);
+        let mut words: Vec<u32> = bytes.into_iter().map(|byte| byte / width).collect();
+        words.sort_unstable();
+        words.dedup();
+        words
+    }
+}
+
+/// The first byte of a block.
+fn first_byte(block: &BlockInfo) -> Option<u32> {
+    block.ranges.iter().map(|range| range.start).min()
+}

@@ -1,0 +1,203 @@
+//! The probe of the debugger: it sees what the points wait for.
+
+use std::collections::BTreeSet;
+
+use emu_core::chip::Chip;
+use emu_core::cpu::{Probe, StopReason};
+use emu_core::pins::{ChipEvent, PinLevel, PinId};
+
+use super::event_log::SessionEvents;
+use super::expression::DebugExpression;
+use super::points::{AccessKind, DebugPoints, PointTrigger};
+use super::session::PointHit;
+use super::dyn_machine::{ObserveLevel, DynMachine};
+use crate::bit_space::{self, BIT_SPACE};
+use crate::access_monitor::AccessWatch;
+use crate::address_names::AddressRange;
+
+/// Something that a point waited for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Observation {
+    /// Number of the point.
+    pub id: u32,
+    /// Program word of the instruction; for a pin the one before which it was seen.
+    pub pc: u32,
+    /// Byte read or written.
+    pub value: Option<u8>,
+    pub write: bool,
+}
+
+/// What is looked at, and what was seen since the last look.
+pub(super) struct BreakpointProbe {
+    chip: &'static Chip,
+    accesses: Vec<(u32, AddressRange, AccessKind)>,
+    /// Pins with the level that is waited for, and the one that they have.
+    pins: Vec<(u32, PinId, Option<PinLevel>, PinLevel)>,
+    /// Expressions with the value that they had.
+    changes: Vec<(u32, DebugExpression, Option<i64>)>,
+    /// All of them are of RAM, so that nothing but a write can change them.
+    ram_only: bool,
+    /// Where those bytes are kept.
+    watched_ram: BTreeSet<u32>,
+    /// What was seen in this instruction.
+    pub observations: Vec<Observation>,
+    /// Events, when somebody keeps them.
+    pub events: Option<SessionEvents>,
+    pc: u32,
+    /// The instruction before which the last stop came: it is not stopped before again.
+    stopped_before: Option<u64>,
+    /// Interrupts entered.
+    pub interrupts_entered: u32,
+}
+
+impl BreakpointProbe {
+    /// For all points that are enabled; expressions have changed when they are no longer what they are now.
+    pub fn new(points: &DebugPoints, target: &dyn DynMachine) -> BreakpointProbe {
+        let mut eyes = BreakpointProbe {
+            chip: target.chip(),
+            accesses: Vec::new(),
+            pins: Vec::new(),
+            changes: Vec::new(),
+            ram_only: true,
+            watched_ram: BTreeSet::new(),
+            observations: Vec::new(),
+            events: None,
+            pc: target.pc(),
+            stopped_before: None,
+            interrupts_entered: 0,
+        };
+        for point in points.enabled() {
+            match &point.trigger {
+                PointTrigger::Code(_) => {}
+                PointTrigger::Access(range, access) => eyes.accesses.push((point.id, *range, *access)),
+                PointTrigger::Pin(pin, level) => eyes.pins.push((point.id, *pin, *level, target.pin_level(*pin))),
+                PointTrigger::Change(expr) => {
+                    eyes.ram_only &= expr.depends_only_on_ram(target);
+                    expr.visit_byte_addresses(&mut |addr| _ = eyes.watched_ram.insert(target.canonical_ram_address(addr).unwrap_or(addr)));
+                    eyes.changes.push((point.id, expr.clone(), expr.watched_value(target)));
+                }
+            }
+        }
+        eyes
+    }
+
+    /// How closely a run must be looked at for all of this.
+    pub fn observe_level(&self) -> ObserveLevel {
+        let any = !self.changes.is_empty();
+        let only_writes = (!any || self.ram_only) && self.accesses.iter().all(|(.., access)| *access == AccessKind::Write);
+        if only_writes && (any || !self.accesses.is_empty()) {
+            ObserveLevel::Writes
+        } else if !self.accesses.is_empty() {
+            ObserveLevel::All
+        } else if !self.changes.is_empty() {
+            ObserveLevel::Instructions
+        } else if !self.pins.is_empty() || self.events.is_some() {
+            ObserveLevel::Events
+        } else {
+            ObserveLevel::Nothing
+        }
+    }
+
+    /// The byte of RAM is a part of a watched expression.
+    fn is_watched(&self, space: &'static str, addr: u32) -> bool {
+        let (space, addr, _) = byte_of(self.chip, space, addr);
+        space == self.chip.ram_space && self.watched_ram.contains(&addr)
+    }
+
+    /// Points whose expression has another value now than at the last look, with both, or whose pin has another level: what is done to
+    /// a machine that stands (a reset) makes no event.
+    pub fn take_changes(&mut self, target: &dyn DynMachine) -> Vec<(u32, Option<i64>, Option<i64>)> {
+        let mut found = Vec::new();
+        for (id, expr, old) in &mut self.changes {
+            let new = expr.watched_value(target);
+            if new != *old {
+                found.push((*id, std::mem::replace(old, new), new));
+            }
+        }
+        for (id, pin, wanted, old) in &mut self.pins {
+            let new = target.pin_level(*pin);
+            if new != std::mem::replace(old, new) && wanted.is_none_or(|wanted| wanted == new) {
+                found.push((*id, None, None));
+            }
+        }
+        found
+    }
+}
+
+impl Probe for BreakpointProbe {
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
+        self.pc = pc;
+        !self.changes.is_empty() && !self.ram_only && self.stopped_before.replace(at) != Some(at)
+    }
+
+    fn on_data_access(&mut self, _at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        let name = self.chip.spaces.get(usize::from(space)).map_or("", |space| space.0);
+        for (id, range, access) in &self.accesses {
+            let wanted = match access {
+                AccessKind::Read => !write,
+                AccessKind::Write => write,
+                AccessKind::Any => true,
+            };
+            let watch = AccessWatch { range: *range, write };
+            if wanted && let Some((.., value)) = watch.matching_access(self.chip, name, addr, value) {
+                self.observations.push(Observation { id: *id, pc: self.pc, value: Some(value), write });
+            }
+        }
+        !self.observations.is_empty() || write && self.ram_only && self.is_watched(name, addr.into())
+    }
+
+    fn on_interrupt(&mut self, _at: u64, _vector: u8) {
+        self.interrupts_entered += 1;
+    }
+
+    fn on_event(&mut self, event: ChipEvent) -> bool {
+        if let Some(events) = &mut self.events {
+            events.push(event);
+        }
+        let ChipEvent::Edge { pin, level, .. } = event else { return false };
+        let before = self.observations.len();
+        for (id, _, wanted, old) in self.pins.iter_mut().filter(|(_, of, ..)| *of == pin) {
+            if std::mem::replace(old, level) != level && wanted.is_none_or(|wanted| wanted == level) {
+                self.observations.push(Observation { id: *id, pc: self.pc, value: None, write: true });
+            }
+        }
+        self.observations.len() > before
+    }
+}
+
+/// The byte of memory that holds a bit of the memory `bit`, else the place itself.
+pub(super) fn byte_of(chip: &Chip, space: &'static str, addr: u32) -> (&'static str, u32, Option<u8>) {
+    match (space == BIT_SPACE).then(|| bit_space::byte_of_bit(chip, addr)).flatten() {
+        Some((space, byte, bit)) => (space, byte, Some(bit as u8)),
+        None => (space, addr, None),
+    }
+}
+
+/// Points that saw something, each once, whatever their conditions.
+pub(super) fn candidate_hits(
+    points: &DebugPoints,
+    target: &dyn DynMachine,
+    sights: &[Observation],
+    changes: &[(u32, Option<i64>, Option<i64>)],
+    stop: StopReason,
+) -> Vec<PointHit> {
+    let pc = target.pc();
+    let mut hits: Vec<PointHit> = Vec::new();
+    if let StopReason::Breakpoint { pc } = stop {
+        let here = points.enabled().filter(|point| matches!(&point.trigger, PointTrigger::Code(words) if words.contains(&pc)));
+        hits.extend(here.map(|point| PointHit { id: point.id, old: None, new: None, write: None, pc }));
+    }
+    for sight in sights {
+        if hits.iter().all(|hit| hit.id != sight.id) {
+            let new = sight.value.map(i64::from);
+            hits.push(PointHit { id: sight.id, old: None, new, write: new.map(|_| sight.write), pc: sight.pc });
+        }
+    }
+    for &(id, old, new) in changes {
+        if hits.iter().all(|hit| hit.id != id) {
+            hits.push(PointHit { id, old, new, write: None, pc });
+        }
+    }
+    hits.sort_by_key(|hit| hit.id);
+    hits
+}

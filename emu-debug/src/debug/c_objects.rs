@@ -1,0 +1,467 @@
+//! Objects of C: variables, what pointers point to, members, elements; and values with a type of C.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use emu_core::chip::ChipFamily;
+use emu_core::image::{AVR_DATA, BaseEncoding, ByteLocation, CType, DebugInfo, VariableInfo};
+
+use super::expression_value::ExpressionValue;
+use super::call_stack::{CallFrame, CallStack, MachineFrame, memory_at};
+use super::expression::{DebugExpression, BinaryOperator};
+use super::c_type_queries::{CTypeRef, CTypeQueries as _};
+use super::expression_place::ExpressionPlace;
+use super::dyn_machine::DynMachine;
+
+/// Where a byte of an object is on a machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ObjectByteLocation {
+    /// In a memory.
+    Memory(&'static str, u32),
+    /// Nowhere, but its value is known.
+    Value(u8),
+    /// The compiler has optimized it away.
+    OptimizedAway,
+    /// No memory has such an address, or no call is in the function that has it.
+    Missing,
+}
+
+/// What an object is taken from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum ObjectBase {
+    /// A variable: the code in which it is known (everywhere where there is none), and the level of frames to begin with.
+    Variable { variable: Arc<VariableInfo>, known: Vec<Range<u32>>, level: usize },
+    /// Memory at an address.
+    At(Box<DebugExpression>),
+    /// A value that is in no place.
+    Value(Box<DebugExpression>),
+    /// The address of an object.
+    AddressOf(Box<ObjectExpr>),
+}
+
+/// An object of C, or a value with a type.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ObjectExpr {
+    pub(super) calls: CallStack,
+    base: ObjectBase,
+    /// Its type.
+    pub ctype: CTypeRef,
+    /// Bytes from the beginning of the base.
+    offset: u32,
+    /// Elements from there on, and the bytes of one.
+    indices: Vec<(DebugExpression, u32)>,
+    /// A bit field: its first bit, and bits.
+    bits: Option<(u32, u32)>,
+}
+
+impl ObjectExpr {
+    /// A variable.
+    pub(super) fn variable(
+        calls: CallStack,
+        variable: &VariableInfo,
+        known: Vec<Range<u32>>,
+        level: usize,
+    ) -> ObjectExpr {
+        let kind = CTypeRef::new(variable.variable_type);
+        ObjectExpr::of(calls, ObjectBase::Variable { variable: Arc::new(variable.clone()), known, level }, kind)
+    }
+
+    /// Memory at an address.
+    pub(super) fn at(calls: CallStack, addr: DebugExpression, kind: CTypeRef) -> ObjectExpr {
+        ObjectExpr::of(calls, ObjectBase::At(Box::new(addr)), kind)
+    }
+
+    /// A value.
+    pub(super) fn value_of(calls: CallStack, value: DebugExpression, kind: CTypeRef) -> ObjectExpr {
+        ObjectExpr::of(calls, ObjectBase::Value(Box::new(value)), kind)
+    }
+
+    fn of(calls: CallStack, base: ObjectBase, kind: CTypeRef) -> ObjectExpr {
+        ObjectExpr { calls, base, ctype: kind, offset: 0, indices: Vec::new(), bits: None }
+    }
+
+    /// The types and functions of the program.
+    #[must_use]
+    pub fn info(&self) -> &DebugInfo {
+        &self.calls.info
+    }
+
+    /// Its type without names and qualifiers; nothing for pointers that the program does not have, and for `void`.
+    #[must_use]
+    pub fn resolved_type(&self) -> Option<&CType> {
+        self.info().resolve_type(self.ctype)
+    }
+
+    /// What a pointer points to, or the elements of an array; nothing where it is neither.
+    #[must_use]
+    pub fn element_type(&self) -> Option<CTypeRef> {
+        if let Some(stars) = self.ctype.pointer_depth.checked_sub(1) {
+            return Some(CTypeRef { pointer_depth: stars, ..self.ctype });
+        }
+        match self.resolved_type()? {
+            CType::Pointer { to, .. } => Some(CTypeRef::new(*to)),
+            CType::Array { .. } => self.info().element_type(self.ctype),
+            _ => None,
+        }
+    }
+
+    /// It is an array, whose value is the address of its first element.
+    #[must_use]
+    pub fn is_array(&self) -> bool {
+        matches!(self.resolved_type(), Some(CType::Array { .. }))
+    }
+
+    /// `*p`, or the element `[index]`.
+    ///
+    /// # Errors
+    /// It is no pointer and no array, or the size of what it points to is not known.
+    pub(super) fn element(&self, index: DebugExpression) -> Result<ObjectExpr, String> {
+        let kind = self
+            .element_type()
+            .ok_or_else(|| format!("`{}` is no pointer and no array", self.info().type_name(self.ctype)))?;
+        let size = self.info().size_of(kind);
+        if index == DebugExpression::Number(0) && !self.is_array() {
+            return Ok(ObjectExpr::at(self.calls.clone(), DebugExpression::Object(Box::new(self.clone())), kind));
+        }
+        let size = size.filter(|size| *size > 0).ok_or("the size of what it points to is not known")?;
+        if self.is_array() {
+            let mut found = ObjectExpr { ctype: kind, ..self.clone() };
+            match index {
+                DebugExpression::Number(n) if n >= 0 && found.indices.is_empty() => {
+                    let bytes = u32::try_from(n).ok().and_then(|n| n.checked_mul(size));
+                    found.offset = bytes.and_then(|n| found.offset.checked_add(n)).ok_or("that index is too large")?;
+                }
+                index => found.indices.push((index, size)),
+            }
+            return Ok(found);
+        }
+        let addr = self.scaled_offset(BinaryOperator::Add, index, size);
+        Ok(ObjectExpr::at(self.calls.clone(), addr, kind))
+    }
+
+    /// A pointer so many elements further on or back.
+    fn scaled_offset(&self, operator: BinaryOperator, by: DebugExpression, size: u32) -> DebugExpression {
+        let by = DebugExpression::Binary(BinaryOperator::Mul, Box::new(by), Box::new(DebugExpression::Number(size.into())));
+        DebugExpression::Binary(operator, Box::new(DebugExpression::Object(Box::new(self.clone()))), Box::new(by))
+    }
+
+    /// `p + n`, `p - n` for pointers and arrays; nothing where it is neither.
+    pub(super) fn offset_by(&self, operator: BinaryOperator, by: &DebugExpression) -> Option<ObjectExpr> {
+        let kind = self.element_type()?;
+        let size = self.info().size_of(kind).unwrap_or(1).max(1);
+        let kind = CTypeRef { pointer_depth: kind.pointer_depth + 1, ..kind };
+        let from = if self.is_array() { self.address().ok()? } else { self.clone() };
+        Some(ObjectExpr::value_of(self.calls.clone(), from.scaled_offset(operator, by.clone(), size), kind))
+    }
+
+    /// Its address.
+    ///
+    /// # Errors
+    /// It is a value, or a bit field.
+    pub(super) fn address(&self) -> Result<ObjectExpr, String> {
+        if self.bits.is_some() || matches!(self.base, ObjectBase::Value(_) | ObjectBase::AddressOf(_)) {
+            return Err("it has no address".to_owned());
+        }
+        let kind = CTypeRef { pointer_depth: self.ctype.pointer_depth + 1, ..self.ctype };
+        Ok(ObjectExpr::of(self.calls.clone(), ObjectBase::AddressOf(Box::new(self.clone())), kind))
+    }
+
+    /// A member, also one of an unnamed struct or union within it; of what it points to where it is a pointer.
+    ///
+    /// # Errors
+    /// It has none, or none of that name.
+    pub(super) fn member(&self, name: &str) -> Result<ObjectExpr, String> {
+        let Some(CType::Record { .. }) = self.resolved_type() else {
+            if self.element_type().is_some() && !self.is_array() {
+                return self.element(DebugExpression::Number(0))?.member(name);
+            }
+            return Err(format!("there is no member `{name}`: its type is {}", self.info().type_name(self.ctype)));
+        };
+        let Some((offset, bits, of)) = self.info().member(self.ctype.id, name, 8) else {
+            let names = self.info().member_names(self.ctype.id).join(", ");
+            return Err(format!("{} has no member `{name}`; it has {names}", self.info().type_name(self.ctype)));
+        };
+        let offset = self.offset.checked_add(offset).ok_or("that member is too far away")?;
+        Ok(ObjectExpr { ctype: CTypeRef::new(of), offset, bits, ..self.clone() })
+    }
+
+    /// Bytes of it; those that a bit field lies in.
+    #[must_use]
+    pub fn bytes(&self) -> Option<u32> {
+        match self.bits {
+            Some((first, size)) => Some(first.saturating_add(size).div_ceil(8)),
+            None => self.info().size_of(self.ctype),
+        }
+    }
+
+    /// The frame in which a variable is known.
+    fn frame(&self, target: &dyn DynMachine, known: &[Range<u32>], level: usize) -> Option<CallFrame> {
+        let is_known = |frame: &CallFrame| {
+            let byte = emu_core::image::FrameView::pc_byte(&MachineFrame { target, frame });
+            known.iter().any(|range| range.contains(&byte))
+        };
+        if level == 0
+            && let Some(frame) = self.calls.frame(target, 0).filter(is_known)
+        {
+            return Some(frame);
+        }
+        self.calls.frames(target).into_iter().skip(level).find(is_known)
+    }
+
+    /// Where its bytes are.
+    #[must_use]
+    pub fn byte_locations(&self, target: &dyn DynMachine) -> Vec<ObjectByteLocation> {
+        const MOST: u32 = 1 << 16;
+        let bytes = self.bytes().unwrap_or(0).min(MOST);
+        let missing = || vec![ObjectByteLocation::Missing; bytes as usize];
+        let index = self.indices.iter().try_fold(i64::from(self.offset), |sum, (index, size)| {
+            sum.checked_add(index.value(target)?.checked_mul(i64::from(*size))?)
+        });
+        let Some(first) = index else { return missing() };
+        let chip = target.chip();
+        let in_memory = |address: u32| match memory_at(chip, address) {
+            Some((space, addr)) if target.peek(space, addr).is_some() => ObjectByteLocation::Memory(space, addr),
+            _ => ObjectByteLocation::Missing,
+        };
+        match &self.base {
+            ObjectBase::At(addr) => {
+                let addr = addr.value(target).and_then(|addr| addr.checked_add(first));
+                let Some(addr) = addr.and_then(|addr| u32::try_from(addr).ok()) else { return missing() };
+                let addr = if addr < 0x1_0000 { addr | AVR_DATA } else { addr };
+                (0..bytes).map(|n| in_memory(addr.saturating_add(n))).collect()
+            }
+            ObjectBase::Value(_) | ObjectBase::AddressOf(_) => {
+                let Some(value) = self.number(target) else { return missing() };
+                let value = value.to_le_bytes();
+                (0..bytes as usize).map(|n| value.get(n).copied().map_or(ObjectByteLocation::Missing, ObjectByteLocation::Value)).collect()
+            }
+            ObjectBase::Variable { variable, known, level } => {
+                let frame = match known.is_empty() {
+                    true => self.calls.frame(target, 0),
+                    false => self.frame(target, known, *level),
+                };
+                let Some(frame) = frame else { return missing() };
+                let view = MachineFrame { target, frame: &frame };
+                let byte = emu_core::image::FrameView::pc_byte(&view);
+                let all = self.info().locate_bytes(variable, self.info().function_at(byte), &view);
+                let cell = |at: ByteLocation| match at {
+                    ByteLocation::Memory(address) => in_memory(address),
+                    ByteLocation::Register(number) => match frame.saved_registers.get(usize::from(number)) {
+                        Some(saved) => ObjectByteLocation::Memory(chip.ram_space, saved.unwrap_or(number.into())),
+                        None => ObjectByteLocation::Missing,
+                    },
+                    ByteLocation::Value(value) => ObjectByteLocation::Value(value),
+                    ByteLocation::OptimizedOut => ObjectByteLocation::OptimizedAway,
+                };
+                // What lies behind the end of an array in memory is memory too.
+                let at = |n: u32| {
+                    let n = first.checked_add(n.into())?;
+                    match (usize::try_from(n).ok().and_then(|n| all.get(n)), all.first()) {
+                        (Some(at), _) => Some(cell(*at)),
+                        (None, Some(ByteLocation::Memory(address))) => {
+                            let n = i32::try_from(n).ok()?;
+                            Some(in_memory(address.checked_add_signed(n)?))
+                        }
+                        _ => None,
+                    }
+                };
+                (0..bytes).map(|n| at(n).unwrap_or(ObjectByteLocation::Missing)).collect()
+            }
+        }
+    }
+
+    /// The value of a number, character, pointer, enumeration or truth value, or of the first bytes of anything else: a number or
+    /// nothing. An array is the address of its first element where its address is meant.
+    #[must_use]
+    pub fn number(&self, target: &dyn DynMachine) -> Option<i64> {
+        match &self.base {
+            ObjectBase::Value(value) => {
+                let value = value.evaluate(target)?;
+                if self.is_real() {
+                    return Some(value.to_bits(self.bytes()?));
+                }
+                let value = value.to_integer();
+                let Some(bytes) = self.bytes().filter(|bytes| *bytes < 8) else { return Some(value) };
+                let unused = 64 - 8 * bytes.max(1);
+                Some(if self.is_signed() {
+                    value << unused >> unused
+                } else {
+                    ((value as u64) << unused >> unused) as i64
+                })
+            }
+            ObjectBase::AddressOf(object) => object.first_address(target),
+            _ => {
+                let cells = self.byte_locations(target);
+                let bytes: Option<Vec<u8>> = cells.iter().take(8).map(|cell| cell.value(target)).collect();
+                number_from_bytes(&bytes?, self.bits, self.is_signed())
+            }
+        }
+    }
+
+    /// The value as C has it: an array is the address of its first element, a struct or union has none.
+    #[must_use]
+    pub(super) fn amount(&self, target: &dyn DynMachine) -> Option<ExpressionValue> {
+        match self.resolved_type() {
+            Some(CType::Array { .. }) => self.first_address(target).map(ExpressionValue::Whole),
+            Some(CType::Record { .. }) => None,
+            _ if self.is_real() => ExpressionValue::from_bits(self.number(target)?, self.bytes()?),
+            _ => self.number(target).map(ExpressionValue::Whole),
+        }
+    }
+
+    /// A number with a point.
+    #[must_use]
+    pub fn is_real(&self) -> bool {
+        matches!(self.resolved_type(), Some(CType::Base { encoding: BaseEncoding::Float, .. }))
+    }
+
+    /// A value that nothing can change.
+    pub(super) fn is_constant(&self) -> bool {
+        matches!(&self.base, ObjectBase::Value(value) if value.is_constant())
+    }
+
+    /// The address of its first byte: in data memory without the offset of the ELF file.
+    fn first_address(&self, target: &dyn DynMachine) -> Option<i64> {
+        let chip = target.chip();
+        match self.byte_locations(target).first()? {
+            ObjectByteLocation::Memory(space, addr) if *space == chip.ram_space && (*addr >= 32 || chip.family != ChipFamily::Avr) => {
+                Some((*addr).into())
+            }
+            ObjectByteLocation::Memory(space, addr) if *space == chip.code_space => Some((*addr).into()),
+            ObjectByteLocation::Memory(space, addr) if *space != chip.ram_space => {
+                Some(i64::from(chip.elf_spaces.iter().find(|window| window.name == *space)?.start + addr))
+            }
+            _ => None,
+        }
+    }
+
+    pub(super) fn is_signed(&self) -> bool {
+        match self.resolved_type() {
+            Some(CType::Base { encoding, .. }) => matches!(encoding, BaseEncoding::Signed | BaseEncoding::SignedChar),
+            Some(CType::Enum { values, .. }) => values.iter().any(|(_, value)| *value < 0),
+            _ => false,
+        }
+    }
+
+    /// The place that it is now, if it is one of up to four bytes or a bit.
+    #[must_use]
+    pub fn place(&self, target: &dyn DynMachine) -> Option<ExpressionPlace> {
+        let cells = self.byte_locations(target);
+        let &ObjectByteLocation::Memory(space, addr) = cells.first()? else { return None };
+        let row = (0u32..).zip(&cells).take(4).all(|(n, cell)| *cell == ObjectByteLocation::Memory(space, addr + n));
+        match self.bits {
+            Some((bit, 1)) => Some(ExpressionPlace::Bit { space, addr: addr + bit / 8, bit: (bit % 8) as u8 }),
+            Some(_) => None,
+            None => row.then_some(ExpressionPlace::Memory {
+                space,
+                addr,
+                bytes: cells.len().clamp(1, 4) as u8,
+                signed: self.is_signed(),
+            }),
+        }
+    }
+
+    /// The writes that give it another value: places of single bytes and bits, and what each gets.
+    ///
+    /// # Errors
+    /// It cannot be set, or not to this value.
+    pub(super) fn writes_for(&self, target: &dyn DynMachine, value: ExpressionValue) -> Result<Vec<(ExpressionPlace, i64)>, String> {
+        match self.resolved_type() {
+            Some(CType::Record { keyword, .. }) => {
+                return Err(format!("a {keyword} gets no single value; set its members"));
+            }
+            Some(CType::Array { .. }) => return Err("an array gets no single value; set its elements".to_owned()),
+            _ => {}
+        }
+        let value = if self.is_real() { value.to_bits(self.bytes().unwrap_or(0)) } else { value.to_integer() };
+        let cells = self.byte_locations(target);
+        let bits = self.bits.map_or(8 * cells.len() as u32, |(_, size)| size);
+        let (least, most) = match bits {
+            0..64 => (
+                if self.is_signed() || self.bits.is_none() { -(1i64 << bits.saturating_sub(1)) } else { 0 },
+                (1i64 << bits) - 1,
+            ),
+            _ => (i64::MIN, i64::MAX),
+        };
+        if !(least..=most).contains(&value) {
+            return Err(format!("{value} does not fit: the values are {least} to {most}"));
+        }
+        let byte = |n: usize| match cells.get(n) {
+            Some(ObjectByteLocation::Memory(space, addr)) => Ok((*space, *addr)),
+            Some(ObjectByteLocation::OptimizedAway | ObjectByteLocation::Value(_)) => {
+                Err("the compiler has optimized it away: there is no place to set".to_owned())
+            }
+            _ => Err("it is in no memory".to_owned()),
+        };
+        if let Some((first, size)) = self.bits {
+            return (0..size)
+                .map(|n| {
+                    let (space, addr) = byte(((first + n) / 8) as usize)?;
+                    Ok((ExpressionPlace::Bit { space, addr, bit: ((first + n) % 8) as u8 }, value >> n & 1))
+                })
+                .collect();
+        }
+        let bytes = value.to_le_bytes();
+        (0..cells.len().min(8))
+            .map(|n| {
+                let (space, addr) = byte(n)?;
+                Ok((ExpressionPlace::Memory { space, addr, bytes: 1, signed: false }, bytes.get(n).copied().unwrap_or(0).into()))
+            })
+            .collect()
+    }
+
+    /// It has one value, but lies in no place of up to four bytes.
+    pub(super) fn is_wider_than_place(&self, target: &dyn DynMachine) -> bool {
+        match self.resolved_type() {
+            Some(CType::Record { .. } | CType::Array { .. }) => true,
+            Some(CType::Base { encoding: BaseEncoding::Float, .. }) => true,
+            _ => self.bytes().is_none_or(|bytes| bytes > 4) || self.place(target).is_none(),
+        }
+    }
+
+    /// A variable that is known where the machine is.
+    #[must_use]
+    pub fn is_known(&self, target: &dyn DynMachine) -> bool {
+        match &self.base {
+            ObjectBase::Variable { known, level, .. } if !known.is_empty() => self.frame(target, known, *level).is_some(),
+            _ => true,
+        }
+    }
+
+    /// The bit field that it is.
+    pub(super) fn bit_field(&self) -> Option<(u32, u32)> {
+        self.bits
+    }
+
+    /// The address that it is computed from, or that of its base.
+    pub(super) fn is_of_time(&self) -> bool {
+        match &self.base {
+            ObjectBase::At(of) | ObjectBase::Value(of) => of.depends_only_on_time(),
+            _ => false,
+        }
+    }
+}
+
+impl ObjectByteLocation {
+    /// The byte now.
+    #[must_use]
+    pub fn value(self, target: &dyn DynMachine) -> Option<u8> {
+        match self {
+            ObjectByteLocation::Memory(space, addr) => target.peek(space, addr),
+            ObjectByteLocation::Value(value) => Some(value),
+            ObjectByteLocation::OptimizedAway | ObjectByteLocation::Missing => None,
+        }
+    }
+}
+
+/// The number that up to eight bytes are, the lowest first; of a bit field its bits.
+pub(super) fn number_from_bytes(bytes: &[u8], bits: Option<(u32, u32)>, signed: bool) -> Option<i64> {
+    if bytes.is_empty() || bytes.len() > 8 {
+        return None;
+    }
+    let all = bytes.iter().rev().fold(0u64, |high, byte| high << 8 | u64::from(*byte));
+    let (first, size) = bits.unwrap_or((0, 8 * bytes.len() as u32));
+    let unused = 64 - size.clamp(1, 64);
+    let low = all >> first.min(63) << unused;
+    Some(if signed { low as i64 >> unused } else { (low >> unused) as i64 })
+}

@@ -1,0 +1,91 @@
+//! Questions about types of C.
+
+use emu_core::image::{CType, DebugInfo, TypeId};
+
+/// A type, and how many pointers to it that the program need not have: `&x` is one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct CTypeRef {
+    /// The type; nothing stands for `void`.
+    pub id: Option<TypeId>,
+    /// Pointers around it.
+    pub pointer_depth: u32,
+    /// Of an array: dimensions that an index was taken of.
+    pub indexed_dimensions: usize,
+}
+
+impl CTypeRef {
+    /// A type of the program.
+    #[must_use]
+    pub fn new(id: Option<TypeId>) -> CTypeRef {
+        CTypeRef { id, pointer_depth: 0, indexed_dimensions: 0 }
+    }
+}
+
+/// Bytes of a pointer of AVR-GCC.
+const POINTER_BYTES: u32 = 2;
+
+/// Questions about types.
+pub(super) trait CTypeQueries {
+    fn resolve_type(&self, kind: CTypeRef) -> Option<&CType>;
+    fn size_of(&self, kind: CTypeRef) -> Option<u32>;
+    fn array(&self, kind: CTypeRef) -> Option<(Option<TypeId>, &[Option<u32>])>;
+    fn element_type(&self, kind: CTypeRef) -> Option<CTypeRef>;
+    fn member(&self, record: Option<TypeId>, name: &str, depth: u32) -> Option<FoundMember>;
+    fn member_names(&self, record: Option<TypeId>) -> Vec<&str>;
+    fn type_name(&self, kind: CTypeRef) -> String;
+}
+
+/// Bytes before a member, its bit field, its type.
+type FoundMember = (u32, Option<(u32, u32)>, Option<TypeId>);
+
+impl CTypeQueries for DebugInfo {
+    fn resolve_type(&self, kind: CTypeRef) -> Option<&CType> {
+        if kind.pointer_depth > 0 { None } else { self.type_info(self.resolve_typedefs(kind.id)?) }
+    }
+
+    fn size_of(&self, kind: CTypeRef) -> Option<u32> {
+        if kind.pointer_depth > 0 {
+            return Some(POINTER_BYTES);
+        }
+        match self.array(kind) {
+            Some((of, counts)) => counts.iter().try_fold(self.size(of)?, |size, count| size.checked_mul((*count)?)),
+            None => self.size(kind.id),
+        }
+    }
+
+    /// The elements of an array, and how many of them by dimension.
+    fn array(&self, kind: CTypeRef) -> Option<(Option<TypeId>, &[Option<u32>])> {
+        match self.resolve_type(kind)? {
+            CType::Array { of, counts } => Some((*of, counts.get(kind.indexed_dimensions..)?)),
+            _ => None,
+        }
+    }
+
+    fn element_type(&self, kind: CTypeRef) -> Option<CTypeRef> {
+        let (of, counts) = self.array(kind)?;
+        Some(if counts.len() > 1 { CTypeRef { indexed_dimensions: kind.indexed_dimensions + 1, ..kind } } else { CTypeRef::new(of) })
+    }
+
+    fn member(&self, record: Option<TypeId>, name: &str, depth: u32) -> Option<FoundMember> {
+        let CType::Record { members, .. } = self.type_info(self.resolve_typedefs(record)?)? else { return None };
+        let own = members.iter().find(|member| member.name.as_deref() == Some(name));
+        if let Some(member) = own {
+            return Some((member.offset, member.bit_range, member.member_type));
+        }
+        members.iter().filter(|member| member.name.is_none()).find_map(|member| {
+            let (offset, bits, of) = self.member(member.member_type, name, depth.checked_sub(1)?)?;
+            Some((member.offset.checked_add(offset)?, bits, of))
+        })
+    }
+
+    fn member_names(&self, record: Option<TypeId>) -> Vec<&str> {
+        match self.resolve_typedefs(record).and_then(|id| self.type_info(id)) {
+            Some(CType::Record { members, .. }) => members.iter().filter_map(|member| member.name.as_deref()).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    fn type_name(&self, kind: CTypeRef) -> String {
+        super::c_types::declaration(self, kind, "")
+    }
+}

@@ -1,0 +1,375 @@
+//! Values of C as text, as gdb prints them.
+
+use emu_core::image::{BaseEncoding, CType, DebugInfo};
+
+use super::c_types;
+use super::c_type_queries::{CTypeRef, CTypeQueries as _};
+use super::c_objects::{ObjectByteLocation, ObjectExpr, number_from_bytes};
+use super::scope::NameScope;
+use super::dyn_machine::DynMachine;
+
+/// Most elements of arrays and characters that are shown.
+const MAX_ELEMENTS: usize = 200;
+
+/// Equal elements in a row of which only their count is shown, if there are more.
+const REPEAT_THRESHOLD: usize = 10;
+
+/// Deepest nesting of values.
+const MAX_DEPTH: u32 = 16;
+
+/// How values are shown, and what they are taken from.
+struct CValueFormatter<'a> {
+    scope: &'a NameScope,
+    info: &'a DebugInfo,
+    target: &'a dyn DynMachine,
+    letter: Option<char>,
+}
+
+impl ObjectExpr {
+    /// The value as gdb prints it; `letter` is a format: x d u o t c a.
+    #[must_use]
+    pub fn text(&self, scope: &NameScope, target: &dyn DynMachine, letter: Option<char>) -> String {
+        let shown = CValueFormatter { scope, info: self.info(), target, letter };
+        let cells = self.byte_locations(target);
+        let value = shown.value(self.ctype, self.bit_field(), &cells, MAX_DEPTH);
+        let is_pointer = self.ctype.pointer_depth > 0 || matches!(self.resolved_type(), Some(CType::Pointer { .. }));
+        // Of a text its place and its characters say enough.
+        match is_pointer && letter.is_none() && !value.starts_with('<') && !value.ends_with('"') {
+            true => format!("({}) {value}", self.type_name()),
+            false => value,
+        }
+    }
+
+    /// The values of so many objects of its kind side by side, of which it is the first.
+    ///
+    /// # Errors
+    /// It is in no memory.
+    pub fn array_text(
+        &self,
+        count: u64,
+        scope: &NameScope,
+        target: &dyn DynMachine,
+        letter: Option<char>,
+    ) -> Result<String, String> {
+        let first = self.address()?;
+        let count = i64::try_from(count).unwrap_or(i64::MAX).min(MAX_ELEMENTS as i64);
+        let each: Result<Vec<String>, String> =
+            (0..count).map(|n| Ok(first.element(super::DebugExpression::Number(n))?.text(scope, target, letter))).collect();
+        let parts = collapse_repeats(&each?, |same, count| format!("{same} <repeats {count} times>"));
+        Ok(format!("{{{}}}", parts.join(", ")))
+    }
+
+    /// The value without the type of a pointer.
+    #[must_use]
+    pub fn text_without_type(&self, scope: &NameScope, target: &dyn DynMachine) -> String {
+        let shown = CValueFormatter { scope, info: self.info(), target, letter: None };
+        shown.value(self.ctype, self.bit_field(), &self.byte_locations(target), MAX_DEPTH)
+    }
+
+    /// It has no parts of its own.
+    #[must_use]
+    pub fn is_scalar(&self) -> bool {
+        !matches!(self.resolved_type(), Some(CType::Record { .. } | CType::Array { .. }))
+    }
+
+    /// The name of its type.
+    #[must_use]
+    pub fn type_name(&self) -> String {
+        c_types::declaration(self.info(), self.ctype, "")
+    }
+
+    /// Its type with all members.
+    #[must_use]
+    pub fn type_definition(&self) -> String {
+        c_types::type_definition(self.info(), self.ctype)
+    }
+
+    /// The parts of a struct, union or array by name, or what a pointer points to; none where it has no parts.
+    #[must_use]
+    pub fn parts(&self) -> Vec<(String, ObjectExpr)> {
+        let member = |name: &str| Some((name.to_owned(), self.member(name).ok()?));
+        if let Some((_, counts)) = self.info().array(self.ctype) {
+            let count = counts.first().copied().flatten().unwrap_or(0).min(MAX_ELEMENTS as u32);
+            let element = |n: u32| Some((format!("[{n}]"), self.element(super::DebugExpression::Number(n.into())).ok()?));
+            return (0..count).filter_map(element).collect();
+        }
+        match self.resolved_type() {
+            Some(CType::Record { members, .. }) => {
+                let names = members.iter().flat_map(|own| match &own.name {
+                    Some(name) => vec![name.as_str()],
+                    None => self.info().member_names(own.member_type),
+                });
+                names.filter_map(member).collect()
+            }
+            _ => match self.element_type() {
+                Some(kind) if self.info().size_of(kind).is_some_and(|size| size > 0) => {
+                    self.element(super::DebugExpression::Number(0)).ok().map(|of| ("*".to_owned(), of)).into_iter().collect()
+                }
+                _ => Vec::new(),
+            },
+        }
+    }
+}
+
+impl CValueFormatter<'_> {
+    fn value(&self, kind: CTypeRef, bits: Option<(u32, u32)>, cells: &[ObjectByteLocation], depth: u32) -> String {
+        if depth == 0 {
+            return "{...}".to_owned();
+        }
+        if cells.contains(&ObjectByteLocation::Missing) {
+            return "<not in memory>".to_owned();
+        }
+        if !cells.is_empty() && cells.iter().all(|cell| *cell == ObjectByteLocation::OptimizedAway) {
+            return "<optimized out>".to_owned();
+        }
+        if let Some((_, counts)) = self.info.array(kind) {
+            return self.array(kind, counts.first().copied().flatten(), cells, depth);
+        }
+        if let Some(CType::Record { members, .. }) = self.info.resolve_type(kind) {
+            let each = members.iter().map(|member| {
+                let size = match member.bit_range {
+                    Some((first, size)) => Some((first + size).div_ceil(8)),
+                    None => self.info.size(member.member_type),
+                };
+                let (start, size) = (member.offset as usize, size.unwrap_or(0) as usize);
+                let own = cells.get(start..start.saturating_add(size)).unwrap_or(&[]);
+                let text = self.value(CTypeRef::new(member.member_type), member.bit_range, own, depth - 1);
+                member.name.as_ref().map_or(text.clone(), |name| format!("{name} = {text}"))
+            });
+            return format!("{{{}}}", each.collect::<Vec<_>>().join(", "));
+        }
+        self.single(kind, bits, cells)
+    }
+
+    fn array(&self, kind: CTypeRef, count: Option<u32>, cells: &[ObjectByteLocation], depth: u32) -> String {
+        let Some(element) = self.info.element_type(kind) else { return "{...}".to_owned() };
+        let size = self.info.size_of(element).unwrap_or(0) as usize;
+        if size == 0 {
+            return "{...}".to_owned();
+        }
+        let is_char = size == 1
+            && self.letter.is_none()
+            && matches!(
+                self.info.resolve_type(element),
+                Some(CType::Base { encoding: BaseEncoding::SignedChar | BaseEncoding::UnsignedChar, .. })
+            );
+        if is_char && let Some(bytes) = cells.iter().map(|cell| cell.value(self.target)).collect::<Option<Vec<u8>>>() {
+            // The 0 at its end goes without saying.
+            let shown = match bytes.split_last() {
+                Some((0, before)) if !before.is_empty() => before,
+                _ => &bytes,
+            };
+            return text(shown.get(..shown.len().min(MAX_ELEMENTS)).unwrap_or_default(), shown.len() > MAX_ELEMENTS);
+        }
+        let all = cells.chunks(size).take(count.unwrap_or(u32::MAX) as usize);
+        let each: Vec<String> = all.take(MAX_ELEMENTS).map(|own| self.value(element, None, own, depth - 1)).collect();
+        let mut parts = collapse_repeats(&each, |same, count| format!("{same} <repeats {count} times>"));
+        if cells.len() / size > MAX_ELEMENTS
+            && let Some(last) = parts.last_mut()
+        {
+            last.push_str("...");
+        }
+        format!("{{{}}}", parts.join(", "))
+    }
+
+    /// Anything that has no parts.
+    fn single(&self, kind: CTypeRef, bits: Option<(u32, u32)>, cells: &[ObjectByteLocation]) -> String {
+        if cells.contains(&ObjectByteLocation::OptimizedAway) {
+            return "<optimized out>".to_owned();
+        }
+        let bytes: Option<Vec<u8>> = cells.iter().map(|cell| cell.value(self.target)).collect();
+        let Some(bytes) = bytes.filter(|bytes| !bytes.is_empty()) else {
+            return if self.info.size_of(kind) == Some(0) || self.info.resolve_type(kind).is_none() && kind.pointer_depth == 0 {
+                "void"
+            } else {
+                "<not in memory>"
+            }
+            .to_owned();
+        };
+        let shape = self.info.resolve_type(kind);
+        let signed = match shape {
+            Some(CType::Base { encoding, .. }) => matches!(encoding, BaseEncoding::Signed | BaseEncoding::SignedChar),
+            Some(CType::Enum { values, .. }) => values.iter().any(|(_, value)| *value < 0),
+            _ => false,
+        };
+        let Some(value) = number_from_bytes(&bytes, bits, signed) else { return "<not in memory>".to_owned() };
+        let size = bits.map_or(bytes.len() as u32, |(_, size)| size.div_ceil(8));
+        if let Some(letter) = self.letter {
+            return match letter {
+                'a' => self.code(value).unwrap_or_else(|| format!("0x{value:x}")),
+                _ => crate::number_formats::format_number(value, letter, size).unwrap_or_else(|| value.to_string()),
+            };
+        }
+        match shape {
+            Some(CType::Base { encoding, .. }) => match encoding {
+                BaseEncoding::Signed => value.to_string(),
+                BaseEncoding::Unsigned => (value as u64).to_string(),
+                BaseEncoding::SignedChar | BaseEncoding::UnsignedChar if size > 1 => value.to_string(),
+                BaseEncoding::SignedChar | BaseEncoding::UnsignedChar => {
+                    format!("{value} '{}'", format_character(value as u8, '\''))
+                }
+                BaseEncoding::Boolean => match value {
+                    0 => "false".to_owned(),
+                    1 => "true".to_owned(),
+                    other => other.to_string(),
+                },
+                BaseEncoding::Float => float(&bytes),
+            },
+            Some(CType::Enum { values, .. }) => enumerator(values, value),
+            Some(CType::Pointer { to, .. }) => self.pointer(value, CTypeRef::new(*to)),
+            _ if kind.pointer_depth > 0 => self.pointer(value, CTypeRef { pointer_depth: kind.pointer_depth - 1, ..kind }),
+            _ => value.to_string(),
+        }
+    }
+
+    /// An address, with what is there where that has a name or is a text.
+    fn pointer(&self, value: i64, to: CTypeRef) -> String {
+        match self.info.resolve_type(to) {
+            Some(CType::Function { .. }) => {
+                let chip = self.scope.chip();
+                // A pointer to a function counts words.
+                let byte = value.saturating_mul(chip.word_bytes.into());
+                return self.code(byte).unwrap_or_else(|| format!("0x{byte:x}"));
+            }
+            Some(CType::Base { bytes: 1, encoding: BaseEncoding::SignedChar | BaseEncoding::UnsignedChar, .. })
+                if value != 0 =>
+            {
+                let ram = self.scope.chip().ram_space;
+                let mut found = Vec::new();
+                while let Some(byte) =
+                    u32::try_from(value).ok().and_then(|start| self.target.peek(ram, start + found.len() as u32))
+                {
+                    if byte == 0 || found.len() >= MAX_ELEMENTS {
+                        break;
+                    }
+                    found.push(byte);
+                }
+                let more = found.len() >= MAX_ELEMENTS;
+                return format!("0x{value:x}{} {}", self.object(value), text(&found, more));
+            }
+            _ => {}
+        }
+        format!("0x{value:x}{}", self.object(value))
+    }
+
+    fn object(&self, value: i64) -> String {
+        let names = self.scope.source().names;
+        let name =
+            u32::try_from(value).ok().filter(|addr| *addr > 0).and_then(|addr| names.containing_symbol(names.chip.ram_space, addr));
+        name.map_or(String::new(), |name| format!(" <{name}>"))
+    }
+
+    /// A byte address of program memory.
+    fn code(&self, value: i64) -> Option<String> {
+        let byte = u32::try_from(value).ok()?;
+        let name = self.scope.source().names.nearest_symbol(byte)?;
+        Some(format!("0x{byte:x} <{name}>"))
+    }
+}
+
+/// A name of an enumeration, or several that make the value together, else the number.
+fn enumerator(values: &[(String, i64)], value: i64) -> String {
+    if let Some((name, _)) = values.iter().find(|(_, own)| *own == value) {
+        return name.clone();
+    }
+    let flags = values.iter().all(|(_, own)| *own == 0 || own.count_ones() == 1);
+    let set: Vec<&str> =
+        values.iter().filter(|(_, own)| *own != 0 && value & own != 0).map(|(name, _)| name.as_str()).collect();
+    let known = values.iter().fold(0, |all, (_, own)| all | own);
+    match value & !known {
+        _ if !flags || value == 0 => value.to_string(),
+        rest if set.is_empty() => format!("(unknown: 0x{rest:x})"),
+        0 => format!("({})", set.join(" | ")),
+        rest => format!("({} | unknown: 0x{rest:x})", set.join(" | ")),
+    }
+}
+
+/// A number with a point to as many digits as it holds.
+fn float(bytes: &[u8]) -> String {
+    match *bytes {
+        [a, b, c, d] => format_significant(f32::from_le_bytes([a, b, c, d]).into(), 9),
+        [a, b, c, d, e, f, g, h] => format_significant(f64::from_le_bytes([a, b, c, d, e, f, g, h]), 17),
+        _ => "<a number of another size>".to_owned(),
+    }
+}
+
+/// A number to so many digits, as `%g` of C has it.
+pub(super) fn format_significant(value: f64, digits: usize) -> String {
+    if !value.is_finite() {
+        return if value.is_nan() {
+            "nan"
+        } else if value < 0.0 {
+            "-inf"
+        } else {
+            "inf"
+        }
+        .to_owned();
+    }
+    let scientific = format!("{value:.*e}", digits - 1);
+    let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let trimmed = |text: &str| {
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text.to_owned() }
+    };
+    if exponent < -4 || exponent >= digits as i32 {
+        let sign = if exponent < 0 { '-' } else { '+' };
+        return format!("{}e{sign}{:02}", trimmed(mantissa), exponent.abs());
+    }
+    trimmed(&format!("{value:.*}", usize::try_from(digits as i32 - 1 - exponent).unwrap_or(0)))
+}
+
+/// A byte as a character of C.
+fn format_character(byte: u8, quote: char) -> String {
+    match byte {
+        b'\n' => "\\n".to_owned(),
+        b'\r' => "\\r".to_owned(),
+        b'\t' => "\\t".to_owned(),
+        7 => "\\a".to_owned(),
+        8 => "\\b".to_owned(),
+        11 => "\\v".to_owned(),
+        12 => "\\f".to_owned(),
+        27 => "\\033".to_owned(),
+        b'\\' => "\\\\".to_owned(),
+        b' '..=b'~' if char::from(byte) == quote => format!("\\{quote}"),
+        b' '..=b'~' => char::from(byte).to_string(),
+        _ => format!("\\{byte:03o}"),
+    }
+}
+
+/// Bytes as a text of C; many equal ones in a row by their count.
+fn text(bytes: &[u8], more: bool) -> String {
+    let each: Vec<u8> = bytes.to_vec();
+    let (mut parts, mut open): (Vec<String>, Option<String>) = (Vec::new(), None);
+    let mut at = 0;
+    while let Some(byte) = each.get(at) {
+        let count = each.iter().skip(at).take_while(|other| *other == byte).count();
+        if count > REPEAT_THRESHOLD {
+            parts.extend(open.take().map(|text| format!("\"{text}\"")));
+            parts.push(format!("'{}' <repeats {count} times>", format_character(*byte, '\'')));
+            at += count;
+        } else {
+            open.get_or_insert_default().push_str(&format_character(*byte, '"'));
+            at += 1;
+        }
+    }
+    if parts.is_empty() || open.is_some() {
+        parts.push(format!("\"{}\"", open.unwrap_or_default()));
+    }
+    format!("{}{}", parts.join(", "), if more { "..." } else { "" })
+}
+
+/// Values in their order, of which many equal ones in a row become one.
+fn collapse_repeats(each: &[String], many: impl Fn(&str, usize) -> String) -> Vec<String> {
+    let (mut parts, mut at) = (Vec::new(), 0);
+    while let Some(value) = each.get(at) {
+        let count = each.iter().skip(at).take_while(|other| *other == value).count();
+        if count > REPEAT_THRESHOLD {
+            parts.push(many(value, count));
+            at += count;
+        } else {
+            parts.push(value.clone());
+            at += 1;
+        }
+    }
+    parts
+}

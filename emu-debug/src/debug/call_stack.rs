@@ -1,0 +1,308 @@
+//! The calls that are not over: what the machine looks like from each of them.
+//!
+//! On an AVR a frame tells where the registers of its caller lie. What the compiler says of that (`.debug_frame`) holds between the
+//! prologue and the epilogue; where it says nothing, or leads to no call, the stack is searched for the return address, and the
+//! prologue tells what was pushed below it.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::image::{AVR_DATA, BlockInfo, DebugInfo, FrameView, FunctionInfo, TypeId, UnwoundFrame};
+
+use super::expression::DebugExpression;
+use super::call_flow::{CallFlow, call_flow};
+use super::c_type_queries::CTypeRef;
+use super::c_objects::ObjectExpr;
+use super::session;
+use super::dyn_machine::DynMachine;
+
+/// Most calls.
+const MAX_CALLS: usize = 64;
+
+/// Bytes of a stack that are searched for a return address.
+const MAX_STACK_BYTES: u32 = 4096;
+
+/// Registers of an AVR.
+const REGISTERS: usize = 32;
+
+/// Instructions of a prologue that are looked at.
+const MAX_PROLOGUE: u32 = 64;
+
+/// A call that is not over, or where the machine is.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct CallFrame {
+    /// The program word that is next in it: of a caller the return address.
+    pub word: u32,
+    /// The program word of its present instruction: of a caller the call.
+    pub call_word: u32,
+    /// Functions put in place of their calls that are left out of it: the function itself has the calls of all.
+    pub inlined_skipped: usize,
+    /// What the stack pointer is in it.
+    pub sp: u32,
+    /// On an AVR what the stack pointer is again when it has returned, where that is known.
+    pub cfa: Option<u32>,
+    /// On an AVR the addresses in RAM where its registers lie; nothing for those that are still in the machine.
+    pub saved_registers: [Option<u32>; REGISTERS],
+}
+
+/// What is known of a program, to find the calls of a machine that runs it.
+#[derive(Debug, Clone, Default)]
+pub struct CallStack {
+    /// Its functions, variables and types.
+    pub info: Arc<DebugInfo>,
+    /// Program words of its functions, and their names.
+    functions: Arc<Vec<(Range<u32>, String)>>,
+}
+
+impl PartialEq for CallStack {
+    fn eq(&self, other: &CallStack) -> bool {
+        Arc::ptr_eq(&self.info, &other.info)
+    }
+}
+
+impl Eq for CallStack {}
+
+/// A frame on a machine.
+pub(super) struct MachineFrame<'a> {
+    pub target: &'a dyn DynMachine,
+    pub frame: &'a CallFrame,
+}
+
+impl FrameView for MachineFrame<'_> {
+    fn pc_byte(&self) -> u32 {
+        // A call may be the last instruction of its block: what holds is what holds there.
+        let CallFrame { word, call_word: at, .. } = self.frame;
+        let bytes = self.target.chip().word_bytes;
+        if word == at { word.saturating_mul(bytes) } else { word.saturating_mul(bytes).saturating_sub(1) }
+    }
+
+    fn register(&self, number: u16) -> Option<u32> {
+        match self.frame.saved_registers.get(usize::from(number)) {
+            Some(Some(addr)) => self.target.peek(self.target.chip().ram_space, *addr).map(u32::from),
+            Some(None) => self.target.peek(self.target.chip().ram_space, number.into()).map(u32::from),
+            None => (usize::from(number) == REGISTERS).then_some(self.frame.sp),
+        }
+    }
+
+    fn memory(&self, address: u32) -> Option<u8> {
+        let (space, addr) = memory_at(self.target.chip(), address)?;
+        self.target.peek(space, addr)
+    }
+
+    fn cfa(&self) -> Option<u32> {
+        self.frame.cfa
+    }
+}
+
+/// The memory in which an address of an ELF file lies, and the address there.
+pub(super) fn memory_at(chip: &Chip, address: u32) -> Option<(&'static str, u32)> {
+    match address.checked_sub(AVR_DATA) {
+        Some(addr) if chip.family == ChipFamily::Avr && addr < 0x1_0000 => Some((chip.ram_space, addr)),
+        _ => {
+            let window = chip.elf_spaces.iter().find(|space| (space.start..space.start + space.len).contains(&address))?;
+            Some((window.name, address - window.start))
+        }
+    }
+}
+
+impl CallStack {
+    /// For a program; `functions`: program words and names of its functions.
+    #[must_use]
+    pub fn new(info: Arc<DebugInfo>, functions: Vec<(Range<u32>, String)>) -> CallStack {
+        CallStack { info, functions: Arc::new(functions) }
+    }
+
+    /// The function at a program word: its words and its name.
+    #[must_use]
+    pub fn function(&self, word: u32) -> Option<&(Range<u32>, String)> {
+        self.functions.iter().filter(|(words, _)| words.contains(&word)).max_by_key(|(words, _)| words.start)
+    }
+
+    /// The type of a function, as gdb writes it: `int (const struct order *)`.
+    #[must_use]
+    pub fn function_type(&self, function: &FunctionInfo) -> String {
+        let name = |id| super::c_types::declaration(&self.info, CTypeRef::new(id), "");
+        let own = function.block.variables.iter().filter(|variable| variable.parameter);
+        let parameters: Vec<String> = own.map(|variable| name(variable.variable_type)).collect();
+        let parameters = if parameters.is_empty() { "void".to_owned() } else { parameters.join(", ") };
+        format!("{} ({parameters})", name(function.result))
+    }
+
+    /// What a function has just returned, whose result is of a type: a number of up to eight bytes, in r25 downwards, the first byte in
+    /// a register of even number (AVR-GCC, "Calling convention").
+    #[must_use]
+    pub fn result(&self, id: TypeId) -> Option<ObjectExpr> {
+        let bytes = self.info.size(Some(id)).filter(|bytes| (1..=8).contains(bytes))?;
+        let first = 26 - bytes.next_multiple_of(2);
+        Some(ObjectExpr::at(self.clone(), DebugExpression::Number(first.into()), CTypeRef::new(Some(id))))
+    }
+
+    /// The calls that are not over, the innermost first; the first is where the machine is.
+    #[must_use]
+    pub fn frames(&self, target: &dyn DynMachine) -> Vec<CallFrame> {
+        let mut found = Vec::new();
+        let (mut here, mut level) = (Some(self.innermost_frame(target)), 0);
+        while let Some(frame) = here.take().filter(|_| found.len() <= MAX_CALLS) {
+            here = self.caller_frame(target, &frame, level);
+            level += 1;
+            let inlined = self.inlined(MachineFrame { target, frame: &frame }.pc_byte()).len();
+            found.extend((0..inlined).map(|left_out| CallFrame { inlined_skipped: left_out, ..frame.clone() }));
+            found.push(CallFrame { inlined_skipped: inlined, ..frame });
+        }
+        found
+    }
+
+    /// The frame at a level, 0 the innermost.
+    #[must_use]
+    pub fn frame(&self, target: &dyn DynMachine, level: usize) -> Option<CallFrame> {
+        match level {
+            0 => Some(self.innermost_frame(target)),
+            // Functions that were put in place of their calls are frames, too.
+            _ => self.frames(target).into_iter().nth(level),
+        }
+    }
+
+    /// Blocks around a byte address that are functions put in place of their calls, the innermost first.
+    #[must_use]
+    pub fn inlined(&self, byte: u32) -> Vec<&BlockInfo> {
+        let around = self.info.function_at(byte).map_or(Vec::new(), |function| function.block.blocks_around(byte));
+        around.into_iter().filter(|block| block.inlined.is_some()).collect()
+    }
+
+    /// The name of the function of a frame, and the file and line of the call in it, where that was put in place of a call.
+    #[must_use]
+    pub fn frame_name(&self, target: &dyn DynMachine, frame: &CallFrame) -> Option<(&str, Option<&(String, u32)>)> {
+        let byte = MachineFrame { target, frame }.pc_byte();
+        let (function, inlined) = (self.info.function_at(byte)?, self.inlined(byte));
+        let name = inlined.get(frame.inlined_skipped).and_then(|block| block.inlined.as_deref()).unwrap_or(&function.name);
+        let call = frame.inlined_skipped.checked_sub(1).and_then(|at| inlined.get(at)).map(|block| &block.call_site);
+        Some((name, call))
+    }
+
+    fn innermost_frame(&self, target: &dyn DynMachine) -> CallFrame {
+        let (word, sp) = (target.pc(), target.reg("SP").unwrap_or(0));
+        let mut frame = CallFrame { word, call_word: word, inlined_skipped: 0, sp, cfa: None, saved_registers: [None; REGISTERS] };
+        if target.chip().family == ChipFamily::Avr {
+            frame.cfa = self.unwind_frame(target, &frame).map(|(unwound, _)| unwound.cfa);
+        }
+        frame
+    }
+
+    /// The frame around one, which is at a level.
+    fn caller_frame(&self, target: &dyn DynMachine, frame: &CallFrame, level: usize) -> Option<CallFrame> {
+        let call = |word: u32| call_before(target, word);
+        let outer = |(at, word): (u32, u32), sp| CallFrame { word, call_word: at, inlined_skipped: 0, sp, cfa: None, saved_registers: frame.saved_registers };
+        match target.chip().family {
+            ChipFamily::Avr => {
+                // What called it is start-up code.
+                if self.function(frame.call_word).is_some_and(|(_, name)| name == "main") {
+                    return None;
+                }
+                let (UnwoundFrame { cfa, saved }, word) = self.unwind_frame(target, frame)?;
+                let at = call(word).map_or(word, |(at, _)| at);
+                let mut next = outer((at, word), cfa);
+                for (register, addr) in saved {
+                    if let Some(place) = next.saved_registers.get_mut(usize::from(register)) {
+                        *place = Some(addr);
+                    }
+                }
+                next.cfa = self.unwind_frame(target, &next).map(|(unwound, _)| unwound.cfa);
+                Some(next)
+            }
+            ChipFamily::Mcs51 => {
+                let peek = |at: u32| target.peek(target.chip().ram_space, at).map(u32::from);
+                (0x09..=frame.sp.min(0xFF)).rev().find_map(|at| {
+                    let word = peek(at)? << 8 | peek(at - 1)?;
+                    Some(outer((self.call_site(target, frame, word)?, word), at.saturating_sub(2)))
+                })
+            }
+            ChipFamily::Pic16 => {
+                let stack = target.return_stack().into_iter().take(target.stack_depth() as usize);
+                let mut calls = stack.filter_map(|word| Some((call(word)?.0, word)));
+                Some(outer(calls.nth(level)?, 0))
+            }
+            ChipFamily::Ap101 => None,
+        }
+    }
+
+    /// The call behind which a return address lies, if it may have led to a frame.
+    fn call_site(&self, target: &dyn DynMachine, frame: &CallFrame, word: u32) -> Option<u32> {
+        let (at, goal) = call_before(target, word)?;
+        let begins = self.function(frame.call_word).map(|(words, _)| words.start);
+        (goal.is_none() || begins.is_none() || goal == begins).then_some(at)
+    }
+
+    /// How to get from a frame of an AVR to that of its caller, and the return address.
+    fn unwind_frame(&self, target: &dyn DynMachine, frame: &CallFrame) -> Option<(UnwoundFrame, u32)> {
+        let ram = target.chip().ram_space;
+        let pair =
+            |low: u32| Some(u32::from(target.peek(ram, low.checked_sub(1)?)?) << 8 | u32::from(target.peek(ram, low)?));
+        let service = self.function(frame.call_word).is_some_and(|(_, name)| name.starts_with("__vector_"));
+        if let Some(unwound) = self.info.unwind(&MachineFrame { target, frame })
+            && let Some(word) = pair(unwound.cfa)
+            && (service || self.call_site(target, frame, word).is_some())
+        {
+            return Some((unwound, word));
+        }
+        let pushed = self.pushed_registers(target, frame);
+        let chip = target.chip();
+        let end = (u32::from(chip.ram_start) + u32::from(chip.ram_len)).min(frame.sp.saturating_add(MAX_STACK_BYTES));
+        let found = |exact: bool| {
+            (frame.sp.saturating_add(2)..end).find_map(|low| {
+                let word = pair(low)?;
+                let fits =
+                    if exact { self.call_site(target, frame, word) } else { call_before(target, word).map(|call| call.0) };
+                fits.map(|_| (low, word))
+            })
+        };
+        let (cfa, word) = match service {
+            // Whatever was interrupted need not be a call.
+            true => {
+                let low = frame.sp + pushed.len() as u32 + 2;
+                (low, pair(low)?)
+            }
+            false => found(true).or_else(|| found(false))?,
+        };
+        // The first was pushed right below the return address.
+        let saved = (0..).zip(&pushed).filter_map(|(n, register)| {
+            let addr = cfa.checked_sub(2 + n)?;
+            (addr > frame.sp).then_some((*register, addr))
+        });
+        Some((UnwoundFrame { cfa, saved: saved.collect() }, word))
+    }
+
+    /// The registers that the prologue of a function has pushed up to where a frame is in it.
+    fn pushed_registers(&self, target: &dyn DynMachine, frame: &CallFrame) -> Vec<u16> {
+        let Some((words, _)) = self.function(frame.call_word) else { return Vec::new() };
+        let mut found = Vec::new();
+        for word in words.start..frame.call_word.min(words.start.saturating_add(MAX_PROLOGUE)) {
+            // PUSH; between pushes a service routine has IN and CLR.
+            match session::word(target, word) {
+                code if code & 0xFE0F == 0x920F => found.push(code >> 4 & 0x1F),
+                code if code & 0xF800 == 0xB000 || code == 0x2411 => {}
+                _ => break,
+            }
+        }
+        found
+    }
+}
+
+/// The call behind which a program word is, and the word where it goes, if it says so.
+fn call_before(target: &dyn DynMachine, word: u32) -> Option<(u32, Option<u32>)> {
+    const LONGEST: u32 = 3;
+    let chip = target.chip();
+    if word >= chip.flash_bytes / chip.word_bytes.max(1) {
+        return None;
+    }
+    let read = |word| session::word(target, word);
+    (1..=LONGEST).find_map(|len| {
+        let at = word.checked_sub(len)?;
+        if call_flow(chip, read, at) != (CallFlow::Call, len) {
+            return None;
+        }
+        let line = (chip.isa.disassemble)(&[read(at), read(at + 1), read(at + 2)], at);
+        let goal = line.operands.iter().find(|(kind, _)| *kind == "target").map(|(_, value)| *value);
+        Some((at, goal.and_then(|goal| u32::try_from(goal).ok())))
+    })
+}

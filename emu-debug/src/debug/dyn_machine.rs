@@ -1,0 +1,235 @@
+//! Any machine without its type.
+
+use std::collections::BTreeSet;
+
+use emu_core::chip::Chip;
+use emu_core::cpu::{Cpu, LAST_CYCLE, Probe, ResetCause, StopReason};
+use emu_core::pins::{PinLevel, PinId};
+use emu_core::state::SnapshotDamaged;
+
+use crate::attached_devices::AttachedDevices;
+use crate::dyn_probe;
+pub use crate::dyn_probe::{ObserveLevel, DynProbe};
+use crate::stimulus::{TimedDrive, queue_drives};
+
+/// A chip and the devices at its pins, whatever the family.
+pub trait DynMachine {
+    /// The chip's row of data.
+    fn chip(&self) -> &'static Chip;
+    /// Oscillator clocks per machine cycle.
+    fn clocks_per_cycle(&self) -> u32;
+    /// Machine cycles since power-up.
+    fn cycle(&self) -> u64;
+    /// Instructions executed since power-up.
+    fn instructions(&self) -> u64;
+    /// Program counter in program words.
+    fn pc(&self) -> u32;
+    /// [`Cpu::reg`].
+    fn reg(&self, name: &str) -> Option<u32>;
+    /// [`Cpu::set_reg`].
+    fn set_reg(&mut self, name: &str, value: u32) -> bool;
+    /// [`Cpu::peek`].
+    fn peek(&self, space: &str, addr: u32) -> Option<u8>;
+    /// [`Cpu::poke`].
+    fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool;
+    /// [`Cpu::poke_bit`].
+    fn poke_bit(&mut self, space: &str, addr: u32, bit: u8, value: bool) -> bool;
+    /// [`Cpu::has_pin`].
+    fn has_pin(&self, pin: PinId) -> bool;
+    /// [`Cpu::level`].
+    fn pin_level(&self, pin: PinId) -> PinLevel;
+    /// [`Cpu::ram_at`].
+    fn canonical_ram_address(&self, addr: u32) -> Option<u32>;
+    /// Return addresses of a stack that lies in no memory ([`Cpu::return_stack`]).
+    fn return_stack(&self) -> Vec<u32>;
+    /// [`Cpu::depth`].
+    fn stack_depth(&self) -> u32;
+    /// [`Cpu::interrupt_flags`].
+    fn interrupt_flags(&self) -> Vec<&'static str>;
+    /// Does something from outside.
+    ///
+    /// # Errors
+    /// The machine cannot: one sentence.
+    fn queue_drive(&mut self, drive: TimedDrive) -> Result<(), String>;
+    /// [`Cpu::reset`].
+    fn reset(&mut self, why: ResetCause);
+    /// Nothing stands at its pins that has a state of its own.
+    fn has_no_devices(&self) -> bool;
+    /// [`Cpu::save`]: the chip alone.
+    fn save(&self) -> Vec<u8>;
+    /// [`Cpu::restore`]: the chip alone; breakpoints stay.
+    ///
+    /// # Errors
+    /// The bytes are no state of such a chip, which is as it was then.
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged>;
+    /// Sets breakpoints at these program words and at no others.
+    fn set_breakpoints(&mut self, words: &BTreeSet<u32>);
+    /// [`Cpu::run`], looked at by `seer` as closely as `look` says.
+    fn run(&mut self, until: u64, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason;
+    /// [`Cpu::step`].
+    fn step(&mut self, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason {
+        self.step_until(LAST_CYCLE, look, seer)
+    }
+    /// [`Cpu::step_until`].
+    fn step_until(&mut self, until: u64, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason;
+    /// [`Cpu::sleeps`].
+    fn is_asleep(&self) -> bool;
+    /// [`Cpu::insist`].
+    fn set_run_while_halted(&mut self, on: bool);
+    /// [`Cpu::waits_for_ever`], breakpoints considered. Devices at its pins do nothing by themselves.
+    fn is_blocked_on_input(&self) -> bool;
+    /// A copy that goes its own way.
+    fn fork(&self) -> Box<dyn DynMachine>;
+    /// Bytes that a copy takes at most.
+    fn size_in_bytes(&self) -> usize;
+}
+
+/// A machine with its board as a [`Target`].
+#[derive(Debug, Clone)]
+pub struct MachineWithDevices<C> {
+    cpu: C,
+    devices: AttachedDevices,
+    breakpoints: BTreeSet<u32>,
+}
+
+impl<C: Cpu> MachineWithDevices<C> {
+    /// The machine after power-up, and the board to whose devices it is connected already.
+    pub fn new(cpu: C, board: AttachedDevices) -> MachineWithDevices<C> {
+        MachineWithDevices { cpu, devices: board, breakpoints: BTreeSet::new() }
+    }
+
+    fn run_with<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
+        self.devices.run(&mut self.cpu, until, probe)
+    }
+
+    fn step_with<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason {
+        if self.devices.devices().next().is_none() {
+            return self.cpu.step_until(until, probe);
+        }
+        // The board runs to a cycle; a copy knows how far a step goes.
+        let mut copy = self.cpu.clone();
+        match copy.step_until(until, &mut ()) {
+            StopReason::Limit => self.devices.run(&mut self.cpu, copy.cycle(), probe),
+            _ => self.cpu.step_until(until, probe),
+        }
+    }
+}
+
+impl<C: Cpu + 'static> DynMachine for MachineWithDevices<C> {
+    fn chip(&self) -> &'static Chip {
+        self.cpu.chip()
+    }
+    fn clocks_per_cycle(&self) -> u32 {
+        self.cpu.clocks_per_cycle()
+    }
+    fn cycle(&self) -> u64 {
+        self.cpu.cycle()
+    }
+    fn instructions(&self) -> u64 {
+        self.cpu.instructions()
+    }
+    fn pc(&self) -> u32 {
+        self.cpu.pc()
+    }
+    fn reg(&self, name: &str) -> Option<u32> {
+        self.cpu.reg(name)
+    }
+    fn set_reg(&mut self, name: &str, value: u32) -> bool {
+        self.cpu.set_reg(name, value)
+    }
+    fn peek(&self, space: &str, addr: u32) -> Option<u8> {
+        self.cpu.peek(space, addr)
+    }
+    fn poke(&mut self, space: &str, addr: u32, value: u8) -> bool {
+        self.cpu.poke(space, addr, value)
+    }
+    fn poke_bit(&mut self, space: &str, addr: u32, bit: u8, value: bool) -> bool {
+        self.cpu.poke_bit(space, addr, bit, value)
+    }
+    fn has_pin(&self, pin: PinId) -> bool {
+        self.cpu.has_pin(pin)
+    }
+    fn pin_level(&self, pin: PinId) -> PinLevel {
+        self.cpu.pin_level(pin)
+    }
+    fn canonical_ram_address(&self, addr: u32) -> Option<u32> {
+        self.cpu.canonical_ram_address(addr)
+    }
+    fn return_stack(&self) -> Vec<u32> {
+        self.cpu.return_stack()
+    }
+    fn interrupt_flags(&self) -> Vec<&'static str> {
+        self.cpu.interrupt_flags()
+    }
+    fn stack_depth(&self) -> u32 {
+        self.cpu.stack_depth()
+    }
+    fn queue_drive(&mut self, drive: TimedDrive) -> Result<(), String> {
+        queue_drives(&mut self.cpu, &[drive])
+    }
+    fn reset(&mut self, why: ResetCause) {
+        self.cpu.reset(why);
+    }
+    fn has_no_devices(&self) -> bool {
+        self.devices.devices().next().is_none()
+    }
+    fn save(&self) -> Vec<u8> {
+        self.cpu.save()
+    }
+    fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
+        self.cpu.restore(bytes)
+    }
+
+    fn set_breakpoints(&mut self, words: &BTreeSet<u32>) {
+        for &word in self.breakpoints.difference(words) {
+            self.cpu.set_breakpoint(word, false);
+        }
+        for &word in words.difference(&self.breakpoints) {
+            self.cpu.set_breakpoint(word, true);
+        }
+        self.breakpoints.clone_from(words);
+    }
+
+    fn run(&mut self, until: u64, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason {
+        match look {
+            ObserveLevel::Nothing => self.run_with(until, &mut ()),
+            ObserveLevel::Events => self.run_with(until, &mut dyn_probe::probe_events(seer)),
+            ObserveLevel::Writes => self.run_with(until, &mut dyn_probe::probe_writes(seer)),
+            ObserveLevel::Instructions => self.run_with(until, &mut dyn_probe::probe_instructions(seer)),
+            ObserveLevel::All => self.run_with(until, &mut dyn_probe::probe_everything(seer)),
+        }
+    }
+
+    fn step_until(&mut self, until: u64, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason {
+        match look {
+            ObserveLevel::Nothing => self.step_with(until, &mut ()),
+            ObserveLevel::Events => self.step_with(until, &mut dyn_probe::probe_events(seer)),
+            ObserveLevel::Writes => self.step_with(until, &mut dyn_probe::probe_writes(seer)),
+            ObserveLevel::Instructions => self.step_with(until, &mut dyn_probe::probe_instructions(seer)),
+            ObserveLevel::All => self.step_with(until, &mut dyn_probe::probe_everything(seer)),
+        }
+    }
+
+    fn is_asleep(&self) -> bool {
+        self.cpu.is_asleep()
+    }
+
+    fn set_run_while_halted(&mut self, on: bool) {
+        self.cpu.set_run_while_halted(on);
+    }
+
+    fn is_blocked_on_input(&self) -> bool {
+        self.cpu.clone().is_blocked_on_input()
+    }
+
+    fn fork(&self) -> Box<dyn DynMachine> {
+        Box::new(self.clone())
+    }
+
+    fn size_in_bytes(&self) -> usize {
+        let chip = self.cpu.chip();
+        let data = chip.spaces.iter().filter(|(name, ..)| *name != chip.code_space);
+        let bytes: usize = data.map(|(_, size, width)| *size as usize * *width as usize).sum();
+        std::mem::size_of::<C>() + bytes
+    }
+}

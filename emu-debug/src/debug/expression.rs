@@ -1,0 +1,198 @@
+//! Expressions as C and gdb write them, over places of the machine.
+
+use super::expression_value::ExpressionValue;
+use super::c_objects::ObjectExpr;
+use super::expression_place::ExpressionPlace;
+use super::dyn_machine::DynMachine;
+
+/// An expression: numbers, places, and the operators of C on 64-bit integers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum DebugExpression {
+    /// A number.
+    Number(i64),
+    /// A number with a point, by the bits of its `f64`.
+    Real(u64),
+    /// The value of a place.
+    Place(ExpressionPlace),
+    /// The byte of data memory at an address that is computed.
+    At(&'static str, Box<DebugExpression>),
+    /// An object of C.
+    Object(Box<ObjectExpr>),
+    /// One bit of a value.
+    Bit(Box<DebugExpression>, u8),
+    /// `-`, `!` or `~`.
+    Unary(char, Box<DebugExpression>),
+    /// Two operands.
+    Binary(BinaryOperator, Box<DebugExpression>, Box<DebugExpression>),
+}
+
+/// An operator of two operands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs, reason = "they are those of C")]
+#[rustfmt::skip]
+pub enum BinaryOperator { Or, And, BitOr, BitXor, BitAnd, Eq, Ne, Le, Ge, Lt, Gt, Shl, Shr, Add, Sub, Mul, Div, Rem }
+
+impl DebugExpression {
+    /// The value now as a whole number: of one with a point what is before it. Nothing where something in it has none: a pin that
+    /// floats, memory that is not there, a division by 0.
+    #[must_use]
+    pub fn value(&self, target: &dyn DynMachine) -> Option<i64> {
+        self.evaluate(target).map(ExpressionValue::to_integer)
+    }
+
+    /// The value now; nothing as for [`Expr::value`].
+    #[must_use]
+    pub fn evaluate(&self, target: &dyn DynMachine) -> Option<ExpressionValue> {
+        let truth = |of: &DebugExpression| Some(of.evaluate(target)?.is_true());
+        Some(match self {
+            DebugExpression::Number(number) => ExpressionValue::Whole(*number),
+            DebugExpression::Real(bits) => ExpressionValue::Real(f64::from_bits(*bits), 0),
+            DebugExpression::Place(place) => ExpressionValue::Whole(place.value(target)?),
+            DebugExpression::At(space, addr) => {
+                ExpressionValue::Whole(target.peek(space, u32::try_from(addr.value(target)?).ok()?)?.into())
+            }
+            DebugExpression::Object(object) => object.amount(target)?,
+            DebugExpression::Bit(of, bit) => match of.evaluate(target)? {
+                ExpressionValue::Whole(value) => ExpressionValue::Whole(value >> bit & 1),
+                ExpressionValue::Real(..) => return None,
+            },
+            DebugExpression::Unary(sign, of) => of.evaluate(target)?.apply_unary(*sign)?,
+            // Nobody is asked for what makes no difference.
+            DebugExpression::Binary(BinaryOperator::And, a, b) => ExpressionValue::Whole(i64::from(truth(a)? && truth(b)?)),
+            DebugExpression::Binary(BinaryOperator::Or, a, b) => ExpressionValue::Whole(i64::from(truth(a)? || truth(b)?)),
+            DebugExpression::Binary(operator, a, b) => a.evaluate(target)?.apply_binary(*operator, b.evaluate(target)?)?,
+        })
+    }
+
+    /// What a watchpoint compares: of an object of C its bits, of anything else its value.
+    pub(super) fn watched_value(&self, target: &dyn DynMachine) -> Option<i64> {
+        match self {
+            DebugExpression::Object(object) => object.number(target),
+            _ => self.value(target),
+        }
+    }
+
+    /// Nothing can change its value.
+    #[must_use]
+    pub fn is_constant(&self) -> bool {
+        match self {
+            DebugExpression::Number(_) | DebugExpression::Real(_) => true,
+            DebugExpression::Place(_) | DebugExpression::At(..) => false,
+            DebugExpression::Object(object) => object.is_constant(),
+            DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => of.is_constant(),
+            DebugExpression::Binary(_, a, b) => a.is_constant() && b.is_constant(),
+        }
+    }
+
+    /// Nothing but the program's writes can change its value: all places in it are bytes of RAM.
+    pub(super) fn depends_only_on_ram(&self, target: &dyn DynMachine) -> bool {
+        let kept = |space: &str, addr: u32, bytes: u32| {
+            space == target.chip().ram_space && (addr..addr + bytes).all(|addr| target.canonical_ram_address(addr).is_some())
+        };
+        match self {
+            DebugExpression::Number(_) | DebugExpression::Real(_) => true,
+            DebugExpression::Place(ExpressionPlace::Memory { space, addr, bytes, .. }) => kept(space, *addr, (*bytes).into()),
+            DebugExpression::Place(ExpressionPlace::Bit { space, addr, .. }) => kept(space, *addr, 1),
+            // Where it points may be anything.
+            DebugExpression::Place(_) | DebugExpression::At(..) | DebugExpression::Object(_) => false,
+            DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => of.depends_only_on_ram(target),
+            DebugExpression::Binary(_, a, b) => a.depends_only_on_ram(target) && b.depends_only_on_ram(target),
+        }
+    }
+
+    /// Time alone changes its value.
+    #[must_use]
+    pub fn depends_only_on_time(&self) -> bool {
+        match self {
+            DebugExpression::Place(place) => matches!(place, ExpressionPlace::Cycle | ExpressionPlace::Instructions),
+            DebugExpression::Number(_) | DebugExpression::Real(_) => false,
+            DebugExpression::Object(object) => object.is_of_time(),
+            DebugExpression::At(_, of) | DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => of.depends_only_on_time(),
+            DebugExpression::Binary(_, a, b) => a.depends_only_on_time() || b.depends_only_on_time(),
+        }
+    }
+
+    /// Tells the addresses of all bytes of memory in it.
+    pub(super) fn visit_byte_addresses(&self, tell: &mut dyn FnMut(u32)) {
+        match self {
+            DebugExpression::Place(ExpressionPlace::Memory { addr, bytes, .. }) => (0..u32::from(*bytes)).for_each(|n| tell(addr + n)),
+            DebugExpression::Place(ExpressionPlace::Bit { addr, .. }) => tell(*addr),
+            DebugExpression::Number(_) | DebugExpression::Real(_) | DebugExpression::Place(_) | DebugExpression::At(..) | DebugExpression::Object(_) => {}
+            DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => of.visit_byte_addresses(tell),
+            DebugExpression::Binary(_, a, b) => {
+                a.visit_byte_addresses(tell);
+                b.visit_byte_addresses(tell);
+            }
+        }
+    }
+
+    /// The place that it is, if it is one and nothing more.
+    #[must_use]
+    pub fn place(&self, target: &dyn DynMachine) -> Option<ExpressionPlace> {
+        match self {
+            DebugExpression::Place(place) => Some(*place),
+            DebugExpression::At(space, addr) => {
+                let addr = u32::try_from(addr.value(target)?).ok()?;
+                Some(ExpressionPlace::Memory { space, addr, bytes: 1, signed: false })
+            }
+            DebugExpression::Object(object) => object.place(target),
+            DebugExpression::Bit(of, bit) => match of.place(target)? {
+                ExpressionPlace::Memory { space, addr, bytes, .. } if *bit < 8 * bytes => {
+                    Some(ExpressionPlace::Bit { space, addr: addr + u32::from(bit / 8), bit: bit % 8 })
+                }
+                ExpressionPlace::Reg(name) if super::expression_place::max_register_value(target, name) >> bit & 1 == 1 => {
+                    Some(ExpressionPlace::RegBit { name, bit: *bit })
+                }
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+}
+
+impl DebugExpression {
+    /// The same with the place that an object of C has now, which it keeps: a local variable of a call is watched where that call has
+    /// it.
+    #[must_use]
+    pub fn bind_to_place(self, target: &dyn DynMachine) -> DebugExpression {
+        match &self {
+            DebugExpression::Object(object) => object.place(target).map_or(self, DebugExpression::Place),
+            _ => self,
+        }
+    }
+
+    /// The object of C that it is.
+    #[must_use]
+    pub fn object(&self) -> Option<&ObjectExpr> {
+        match self {
+            DebugExpression::Object(object) => Some(object),
+            _ => None,
+        }
+    }
+}
+
+impl BinaryOperator {
+    pub(super) fn apply(self, a: i64, b: i64) -> Option<i64> {
+        let shift = u32::try_from(b).ok().filter(|shift| *shift < 64);
+        Some(match self {
+            BinaryOperator::Or => i64::from(a != 0 || b != 0),
+            BinaryOperator::And => i64::from(a != 0 && b != 0),
+            BinaryOperator::BitOr => a | b,
+            BinaryOperator::BitXor => a ^ b,
+            BinaryOperator::BitAnd => a & b,
+            BinaryOperator::Eq => i64::from(a == b),
+            BinaryOperator::Ne => i64::from(a != b),
+            BinaryOperator::Le => i64::from(a <= b),
+            BinaryOperator::Ge => i64::from(a >= b),
+            BinaryOperator::Lt => i64::from(a < b),
+            BinaryOperator::Gt => i64::from(a > b),
+            BinaryOperator::Shl => a.wrapping_shl(shift?),
+            BinaryOperator::Shr => a >> shift?,
+            BinaryOperator::Add => a.wrapping_add(b),
+            BinaryOperator::Sub => a.wrapping_sub(b),
+            BinaryOperator::Mul => a.wrapping_mul(b),
+            BinaryOperator::Div => a.checked_div(b)?,
+            BinaryOperator::Rem => a.checked_rem(b)?,
+        })
+    }
+}

@@ -1,0 +1,149 @@
+//! What has a value: registers, memory, bits, pins, time.
+
+use emu_core::pins::{PinLevel, PinId, CycleTime};
+
+use super::dyn_machine::DynMachine;
+use crate::stimulus::{TimedDrive, ExternalDrive};
+
+/// Something of the machine that has a value, and may get another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ExpressionPlace {
+    /// A register of the core, as [`Chip::cpu_regs`](emu_core::Chip::cpu_regs) names it.
+    Reg(&'static str),
+    /// Bytes of a memory, the lowest first.
+    Memory {
+        /// The memory, as [`Chip::spaces`](emu_core::Chip::spaces) names it.
+        space: &'static str,
+        /// Address as [`Cpu::peek`](emu_core::Cpu::peek) counts it.
+        addr: u32,
+        /// Bytes, 1 to 4.
+        bytes: u8,
+        /// The highest bit is a sign.
+        signed: bool,
+    },
+    /// One bit of a byte.
+    Bit {
+        /// The memory.
+        space: &'static str,
+        /// Address of the byte.
+        addr: u32,
+        /// Position, 0 to 7.
+        bit: u8,
+    },
+    /// One bit of a register of the core.
+    RegBit {
+        /// The register.
+        name: &'static str,
+        /// Position, from 0.
+        bit: u8,
+    },
+    /// The level of a pin: 1 where it is high, 0 where it is low; one that floats has no value.
+    Pin(PinId),
+    /// Machine cycles since power-up.
+    Cycle,
+    /// Instructions since power-up.
+    Instructions,
+    /// The program counter as the chip's users write it (bytes on AVR and 8051, words on PIC16 and AP101).
+    Pc,
+}
+
+impl ExpressionPlace {
+    /// The value now; nothing where there is no such place, or a pin floats.
+    #[must_use]
+    pub fn value(self, target: &dyn DynMachine) -> Option<i64> {
+        Some(match self {
+            ExpressionPlace::Reg(name) => target.reg(name)?.into(),
+            ExpressionPlace::Memory { space, addr, bytes, signed } => {
+                let mut value = 0i64;
+                for n in 0..bytes.min(4) {
+                    value |= i64::from(target.peek(space, addr.checked_add(n.into())?)?) << (8 * n);
+                }
+                let unused = 64 - 8 * u32::from(bytes.clamp(1, 4));
+                if signed { value << unused >> unused } else { value }
+            }
+            ExpressionPlace::Bit { space, addr, bit } => (target.peek(space, addr)? >> (bit & 7) & 1).into(),
+            ExpressionPlace::RegBit { name, bit } => (target.reg(name)?.checked_shr(bit.into()).unwrap_or(0) & 1).into(),
+            ExpressionPlace::Pin(pin) => match target.pin_level(pin) {
+                PinLevel::High | PinLevel::PullUp => 1,
+                PinLevel::Low | PinLevel::PullDown => 0,
+                PinLevel::Float => return None,
+            },
+            ExpressionPlace::Cycle => i64::try_from(target.cycle()).unwrap_or(i64::MAX),
+            ExpressionPlace::Instructions => i64::try_from(target.instructions()).unwrap_or(i64::MAX),
+            ExpressionPlace::Pc => target.chip().code_address(target.pc()).into(),
+        })
+    }
+
+    /// The values that fit, both included; nothing for what cannot be set.
+    #[must_use]
+    pub fn value_range(self, target: &dyn DynMachine) -> Option<(i64, i64)> {
+        Some(match self {
+            ExpressionPlace::Reg(name) => (0, max_register_value(target, name)),
+            ExpressionPlace::Memory { bytes, signed, .. } => {
+                let bits = 8 * u32::from(bytes.clamp(1, 4));
+                (-(1 << (bits - 1)), if signed { (1 << (bits - 1)) - 1 } else { (1 << bits) - 1 })
+            }
+            ExpressionPlace::Bit { .. } | ExpressionPlace::RegBit { .. } | ExpressionPlace::Pin(_) => (0, 1),
+            ExpressionPlace::Pc => {
+                let chip = target.chip();
+                (0, i64::from(chip.code_address(chip.flash_bytes / chip.word_bytes.max(1)).saturating_sub(1)))
+            }
+            ExpressionPlace::Cycle | ExpressionPlace::Instructions => return None,
+        })
+    }
+}
+
+/// The highest value that a register of the core keeps: found by what a copy of the machine reads back.
+pub(super) fn max_register_value(target: &dyn DynMachine, name: &str) -> i64 {
+    let mut copy = target.fork();
+    copy.set_reg(name, u32::MAX);
+    let kept = copy.reg(name).unwrap_or(0);
+    // Bits that always read as one value are still bits of it.
+    i64::from(kept.checked_next_power_of_two().map_or(u32::MAX, |power| if power == kept { kept } else { power - 1 }))
+}
+
+impl ExpressionPlace {
+    /// Gives it another value.
+    ///
+    /// # Errors
+    /// It cannot be set, or not to this value: one sentence.
+    pub fn set(self, target: &mut dyn DynMachine, value: i64) -> Result<(), String> {
+        let Some((least, most)) = self.value_range(target) else {
+            return Err("time cannot be set; run-to-cycle and goto-cycle go there".to_owned());
+        };
+        if !(least..=most).contains(&value) {
+            return Err(format!("{value} does not fit: the values are {least} to {most}"));
+        }
+        let nothing = || "the machine has no such place".to_owned();
+        let done = |done: bool| if done { Ok(()) } else { Err(nothing()) };
+        match self {
+            ExpressionPlace::Reg(name) => done(target.set_reg(name, value as u32)),
+            ExpressionPlace::Memory { space, addr, bytes, .. } => {
+                for (n, byte) in (0..u32::from(bytes.min(4))).zip(value.to_le_bytes()) {
+                    done(addr.checked_add(n).is_some_and(|addr| target.poke(space, addr, byte)))?;
+                }
+                Ok(())
+            }
+            ExpressionPlace::Bit { space, addr, bit } => done(target.poke_bit(space, addr, bit, value != 0)),
+            ExpressionPlace::RegBit { name, bit } => {
+                let mask = 1u32.checked_shl(bit.into()).unwrap_or(0);
+                let old = target.reg(name).ok_or_else(nothing)?;
+                done(target.set_reg(name, if value == 0 { old & !mask } else { old | mask }))
+            }
+            ExpressionPlace::Pin(pin) => {
+                let at = CycleTime::at(target.cycle());
+                target.queue_drive(TimedDrive { at, drive: ExternalDrive::Level(pin, PinLevel::from_bit(value != 0)) })
+            }
+            ExpressionPlace::Pc => {
+                let (chip, value) = (target.chip(), value as u32);
+                let per_word = chip.code_address(1).max(1);
+                if value % per_word != 0 {
+                    return Err(format!("0x{value:x} is not the start of a word; program addresses are even"));
+                }
+                let pc = chip.cpu_regs.iter().copied().find(|reg| matches!(*reg, "PC" | "NA"));
+                done(pc.is_some_and(|pc| target.set_reg(pc, value / per_word)))
+            }
+            ExpressionPlace::Cycle | ExpressionPlace::Instructions => Ok(()),
+        }
+    }
+}

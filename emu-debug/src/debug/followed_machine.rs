@@ -1,0 +1,243 @@
+//! A machine on its way: it runs, what was done from outside is done to it at its cycles, and who follows the program is told.
+
+use std::collections::BTreeSet;
+
+use emu_core::cpu::{LAST_CYCLE, ResetCause, StopReason};
+
+use super::history::{UserAction, InputEvent};
+use super::dyn_machine::{ObserveLevel, DynProbe, DynMachine};
+
+/// Follows a program at points of its own, such as the rungs of a ladder program, with a state that goes back in time with the
+/// machine.
+pub trait ProgramFollower {
+    /// Program words at which it wants to be told; always the same.
+    fn followed_words(&self) -> &[u32];
+    /// The machine has come to the program word `pc`, one of [`Follow::stops`]; the instruction there is next.
+    fn on_reached(&mut self, target: &dyn DynMachine, pc: u32);
+    /// The chip was switched off and on: what the program remembers is gone.
+    fn on_power_cycle(&mut self) {}
+    /// Scans begun since power-up, where the program has scans.
+    fn scan(&self) -> Option<u64>;
+    /// A copy that goes its own way.
+    fn fork(&self) -> Box<dyn ProgramFollower>;
+    /// Bytes that a copy takes at most.
+    fn size_in_bytes(&self) -> usize;
+    /// For those who know what follows.
+    fn as_any(&self) -> &dyn std::any::Any;
+}
+
+/// A machine somewhere in its history, with who follows it.
+pub(super) struct FollowedMachine {
+    pub machine: Box<dyn DynMachine>,
+    pub follower: Option<Box<dyn ProgramFollower>>,
+    /// Deeds of the history that were done to it.
+    pub events_applied: usize,
+    /// The follower was told of the instruction that is next.
+    follower_notified: bool,
+    /// Time passes here whatever can wake the chip, since it is known how far.
+    pub runs_while_halted: bool,
+    /// A step has ended here, not a limit within one.
+    pub at_step_end: bool,
+}
+
+impl FollowedMachine {
+    pub fn new(target: Box<dyn DynMachine>, follow: Option<Box<dyn ProgramFollower>>) -> FollowedMachine {
+        let mut line = FollowedMachine { machine: target, follower: follow, events_applied: 0, follower_notified: false, runs_while_halted: false, at_step_end: true };
+        line.end_step();
+        line
+    }
+
+    pub fn fork(&self) -> FollowedMachine {
+        FollowedMachine {
+            machine: self.machine.fork(),
+            follower: self.follower.as_ref().map(|follow| follow.fork()),
+            events_applied: self.events_applied,
+            follower_notified: self.follower_notified,
+            runs_while_halted: self.runs_while_halted,
+            at_step_end: self.at_step_end,
+        }
+    }
+
+    pub fn cycle(&self) -> u64 {
+        self.machine.cycle()
+    }
+
+    pub fn size_in_bytes(&self) -> usize {
+        self.machine.size_in_bytes() + self.follower.as_ref().map_or(0, |follow| follow.size_in_bytes()) + size_of::<FollowedMachine>()
+    }
+
+    /// Stops at these program words from now on.
+    pub fn set_breakpoints(&mut self, words: &BTreeSet<u32>) {
+        match &self.follower {
+            Some(follow) if !follow.followed_words().is_empty() => {
+                let all = words.iter().chain(follow.followed_words()).copied().collect();
+                self.machine.set_breakpoints(&all);
+            }
+            _ => self.machine.set_breakpoints(words),
+        }
+    }
+
+    /// Runs to the cycle `until`. Traps of the follower are its own business: it is told, and the run goes on, unless the word is one
+    /// of `words` too.
+    pub fn run(&mut self, deeds: &[InputEvent], until: u64, words: &BTreeSet<u32>, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason {
+        loop {
+            self.apply_due_events(deeds, look, seer);
+            let next = self.next_event_cycle(deeds);
+            let (goal, before) = (until.min(next), self.cycle());
+            if before >= goal {
+                return StopReason::Limit;
+            }
+            // What is still to be done wakes it.
+            self.machine.set_run_while_halted(self.runs_while_halted || next != u64::MAX);
+            let stop = self.machine.run(goal, look, seer);
+            if self.cycle() > before {
+                self.follower_notified = false;
+            }
+            // Time that has passed here may be a part of what the next step passes.
+            self.at_step_end &= self.cycle() == before;
+            if let StopReason::Breakpoint { pc } = stop {
+                self.note_arrival(pc)
+            } else {
+                self.end_step()
+            }
+            if self.cycle() >= next {
+                // Whatever has stopped it, the machine is another now.
+                self.apply_due_events(deeds, look, seer);
+                if self.cycle() >= until {
+                    return StopReason::Limit;
+                }
+                continue;
+            }
+            match stop {
+                StopReason::Limit if self.cycle() < until => {}
+                StopReason::Breakpoint { pc } if !words.contains(&pc) => {}
+                _ => return stop,
+            }
+        }
+    }
+
+    /// Runs to the end of the next step: an instruction, or the entry of an interrupt, and the sleep before it. `limit`: a cycle at
+    /// which sleep is left in any case. Breakpoints are passed.
+    pub fn step(&mut self, deeds: &[InputEvent], limit: u64, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason {
+        self.apply_due_events(deeds, look, seer);
+        let (start, pc, counted) = (self.cycle(), self.machine.pc(), self.machine.instructions());
+        let mut trapped = false;
+        loop {
+            let before = self.cycle();
+            let next = self.next_event_cycle(deeds);
+            // Sleep does not go beyond what wakes it in this history.
+            self.machine.set_run_while_halted(self.runs_while_halted || next != u64::MAX);
+            let stop = self.machine.step_until(next.min(limit), look, seer);
+            match stop {
+                StopReason::Breakpoint { pc } if !trapped => {
+                    trapped = true;
+                    self.note_arrival(pc);
+                    continue;
+                }
+                StopReason::Limit | StopReason::Probe => {}
+                StopReason::Halted if self.cycle() > before && self.machine.instructions() > counted => {}
+                stop => {
+                    self.at_step_end &= self.cycle() == start;
+                    return stop;
+                }
+            }
+            if self.cycle() > before {
+                self.follower_notified = false;
+            }
+            self.apply_due_events(deeds, look, seer);
+            let moved = self.machine.pc() != pc || self.machine.instructions() != counted;
+            // Where nothing is ever due it sleeps cycle by cycle, and somebody is asked in between.
+            let endless = next.min(limit) >= LAST_CYCLE && self.cycle() == before + 1;
+            if moved || self.cycle() >= limit || stop == StopReason::Probe || endless {
+                self.at_step_end = moved;
+                self.end_step();
+                return if moved { StopReason::Limit } else { stop };
+            }
+        }
+    }
+
+    /// One step of the machine, which ends before it where a trap is come to; of those the ones in `words` are told. `limit`: a cycle at
+    /// which sleep is left in any case.
+    pub fn step_to_breakpoint(
+        &mut self,
+        deeds: &[InputEvent],
+        words: &BTreeSet<u32>,
+        limit: u64,
+        look: ObserveLevel,
+        seer: &mut dyn DynProbe,
+    ) -> StopReason {
+        let before = self.cycle();
+        let stop = self.machine.step_until(limit.min(self.next_event_cycle(deeds)), look, seer);
+        if self.cycle() > before {
+            (self.follower_notified, self.at_step_end) = (false, false);
+        }
+        self.apply_due_events(deeds, look, seer);
+        match stop {
+            StopReason::Breakpoint { pc } => {
+                self.note_arrival(pc);
+                if words.contains(&pc) { stop } else { StopReason::Limit }
+            }
+            stop => stop,
+        }
+    }
+
+    /// The machine stands before the instruction at `pc`, one at which it was stopped.
+    fn note_arrival(&mut self, pc: u32) {
+        if let Some(follow) = self.follower.as_mut().filter(|f| !self.follower_notified && f.followed_words().contains(&pc)) {
+            self.follower_notified = true;
+            follow.on_reached(&*self.machine, pc);
+        }
+    }
+
+    /// A step has ended: the follower is told at once, if it is one of its words and no interrupt comes first.
+    fn end_step(&mut self) {
+        let pc = self.machine.pc();
+        if self.follower.as_ref().is_some_and(|follow| follow.followed_words().contains(&pc)) {
+            self.notify_follower();
+        }
+    }
+
+    /// Tells the follower if one of its words is next, and now.
+    fn notify_follower(&mut self) {
+        let Some(follow) = self.follower.as_ref().filter(|_| !self.follower_notified) else { return };
+        let mut copy = self.machine.fork();
+        copy.set_breakpoints(&follow.followed_words().iter().copied().collect());
+        // A run of a controller at rest ends before it looks at traps; a step does not.
+        if let StopReason::Breakpoint { pc } = copy.step(ObserveLevel::Nothing, &mut ())
+            && copy.cycle() == self.cycle()
+        {
+            self.note_arrival(pc);
+        }
+    }
+
+    /// The cycle of what is done from outside next: a run that ends there shows what that has changed.
+    pub fn next_event_cycle(&self, deeds: &[InputEvent]) -> u64 {
+        deeds.get(self.events_applied).map_or(u64::MAX, |deed| deed.cycle)
+    }
+
+    /// Does what was done from outside up to now.
+    pub fn apply_due_events(&mut self, deeds: &[InputEvent], look: ObserveLevel, seer: &mut dyn DynProbe) {
+        while let Some(deed) = deeds.get(self.events_applied).filter(|deed| deed.cycle <= self.cycle()) {
+            // What failed has failed when it was done first, and was not noted.
+            _ = self.apply(&deed.action, look, seer);
+            self.events_applied += 1;
+        }
+    }
+
+    /// Does something from outside, and lets the chip see it: no time passes.
+    pub fn apply(&mut self, action: &UserAction, look: ObserveLevel, seer: &mut dyn DynProbe) -> Result<(), String> {
+        // However the machine came here, who follows is told of this word before. A controller comes round only when it is looked at.
+        self.notify_follower();
+        let pc = self.machine.pc();
+        action.apply(&mut *self.machine)?;
+        self.machine.run(self.cycle(), look, seer);
+        if matches!(action, UserAction::Reset(_)) || self.machine.pc() != pc {
+            self.follower_notified = false;
+        }
+        if let (UserAction::Reset(ResetCause::PowerOn), Some(follow)) = (action, &mut self.follower) {
+            follow.on_power_cycle();
+        }
+        self.end_step();
+        Ok(())
+    }
+}

@@ -1,0 +1,107 @@
+//! Running step by step, until somebody has seen enough; and whether that can be at all.
+
+use std::collections::BTreeSet;
+use std::time::Instant;
+
+use emu_core::cpu::{LAST_CYCLE, StopReason};
+
+use super::breakpoint_probe::BreakpointProbe;
+use super::call_flow::CallFlow;
+use super::points::PointTrigger;
+use super::session::{KeepRunning, HaltResult, FIRST_STRETCH, HOST_TIME_BETWEEN_COPIES, DebugSession, HaltReason, halt_reason};
+use super::dyn_machine::ObserveLevel;
+
+impl DebugSession {
+    /// Steps until `test` says so: it is given the machine, what the instruction did to the stack of calls, and whether it was the
+    /// entry of an interrupt instead. `breaks`: breakpoints stop it too.
+    pub fn step_until(
+        &mut self,
+        limit: u64,
+        breaks: bool,
+        go_on: KeepRunning<'_>,
+        test: &mut dyn FnMut(&DebugSession, CallFlow, bool) -> bool,
+    ) -> HaltResult {
+        self.step_until_with((limit, breaks, limit == LAST_CYCLE), go_on, test)
+    }
+
+    /// `searches`: nobody knows how many steps it takes, so it is looked whether they have an end.
+    pub(super) fn step_until_with(
+        &mut self,
+        (limit, breaks, searches): (u64, bool, bool),
+        go_on: KeepRunning<'_>,
+        test: &mut dyn FnMut(&DebugSession, CallFlow, bool) -> bool,
+    ) -> HaltResult {
+        self.current.set_breakpoints(&BTreeSet::new());
+        let mut eyes = BreakpointProbe::new(&self.points, &*self.current.machine);
+        self.current.runs_while_halted = limit < LAST_CYCLE;
+        let (mut since, mut slept, mut steps) = (Instant::now(), 0u64, 0u64);
+        let mut stuck: Option<(u64, HaltReason)> = None;
+        loop {
+            if self.current.cycle() >= limit {
+                return HaltResult { reason: HaltReason::Limit };
+            }
+            let flow = self.call_flow(self.current.machine.pc()).0;
+            let entered = eyes.interrupts_entered;
+            eyes.events = Some(std::mem::take(&mut self.events));
+            let look = eyes.observe_level().max(ObserveLevel::Events);
+            let stop = self.current.step(&self.history.input_events, limit, look, &mut eyes);
+            self.events = eyes.events.take().unwrap_or_default();
+            let sights = std::mem::take(&mut eyes.observations);
+            let changes = eyes.take_changes(&*self.current.machine);
+            let irq = eyes.interrupts_entered > entered;
+            self.forget_events();
+            if since.elapsed() > HOST_TIME_BETWEEN_COPIES.start {
+                self.keep_copy(since.elapsed(), 0);
+                since = Instant::now();
+            }
+            let pc = self.current.machine.pc();
+            let trap = if breaks { StopReason::Breakpoint { pc } } else { StopReason::Limit };
+            let hits = self.take_hits(&sights, &changes, if stop == StopReason::Limit { trap } else { stop });
+            let done = stop == StopReason::Limit && self.current.at_step_end && test(self, flow, irq);
+            if !hits.is_empty() {
+                return HaltResult { reason: HaltReason::Points(hits) };
+            }
+            match stop {
+                _ if done => return HaltResult { reason: HaltReason::Done },
+                StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe => {}
+                stop => return HaltResult { reason: halt_reason(stop) },
+            }
+            // Asked more and more seldom, as it may be long until it wakes.
+            slept = if self.current.at_step_end { 0 } else { slept + 1 };
+            if slept.is_power_of_two() && limit == LAST_CYCLE && self.is_blocked_on_input() {
+                return HaltResult { reason: HaltReason::BlockedOnInput };
+            }
+            steps += u64::from(searches);
+            if steps >= FIRST_STRETCH && steps.is_power_of_two() && stuck.is_none() {
+                stuck = self.endless_loop().map(|why| (self.current.cycle() + 2 * FIRST_STRETCH, why));
+            }
+            if let Some((_, why)) = stuck.take_if(|stuck| self.current.cycle() > stuck.0) {
+                return HaltResult { reason: why };
+            }
+            if !go_on() {
+                return HaltResult { reason: HaltReason::Interrupted };
+            }
+        }
+    }
+
+    /// Only something from outside can change what the program does ([`Target::waits_for_ever`]), none is to come, and no point looks at the time.
+    pub(super) fn is_blocked_on_input(&self) -> bool {
+        let timed = |what: &PointTrigger| matches!(what, PointTrigger::Change(expr) if expr.depends_only_on_time());
+        self.current.next_event_cycle(&self.history.input_events) == u64::MAX
+            && !self.points.enabled().any(|point| timed(&point.trigger))
+            && self.current.machine.is_blocked_on_input()
+    }
+
+    /// What ends a search for good, as far as it can be told: within [`SHORT`] cycles the program goes round where nothing leads out.
+    fn endless_loop(&self) -> Option<HaltReason> {
+        if self.current.next_event_cycle(&self.history.input_events) != u64::MAX {
+            return None;
+        }
+        if self.is_blocked_on_input() {
+            return Some(HaltReason::BlockedOnInput);
+        }
+        let mut copy = self.current.machine.fork();
+        copy.set_run_while_halted(false);
+        (copy.run(copy.cycle() + FIRST_STRETCH, ObserveLevel::Nothing, &mut ()) == StopReason::Halted).then_some(HaltReason::Halted)
+    }
+}

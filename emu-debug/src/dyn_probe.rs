@@ -1,0 +1,90 @@
+//! Probes behind a pointer: with them a run is compiled once for each way of looking, and not once for each that looks.
+
+use emu_core::cpu::Probe;
+use emu_core::pins::ChipEvent;
+
+/// How closely a run is looked at. Each is a loop of its own that was made for it, and costs more than the one before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum ObserveLevel {
+    /// Nothing is told.
+    Nothing,
+    /// Edges of pins, bytes sent, and resets.
+    Events,
+    /// Also every entry of an interrupt, every write to data memory, and instructions, but for turns of a loop that only waits.
+    Writes,
+    /// Every instruction and every entry of an interrupt, no writes.
+    Instructions,
+    /// All of this, and every access to data memory.
+    All,
+}
+
+/// What is told of a run: a [`Probe`] whose type is not known. Which of it is told says the [`Look`].
+pub trait DynProbe {
+    /// [`Probe::insn`].
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool;
+    /// [`Probe::data`].
+    fn on_data_access(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool;
+    /// [`Probe::irq`].
+    fn on_interrupt(&mut self, at: u64, vector: u8);
+    /// [`Probe::event`].
+    fn on_event(&mut self, event: ChipEvent) -> bool;
+}
+
+impl<P: Probe> DynProbe for P {
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
+        Probe::on_instruction(self, at, pc)
+    }
+    fn on_data_access(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        Probe::on_data_access(self, at, space, addr, value, write)
+    }
+    fn on_interrupt(&mut self, at: u64, vector: u8) {
+        Probe::on_interrupt(self, at, vector);
+    }
+    fn on_event(&mut self, event: ChipEvent) -> bool {
+        Probe::on_event(self, event)
+    }
+}
+
+/// The probes of the looks that tell something: `N` is the look's number.
+pub(crate) struct LevelProbe<'a, const N: u8>(&'a mut dyn DynProbe);
+
+/// For [`Look::Events`].
+pub(crate) fn probe_events(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Events as u8 }> {
+    LevelProbe(seer)
+}
+
+/// For [`Look::Writes`].
+pub(crate) fn probe_writes(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Writes as u8 }> {
+    LevelProbe(seer)
+}
+
+/// For [`Look::Insns`].
+pub(crate) fn probe_instructions(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Instructions as u8 }> {
+    LevelProbe(seer)
+}
+
+/// For [`Look::All`].
+pub(crate) fn probe_everything(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::All as u8 }> {
+    LevelProbe(seer)
+}
+
+impl<const N: u8> Probe for LevelProbe<'_, N> {
+    const INSN: bool = N >= ObserveLevel::Writes as u8;
+    const EVERY_ITERATION: bool = N >= ObserveLevel::Instructions as u8;
+    const DATA: bool = N == ObserveLevel::Writes as u8 || N >= ObserveLevel::All as u8;
+    const DATA_READS: bool = N >= ObserveLevel::All as u8;
+    const EVENTS: bool = N >= ObserveLevel::Events as u8;
+
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
+        self.0.on_instruction(at, pc)
+    }
+    fn on_data_access(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        self.0.on_data_access(at, space, addr, value, write)
+    }
+    fn on_interrupt(&mut self, at: u64, vector: u8) {
+        self.0.on_interrupt(at, vector);
+    }
+    fn on_event(&mut self, event: ChipEvent) -> bool {
+        self.0.on_event(event)
+    }
+}

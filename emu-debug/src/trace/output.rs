@@ -1,0 +1,90 @@
+//! Where the lines of a trace go.
+
+use std::collections::VecDeque;
+use std::io::{self, Write};
+
+use emu_core::cpu::Cpu;
+
+use super::line_writer::{TraceLineWriter, TraceLine};
+
+/// Bytes that are collected before they are written.
+const BUFFER_BYTES: usize = 1 << 16;
+
+/// Where lines go.
+pub enum TraceSink {
+    /// All of them are written as they come.
+    All,
+    /// The last of them, so many at most, are written at the end.
+    Last(usize),
+}
+
+/// A trace that is written.
+pub struct TraceOutput<'a> {
+    /// The writer of lines.
+    pub lines: TraceLineWriter<'a>,
+    out: Box<dyn Write>,
+    sink: TraceSink,
+    /// Lines that are not written yet: one after the other, or each for itself.
+    chunk: Vec<u8>,
+    ring: VecDeque<Vec<u8>>,
+    /// The first thing that could not be written.
+    first_error: Option<io::Error>,
+}
+
+impl<'a> TraceOutput<'a> {
+    /// An empty trace, which begins with a head line for a chip whose oscillator has so many Hz.
+    #[must_use]
+    pub fn new(lines: TraceLineWriter<'a>, out: Box<dyn Write>, sink: TraceSink, hz: u64) -> TraceOutput<'a> {
+        let mut chunk = Vec::with_capacity(BUFFER_BYTES);
+        lines.write_header(&mut chunk, hz);
+        TraceOutput { lines, out, sink, chunk, ring: VecDeque::new(), first_error: None }
+    }
+
+    /// Something could not be written.
+    #[must_use]
+    pub fn has_failed(&self) -> bool {
+        self.first_error.is_some()
+    }
+
+    /// Adds the line of a step.
+    pub fn add_step<C: Cpu>(&mut self, cpu: &C, step: &TraceLine<'_>) {
+        match self.sink {
+            TraceSink::All => {
+                self.lines.write_step(&mut self.chunk, cpu, step);
+                if self.chunk.len() >= BUFFER_BYTES {
+                    self.write();
+                }
+            }
+            TraceSink::Last(most) => {
+                // The oldest line gives its room to the newest.
+                let mut line = if self.ring.len() >= most { self.ring.pop_front() } else { None }.unwrap_or_default();
+                line.clear();
+                self.lines.write_step(&mut line, cpu, step);
+                self.ring.push_back(line);
+            }
+        }
+    }
+
+    fn write(&mut self) {
+        if self.first_error.is_none() {
+            self.first_error = self.out.write_all(&self.chunk).err();
+        }
+        self.chunk.clear();
+    }
+
+    /// Ends the trace at machine cycle `cycle` with a line that says why the run has ended.
+    ///
+    /// # Errors
+    /// The first thing that could not be written.
+    pub fn finish(mut self, cycle: u64, why: &str) -> io::Result<()> {
+        for line in std::mem::take(&mut self.ring) {
+            self.chunk.extend_from_slice(&line);
+            if self.chunk.len() >= BUFFER_BYTES {
+                self.write();
+            }
+        }
+        self.lines.write_end(&mut self.chunk, cycle, why);
+        self.write();
+        self.first_error.map_or_else(|| self.out.flush(), Err)
+    }
+}

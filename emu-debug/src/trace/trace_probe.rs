@@ -1,0 +1,189 @@
+//! The probe that wants to see instructions, and the run that shows them to it.
+
+use emu_core::cpu::{Cpu, Probe, StopReason};
+
+use super::line_writer::{TracedAccess, TraceLine, TraceEventKind};
+use super::signals::TraceSignals;
+use super::output::TraceOutput;
+use super::word_set::WordCache;
+use crate::combined_probe::CombinedProbe;
+use crate::run_probes::RunProbes;
+
+/// Steps after which the host is asked whether to go on.
+const STEPS_BETWEEN_DECISIONS: u32 = 1 << 16;
+
+/// What is looked at, instruction by instruction.
+pub struct TraceProbe<'a> {
+    /// The trace that is written.
+    pub trace: Option<TraceOutput<'a>>,
+    /// The signals of a waveform.
+    pub signals: Option<TraceSignals>,
+    /// The words of which a trace is written; all of them where there is no such set.
+    traced_words: Option<WordCache>,
+    /// Every instruction is looked at, wherever it stands.
+    every_instruction: bool,
+    /// The machine does one step at a time.
+    stepping: bool,
+    /// It runs on from a place that is looked at, and has executed no instruction since: it slept, and may be woken.
+    idle: bool,
+    /// What it does in this step, or the interrupt that it has entered in front of the next instruction.
+    current: Option<(u64, TraceEventKind)>,
+    accesses: Vec<TracedAccess>,
+    /// Registers before the step, if they are known, and behind it.
+    before: Vec<u32>,
+    before_known: bool,
+    after: Vec<u32>,
+}
+
+impl<'a> TraceProbe<'a> {
+    /// Looks at all that a trace wants, of the words `only` or of all, and at signals.
+    #[must_use]
+    pub fn new(trace: Option<TraceOutput<'a>>, only: Option<WordCache>, signals: Option<TraceSignals>) -> TraceProbe<'a> {
+        let every = trace.is_some() && only.is_none() || signals.as_ref().is_some_and(TraceSignals::changes_with_any_instruction);
+        TraceProbe {
+            trace,
+            signals,
+            traced_words: only,
+            every_instruction: every,
+            stepping: false,
+            idle: false,
+            current: None,
+            accesses: Vec::new(),
+            before: Vec::new(),
+            before_known: false,
+            after: Vec::new(),
+        }
+    }
+
+    /// The trace cannot be written.
+    #[must_use]
+    pub fn has_failed(&self) -> bool {
+        self.trace.as_ref().is_some_and(TraceOutput::has_failed)
+    }
+
+    /// A line is written for the instruction at `pc`.
+    fn is_traced(&self, pc: u32) -> bool {
+        self.trace.is_some() && self.traced_words.as_ref().is_none_or(|only| only.contains(pc))
+    }
+
+    /// The step at `pc` is looked at.
+    fn needs_step(&self, pc: u32) -> bool {
+        self.every_instruction || self.is_traced(pc)
+    }
+
+    /// Before a step, or a run.
+    fn begin_step<C: Cpu>(&mut self, cpu: &C, stepping: bool) {
+        self.stepping = stepping;
+        if !self.before_known && self.trace.is_some() && stepping {
+            cpu.read_regs(&mut self.before);
+            self.before_known = true;
+        }
+    }
+
+    /// Behind a step, or where a run has stopped. True if there was one. `from`: where the program was before it.
+    fn end_step<C: Cpu>(&mut self, cpu: &C, from: u32) -> bool {
+        self.stepping = false;
+        let Some((at, what)) = self.current.take() else { return false };
+        let wanted = match what {
+            TraceEventKind::Instruction(pc) => self.is_traced(pc),
+            // Seen from where it came, or where it goes to.
+            TraceEventKind::Interrupt(_) => self.is_traced(from) || self.is_traced(cpu.pc()),
+        };
+        if self.before_known {
+            cpu.read_regs(&mut self.after);
+        }
+        if let Some(trace) = self.trace.as_mut().filter(|_| wanted) {
+            let before = if self.before_known { self.before.as_slice() } else { &[] };
+            trace.add_step(cpu, &TraceLine { at, kind: what, before, after: &self.after, accesses: &self.accesses });
+        }
+        std::mem::swap(&mut self.before, &mut self.after);
+        self.accesses.clear();
+        true
+    }
+}
+
+impl Probe for TraceProbe<'_> {
+    const INSN: bool = true;
+    const DATA: bool = true;
+
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
+        if self.stepping {
+            self.current = Some((at, TraceEventKind::Instruction(pc)));
+            return false;
+        }
+        if self.needs_step(pc) || self.idle && self.current.is_some() {
+            return true;
+        }
+        // It runs on unseen.
+        self.current = None;
+        self.accesses.clear();
+        (self.idle, self.before_known) = (false, false);
+        false
+    }
+
+    fn on_data_access(&mut self, _at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool {
+        if self.current.is_some() && self.trace.is_some() {
+            self.accesses.push(TracedAccess { space, addr, value, write });
+        }
+        // Where it steps there is a look at the end of the instruction anyway.
+        write && !self.stepping && self.signals.as_ref().is_some_and(|signals| signals.is_changed_by_write(space, addr))
+    }
+
+    fn on_interrupt(&mut self, at: u64, vector: u8) {
+        self.accesses.clear();
+        self.current = Some((at, TraceEventKind::Interrupt(vector)));
+    }
+}
+
+/// Runs the machine as [`Cpu::run`] does, and shows it to the [`Look`] of the tools. It may also stop without being asked to, so that
+/// the tools are asked what they have seen.
+pub(crate) fn run_traced<C: Cpu>(cpu: &mut C, until: u64, tools: &mut RunProbes<&mut CombinedProbe<'_, '_>>) -> StopReason {
+    for _ in 0..STEPS_BETWEEN_DECISIONS {
+        let Some(look) = &mut tools.inner.trace else { return cpu.run(until, tools) };
+        if look.has_failed() {
+            return StopReason::Probe;
+        }
+        let from = cpu.pc();
+        let steps = look.needs_step(from);
+        // Where nothing has happened in its cycle, or nobody looks, it goes on at full speed.
+        if steps {
+            look.begin_step(cpu, true);
+            let stop = cpu.run(until.min(cpu.cycle() + 1), tools);
+            let happened = finish_step(cpu, tools, |look| look.end_step(cpu, from));
+            if stop != StopReason::Limit || cpu.cycle() >= until {
+                return stop;
+            }
+            if happened {
+                continue;
+            }
+        }
+        if let Some(look) = &mut tools.inner.trace {
+            look.idle = steps;
+            look.begin_step(cpu, false);
+        }
+        let stop = cpu.run(until, tools);
+        finish_step(cpu, tools, |look| {
+            // An interrupt that was entered, and no instruction since.
+            if look.current.is_some() {
+                look.end_step(cpu, from);
+            } else {
+                // What may have changed meanwhile, as by a reset, no instruction did.
+                look.before_known = false;
+            }
+            look.idle = false;
+            true
+        });
+        return stop;
+    }
+    StopReason::Probe
+}
+
+/// Lets the [`Look`] end its step, and then writes what has changed into the waveform.
+fn finish_step<C: Cpu>(cpu: &C, tools: &mut RunProbes<&mut CombinedProbe<'_, '_>>, end: impl FnOnce(&mut TraceProbe<'_>) -> bool) -> bool {
+    let Some(look) = &mut tools.inner.trace else { return false };
+    let happened = end(look);
+    if let (Some(signals), Some(wave)) = (&mut look.signals, &mut tools.wave) {
+        signals.sample(cpu, wave);
+    }
+    happened
+}

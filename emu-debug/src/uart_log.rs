@@ -1,0 +1,23 @@
+//! What the chip sends over its first serial port.
+
+/// Everything sent so far, and the texts that are waited for in it.
+#[derive(Debug, Clone, Default)]
+pub struct UartLog {
+    /// The bytes.
+    pub sent: Vec<u8>,
+    texts: Vec<Vec<u8>>,
+}
+
+impl UartLog {
+    /// Waits for `texts`; the first that ends at a byte counts.
+    #[must_use]
+    pub fn new(texts: Vec<Vec<u8>>) -> UartLog {
+        UartLog { sent: Vec::new(), texts }
+    }
+
+    /// A byte was sent. The position of a text that ends with it.
+    pub fn push_byte(&mut self, byte: u8) -> Option<usize> {
+        self.sent.push(byte);
+        self.texts.iter().position(|text| self.sent.ends_with(text))
+    }
+}

@@ -1,0 +1,113 @@
+//! Breakpoints and watchpoints. gdb sets them before each run and takes them away after it.
+
+use emu_debug::debug::{AccessKind, PointTrigger};
+use emu_debug::address_names::AddressRange;
+use gdbstub::target::TargetResult;
+use gdbstub::target::ext::breakpoints::{
+    Breakpoints, HwBreakpoint, HwBreakpointOps, HwWatchpoint, HwWatchpointOps, SwBreakpoint, SwBreakpointOps, WatchKind,
+};
+
+use crate::gdb_target::GdbTarget;
+
+/// What gdb has asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum GdbPointKind {
+    /// `Z0`: to us the same as `Z1`, but gdb wants to hear the same word again.
+    Soft,
+    /// `Z1`.
+    Hard,
+    /// `Z2` to `Z4` on so many bytes.
+    Watch(WatchKind, u32),
+}
+
+/// A point of gdb's.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct GdbPoint {
+    /// Number of the session's point.
+    pub id: u32,
+    /// What gdb has asked for.
+    pub kind: GdbPointKind,
+    /// gdb's address.
+    pub addr: u32,
+}
+
+impl GdbTarget<'_> {
+    /// Sets a point; false where there is nothing to be watched.
+    fn add(&mut self, asked: GdbPointKind, addr: u32) -> bool {
+        let Some(what) = self.trigger(asked, addr) else { return false };
+        // The same asked for twice is one, as the protocol has it.
+        if self.points.iter().all(|set| (set.kind, set.addr) != (asked, addr)) {
+            let id = self.session.points.add(what, "gdb", false);
+            self.points.push(GdbPoint { id, kind: asked, addr });
+        }
+        true
+    }
+
+    fn remove(&mut self, asked: GdbPointKind, addr: u32) -> bool {
+        let Some(at) = self.points.iter().position(|set| (set.kind, set.addr) == (asked, addr)) else { return false };
+        self.session.points.remove(self.points.remove(at).id)
+    }
+
+    /// Takes all of gdb's points away, when it has gone.
+    pub(crate) fn remove_all(&mut self) {
+        for set in std::mem::take(&mut self.points) {
+            self.session.points.remove(set.id);
+        }
+    }
+
+    fn trigger(&self, asked: GdbPointKind, addr: u32) -> Option<PointTrigger> {
+        let GdbPointKind::Watch(kind, len) = asked else { return Some(PointTrigger::Code(vec![self.layout.program_word(addr)?])) };
+        let (memory, offset) = self.layout.find_memory(addr, len.try_into().ok()?)?;
+        if len == 0 {
+            return None;
+        }
+        let end = (offset + len).div_ceil(memory.width);
+        let range = AddressRange { space: memory.space, start: offset / memory.width, end };
+        self.session.scope.source().names.check_observable(&range).ok()?;
+        let access = match kind {
+            WatchKind::Write => AccessKind::Write,
+            WatchKind::Read => AccessKind::Read,
+            WatchKind::ReadWrite => AccessKind::Any,
+        };
+        Some(PointTrigger::Access(range, access))
+    }
+}
+
+impl Breakpoints for GdbTarget<'_> {
+    fn support_sw_breakpoint(&mut self) -> Option<SwBreakpointOps<'_, Self>> {
+        Some(self)
+    }
+    fn support_hw_breakpoint(&mut self) -> Option<HwBreakpointOps<'_, Self>> {
+        Some(self)
+    }
+    fn support_hw_watchpoint(&mut self) -> Option<HwWatchpointOps<'_, Self>> {
+        Some(self)
+    }
+}
+
+impl SwBreakpoint for GdbTarget<'_> {
+    fn add_sw_breakpoint(&mut self, addr: u32, _kind: usize) -> TargetResult<bool, Self> {
+        Ok(self.add(GdbPointKind::Soft, addr))
+    }
+    fn remove_sw_breakpoint(&mut self, addr: u32, _kind: usize) -> TargetResult<bool, Self> {
+        Ok(self.remove(GdbPointKind::Soft, addr))
+    }
+}
+
+impl HwBreakpoint for GdbTarget<'_> {
+    fn add_hw_breakpoint(&mut self, addr: u32, _kind: usize) -> TargetResult<bool, Self> {
+        Ok(self.add(GdbPointKind::Hard, addr))
+    }
+    fn remove_hw_breakpoint(&mut self, addr: u32, _kind: usize) -> TargetResult<bool, Self> {
+        Ok(self.remove(GdbPointKind::Hard, addr))
+    }
+}
+
+impl HwWatchpoint for GdbTarget<'_> {
+    fn add_hw_watchpoint(&mut self, addr: u32, len: u32, kind: WatchKind) -> TargetResult<bool, Self> {
+        Ok(self.add(GdbPointKind::Watch(kind, len), addr))
+    }
+    fn remove_hw_watchpoint(&mut self, addr: u32, len: u32, kind: WatchKind) -> TargetResult<bool, Self> {
+        Ok(self.remove(GdbPointKind::Watch(kind, len), addr))
+    }
+}

@@ -1,0 +1,483 @@
+//! The hot loop: what one instruction does to the machine.
+//!
+//! [`Turn`] holds the hot state as plain locals whose address never escapes, so that it lives in host registers; RAM lies
+//! beside it. Everything a body calls is inlined; slow paths get scalars.
+
+use emu_core::cpu::{Bus, Probe, BusEffect};
+use emu_core::dispatch;
+use emu_core::machine::{ByteValue, BodyMachine, WideValue};
+use emu_core::table::{RamOperand, Operand};
+
+#[allow(clippy::wildcard_imports)]
+use crate::exec::*;
+use crate::core_state::{BANK, CoreRegisters, PD, TO};
+use crate::isa::{Kind, Pic16Op, SPAN, pic16_table};
+use crate::lint::LintState;
+use crate::operands::{B, F, K, FileAddress, RamCell, JumpTarget};
+use crate::periph::map::Sfr;
+use crate::soc::Pic16Soc;
+
+/// Addresses of data memory.
+pub(crate) const DATA_ADDRESSES: usize = 0x200;
+
+/// Ops of all banks: every bank has its own, since an address means something else in each. Half of the places are behind the
+/// end of program memory.
+pub(crate) const OPS: usize = 0x1_0000;
+
+/// Data memory in the list of a chip's memories.
+const DATA_SPACE: u8 = 1;
+
+/// One turn of the loop: hot state by value, everything else borrowed.
+pub(crate) struct Executor<'a, P: Probe> {
+    pub core: CoreRegisters,
+    /// By the address under which a byte is kept. A slice, whose length is checked in one compare.
+    pub ram: &'a mut [u8],
+    pub stack: &'a mut [u16; 8],
+    /// Where every address of data memory lies.
+    pub file_addresses: &'a [FileAddress; DATA_ADDRESSES],
+    /// The lowest address of what lies at each address.
+    pub lowest_addresses: &'a [u16; DATA_ADDRESSES],
+    pub words: &'a [u16; SPAN],
+    pub lints: &'a mut LintState,
+    pub bus: &'a mut Pic16Soc,
+    pub probe: &'a mut P,
+}
+
+const INDF: u16 = FileAddress::sfr(Sfr::INDF).0;
+const STATUS: u16 = FileAddress::sfr(Sfr::STATUS).0;
+const FSR: u16 = FileAddress::sfr(Sfr::FSR).0;
+const PCL: u16 = FileAddress::sfr(Sfr::PCL).0;
+pub(crate) const PCLATH: u16 = FileAddress::sfr(Sfr::PCLATH).0;
+const NOWHERE: u16 = FileAddress::NONE.0;
+/// Bits of STATUS.
+const C: u8 = 0x01;
+const Z: u8 = 0x04;
+const RP0: u8 = 0x20;
+const RP1: u8 = 0x40;
+/// The first register of the chip among places.
+pub(crate) const REGISTERS: u16 = INDF;
+
+impl<P: Probe> Executor<'_, P> {
+    /// The cycle in which the running instruction reads and writes: its first. Only instructions that do neither have had more
+    /// than one charged by now.
+    #[inline(always)]
+    pub(crate) const fn cycle(&self) -> u64 {
+        self.core.clock.now().wrapping_sub(1)
+    }
+
+    #[inline(always)]
+    fn apply_bus_effect(&mut self, wake: BusEffect) {
+        if wake != BusEffect::NONE {
+            self.core.clock.expire();
+        }
+    }
+
+    /// Tells the probe of an access to data memory.
+    #[inline(always)]
+    fn report_access(&mut self, value: u8, write: bool) {
+        if P::DATA && (write || P::DATA_READS) {
+            let at = self.cycle();
+            let addr = self.address();
+            if self.probe.on_data_access(at, DATA_SPACE, addr, value, write) {
+                self.core.stop_requested = true;
+                self.core.clock.expire();
+            }
+        }
+    }
+
+    /// The running instruction.
+    #[inline(always)]
+    pub(crate) const fn running_instruction(&self) -> (u32, u16) {
+        let pc = self.core.at.wrapping_sub(1) % SPAN as u32;
+        (pc, self.words[pc as usize])
+    }
+
+    /// The address of data memory that the running instruction reaches, of several for one byte the lowest.
+    #[inline(always)]
+    pub(crate) const fn address(&self) -> u16 {
+        let word = self.running_instruction().1;
+        let addr = match word {
+            0x62 => 0x81,
+            0x65..=0x67 => word & 7 | 0x80,
+            _ if word & 0x7F == 0 => self.core.indirect_address as u16,
+            _ => ((self.core.at & BANK) >> 7) as u16 | word & 0x7F,
+        };
+        self.lowest_addresses[addr as usize % DATA_ADDRESSES]
+    }
+
+    /// The instruction goes on elsewhere than behind it.
+    #[inline(always)]
+    fn jump_to(&mut self, target: u32) {
+        let next = self.core.pc();
+        self.core.set_pc(target);
+        if P::FLOW {
+            self.probe.on_branch(next, self.core.pc(), true);
+        }
+    }
+
+    #[inline(always)]
+    fn push_pc(&mut self) {
+        self.stack[self.core.sp as usize % 8] = self.core.pc() as u16;
+        self.core.sp = (self.core.sp + 1) % 8;
+    }
+
+    #[inline(always)]
+    fn write_ram_byte(&mut self, addr: u16, value: u8) {
+        if let Some(byte) = self.ram.get_mut(usize::from(addr)) {
+            *byte = value;
+        }
+    }
+
+    /// Writes what is no RAM and no flag.
+    #[inline(always)]
+    fn write_register(&mut self, place: u16, value: u8) {
+        if P::LINT {
+            self.lint_write(place, value);
+        }
+        match place {
+            FSR => self.core.indirect_address = self.core.indirect_address & 0x100 | u32::from(value),
+            PCLATH => self.core.pclath = u32::from(value) & 0x1F,
+            PCL => {
+                self.jump_to(self.core.pclath << 8 | u32::from(value));
+                self.core.clock.charge(1);
+            }
+            INDF | NOWHERE => {}
+            _ => {
+                let at = self.cycle();
+                let wake = write_bus(self.bus, place, value, at);
+                self.apply_bus_effect(wake);
+            }
+        }
+    }
+}
+
+/// A register of the chip is read.
+#[inline(never)]
+fn read_bus(bus: &mut Pic16Soc, place: u16, at: u64) -> (u8, BusEffect) {
+    bus.read(place - REGISTERS, at)
+}
+
+/// A register of the chip is written.
+#[inline(never)]
+fn write_bus(bus: &mut Pic16Soc, place: u16, value: u8, at: u64) -> BusEffect {
+    bus.write(place - REGISTERS, value, at)
+}
+
+impl<P: Probe> BodyMachine for Executor<'_, P> {
+    type Bit = bool;
+    type Word = ByteValue;
+    type Wide = WideValue;
+
+    #[inline(always)]
+    fn begin(&mut self, words: u32, cycles: u32) {
+        self.advance(words);
+        // What skips takes a cycle, and one more when it does.
+        self.charge(if cycles == 0 { 1 } else { cycles });
+    }
+    #[inline(always)]
+    fn advance(&mut self, words: u32) {
+        self.core.at = self.core.at.wrapping_add(words);
+        self.core.clock.count_instruction();
+    }
+    #[inline(always)]
+    fn charge(&mut self, cycles: u32) {
+        self.core.clock.charge(cycles);
+    }
+    #[inline(always)]
+    fn jump(&mut self, target: u32) {
+        self.jump_to(target);
+    }
+    #[inline(always)]
+    fn goto(&mut self, target: WideValue) {
+        self.jump_to(target.0.into());
+    }
+    #[inline(always)]
+    fn branch_if(&mut self, condition: bool, target: u32) {
+        if condition {
+            self.jump_to(target);
+        }
+    }
+    #[inline(always)]
+    fn skip_if(&mut self, condition: bool, words: u32) {
+        let skipped = if condition { words } else { 0 };
+        let next = self.core.pc();
+        self.core.at = self.core.at.wrapping_add(skipped);
+        // Whether it skips is hard to foresee: no branch here.
+        if P::FLOW {
+            self.probe.on_branch(next, self.core.pc(), condition);
+        }
+        self.core.clock.charge(skipped);
+    }
+}
+
+impl<P: Probe> Pic16Machine for Executor<'_, P> {
+    #[inline(always)]
+    fn w(&self) -> ByteValue {
+        ByteValue(self.core.w as u8)
+    }
+    #[inline(always)]
+    fn set_w(&mut self, value: ByteValue) {
+        self.core.w = value.0.into();
+    }
+    #[inline(always)]
+    fn carry(&self) -> bool {
+        self.core.c != 0
+    }
+    #[inline(always)]
+    fn set_carry(&mut self, value: bool) {
+        self.core.c = value.into();
+    }
+    #[inline(always)]
+    fn set_z(&mut self, value: ByteValue) {
+        self.core.z = value.0.into();
+    }
+    #[inline(always)]
+    fn set_carries(&mut self, carries: ByteValue) {
+        let carries = u32::from(carries.0);
+        (self.core.c, self.core.dc) = (carries >> 7, carries & 8);
+    }
+    #[inline(always)]
+    fn word_from_bit(bit: bool) -> ByteValue {
+        ByteValue(bit.into())
+    }
+    #[inline(always)]
+    fn resolve(&mut self, place: FileAddress) -> FileAddress {
+        if place.0 == INDF { self.file_addresses[self.core.indirect_address as usize % DATA_ADDRESSES] } else { place }
+    }
+    #[inline(always)]
+    fn read_file(&mut self, place: FileAddress) -> ByteValue {
+        let value = match place.0 {
+            ..REGISTERS => self.ram.get(usize::from(place.0)).copied().unwrap_or(0),
+            STATUS => self.core.status(),
+            FSR => self.core.indirect_address as u8,
+            PCL => self.core.at as u8,
+            PCLATH => self.core.pclath as u8,
+            INDF | NOWHERE => 0,
+            register => {
+                let at = self.cycle();
+                if P::LINT {
+                    self.lint_read(register);
+                }
+                let (value, wake) = read_bus(self.bus, register, at);
+                self.apply_bus_effect(wake);
+                value
+            }
+        };
+        self.report_access(value, false);
+        ByteValue(value)
+    }
+    #[inline(always)]
+    fn write_file(&mut self, place: FileAddress, value: ByteValue) {
+        self.report_access(value.0, true);
+        match place.0 {
+            ..REGISTERS => self.write_ram_byte(place.0, value.0),
+            STATUS => self.core.set_status(value.0.into()),
+            other => self.write_register(other, value.0),
+        }
+    }
+    #[inline(always)]
+    fn write_file_with_flags(&mut self, place: FileAddress, value: ByteValue) {
+        self.report_access(value.0, true);
+        match place.0 {
+            ..REGISTERS => self.write_ram_byte(place.0, value.0),
+            STATUS => self.core.set_banks(value.0.into()),
+            other => self.write_register(other, value.0),
+        }
+    }
+    // The bits of STATUS that programs live by, without packing all of it.
+    #[inline(always)]
+    fn read_file_bit(&mut self, place: FileAddress, mask: u8) -> bool {
+        match (place.0, mask) {
+            (STATUS, C) if !P::DATA => self.core.c != 0,
+            (STATUS, Z) if !P::DATA => self.core.z as u8 == 0,
+            _ => Self::is_any_bit_set(self.read_file(place), mask),
+        }
+    }
+    #[inline(always)]
+    fn write_file_bit(&mut self, place: FileAddress, mask: u8, on: bool) {
+        match (place.0, mask) {
+            (STATUS, C) if !P::DATA => self.core.c = on.into(),
+            (STATUS, RP0 | RP1) if !P::DATA => {
+                let bank = u32::from(mask) << 9;
+                self.core.at = if on { self.core.at | bank } else { self.core.at & !bank };
+            }
+            _ => {
+                let value = self.read_file(place).0;
+                self.write_file(place, ByteValue(if on { value | mask } else { value & !mask }));
+            }
+        }
+    }
+    #[inline(always)]
+    fn read_ram(&mut self, addr: u16) -> ByteValue {
+        let value = self.ram.get(usize::from(addr)).copied().unwrap_or(0);
+        self.report_access(value, false);
+        ByteValue(value)
+    }
+    #[inline(always)]
+    fn write_ram(&mut self, addr: u16, value: ByteValue) {
+        self.report_access(value.0, true);
+        self.write_ram_byte(addr, value.0);
+    }
+    #[inline(always)]
+    fn is_any_bit_set(value: ByteValue, mask: u8) -> bool {
+        value.0 & mask != 0
+    }
+    #[inline(always)]
+    fn skip(&mut self, condition: bool) {
+        self.skip_if(condition, 1);
+    }
+    #[inline(always)]
+    fn jump_within_page(&mut self, target: u16) {
+        let target = (self.core.pclath & 0x18) << 8 | u32::from(target);
+        if P::LINT {
+            self.lint_jump(target);
+        }
+        self.jump_to(target);
+    }
+    #[inline(always)]
+    fn push(&mut self) {
+        if P::LINT {
+            let pc = self.running_instruction().0;
+            self.lint_push(pc);
+        }
+        self.push_pc();
+    }
+    #[inline(always)]
+    fn pop(&mut self) {
+        if P::LINT {
+            self.lint_pop();
+        }
+        self.core.sp = self.core.sp.wrapping_sub(1) % 8;
+        self.jump_to(self.stack[self.core.sp as usize % 8].into());
+    }
+    #[inline(always)]
+    fn end_interrupt(&mut self) {
+        if P::LINT {
+            self.lint_interrupt_ended();
+        }
+        let first = self.cycle().wrapping_sub(1);
+        self.bus.interrupt_ended(first);
+        self.core.clock.expire();
+    }
+    #[inline(always)]
+    fn clear_watchdog(&mut self) {
+        self.core.timeout_bits = TO | PD;
+        let at = self.cycle();
+        self.bus.clear_watchdog(at);
+        self.core.clock.expire();
+    }
+    #[inline(always)]
+    fn enter_standby(&mut self) {
+        let at = self.cycle();
+        if self.bus.sleep(at) {
+            self.core.timeout_bits = TO;
+        } else if P::LINT {
+            self.lint_no_sleep();
+        }
+        self.core.clock.expire();
+    }
+}
+
+/// Executes `$op` on `$m`; `$other` is for kinds without a row.
+macro_rules! execute_op {
+    ($m:ident, $op:ident, $other:expr) => {
+        pic16_table!(dispatch { ($m, $op, $op.kind, $other) })
+    };
+}
+
+/// Fetches and executes the instruction at the program counter.
+macro_rules! burst_loop {
+    ($turn:ident, $ops:ident) => {{
+        let m = &mut $turn;
+        let op: &Pic16Op = &$ops[m.core.at as u16 as usize];
+        if P::INSN && op.kind as u8 != Kind::Breakpoint as u8 && m.probe.on_instruction(m.core.clock.now(), m.core.pc()) {
+            m.core.stop_requested = true;
+            m.core.clock.expire();
+            break;
+        }
+        execute_op!(
+            m,
+            op,
+            match op.kind {
+                Kind::BtfscGoto => then_goto!(m, $ops, skip_bit(m, ram_of(op), bit_of(op), false)),
+                Kind::BtfssGoto => then_goto!(m, $ops, skip_bit(m, ram_of(op), bit_of(op), true)),
+                Kind::DecfszGoto => then_goto!(m, $ops, decfsz(m, ram_of(op), false)),
+                Kind::IncfszGoto => then_goto!(m, $ops, incfsz(m, ram_of(op), false)),
+                Kind::BtfscSfrGoto => then_goto!(m, $ops, skip_bit(m, file_of(op), bit_of(op), false)),
+                Kind::BtfssSfrGoto => then_goto!(m, $ops, skip_bit(m, file_of(op), bit_of(op), true)),
+                _ => {
+                    m.core.slow_path_requested = true;
+                    m.core.clock.expire();
+                }
+            }
+        );
+    }};
+}
+
+/// A test, and unless it skips the GOTO behind it, if there is time left for that.
+macro_rules! then_goto {
+    ($m:ident, $ops:ident, $test:expr) => {{
+        let next = $m.core.at.wrapping_add(1);
+        $m.begin(1, 0);
+        $test;
+        if !P::INSN && $m.core.at == next && $m.core.clock.is_before_deadline() {
+            let target = JumpTarget::decode_next(&$ops[next as u16 as usize], &mut 0);
+            $m.begin(1, 2);
+            goto($m, target);
+        }
+    }};
+}
+
+/// Operands of the op of a test.
+#[inline(always)]
+fn ram_of(op: &Pic16Op) -> RamCell {
+    F::decode_next_in_ram(op, &mut 0)
+}
+#[inline(always)]
+fn file_of(op: &Pic16Op) -> F {
+    F::decode_next(op, &mut 0)
+}
+#[inline(always)]
+fn bit_of(op: &Pic16Op) -> B {
+    B::decode_next(op, &mut 2)
+}
+
+impl<P: Probe> Executor<'_, P> {
+    /// Runs to the deadline; returns the hot state. The turn is written twice so that there are two indirect jumps.
+    #[inline(never)]
+    pub(crate) fn burst(self, ops: &[Pic16Op; OPS]) -> CoreRegisters {
+        let mut turn = self;
+        while turn.core.clock.is_before_deadline() {
+            burst_loop!(turn, ops);
+            if !turn.core.clock.is_before_deadline() {
+                break;
+            }
+            burst_loop!(turn, ops);
+        }
+        turn.core
+    }
+
+    /// Executes one given op, whatever stands in the op array; a kind without a row does nothing.
+    #[inline(never)]
+    pub(crate) fn single(self, op: Pic16Op) -> CoreRegisters {
+        let mut turn = self;
+        let m = &mut turn;
+        let op = &op;
+        execute_op!(m, op, ());
+        turn.core
+    }
+
+    /// Goes to the interrupt vector: the return address on the stack, `cycles` without an instruction.
+    #[inline(never)]
+    pub(crate) fn enter_interrupt(self, cycles: u32) -> CoreRegisters {
+        let mut turn = self;
+        let m = &mut turn;
+        m.charge(cycles);
+        if P::LINT {
+            m.lint_interrupt();
+        }
+        m.push_pc();
+        m.core.set_pc(4);
+        turn.core
+    }
+}

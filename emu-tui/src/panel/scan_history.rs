@@ -1,0 +1,308 @@
+//! The program as it runs, with what it did before: every scan is kept as a value, so that it can be gone back to.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use ladder::{Element, ElementId, LadderProgram, SymbolKind};
+use ladder_eval::{Evaluator, LadderSymbol};
+
+use crate::rung_picture::PowerFlowSource;
+
+/// Memory for the past, and most scans of it.
+const HISTORY_LIMITS: (usize, usize) = (64 << 20, 5_000);
+
+/// How long a byte is on the serial line, for ten bits and in microseconds.
+const BYTE_US: u64 = 10_000_000;
+
+/// Bytes sent that are remembered.
+const MAX_SENT_BYTES: usize = 4_096;
+
+/// The program and what its surroundings do.
+#[derive(Debug, Clone)]
+pub(super) struct PanelMachine {
+    pub program: Arc<LadderProgram>,
+    /// At power-up, with an erased EEPROM.
+    at_power_up: Arc<Evaluator>,
+    /// Ordinal of each rung's first element, and at the end how many there are.
+    first_elements: Arc<[usize]>,
+    current: PanelState,
+    /// States after the scans, the last one being the last; the first is from before scan 1, or the oldest that is kept.
+    past: VecDeque<Arc<PastScan>>,
+    /// How many are kept.
+    max_kept: usize,
+}
+
+/// What a scan starts from.
+#[derive(Debug, Clone)]
+struct PanelState {
+    evaluator: Evaluator,
+    /// Levels at the analog inputs, in the order of their symbols.
+    levels: Vec<u16>,
+    /// Inputs that go back after the next scan; of a moment, after its own.
+    pulsed: Vec<usize>,
+    /// Bytes that are still to arrive, and from which scan on the line is free for one.
+    incoming: VecDeque<u8>,
+    free_at: u64,
+    /// The last bytes that the program sent.
+    sent: VecDeque<u8>,
+    /// Scans since the first power-up.
+    scans: u64,
+}
+
+impl PanelState {
+    /// Lets inputs go back that were pulsed for the scan that has run.
+    fn release_pulsed(&mut self) {
+        for symbol in self.pulsed.drain(..) {
+            let value = self.evaluator.get(symbol);
+            self.evaluator.set(symbol, i32::from(value == 0));
+        }
+    }
+}
+
+/// What a scan left, with the inputs as it found them.
+#[derive(Debug)]
+pub(super) struct PastScan {
+    state: PanelState,
+    /// Per element: bit 0 it ran, bit 1 power came in, bit 2 power went out.
+    flow: Vec<u8>,
+}
+
+impl PastScan {
+    /// The value of a symbol after the scan; inputs hold for the whole scan.
+    pub(super) fn get(&self, symbol: usize) -> i32 {
+        self.state.evaluator.get(symbol)
+    }
+
+    /// Which scan it was since the first power-up, from 1.
+    pub(super) fn scan(&self) -> u64 {
+        self.state.scans
+    }
+
+    /// False for what is before the first scan, and for what a power cycle left.
+    pub(super) fn has_run(&self) -> bool {
+        !self.flow.is_empty()
+    }
+}
+
+impl PanelMachine {
+    pub(super) fn new(program: LadderProgram, evaluator: Evaluator) -> PanelMachine {
+        let mut firsts = vec![0];
+        let mut rung = 0;
+        let mut count = 0;
+        for (id, ..) in program.elements() {
+            while rung < id.rung {
+                firsts.push(count);
+                rung += 1;
+            }
+            count += 1;
+        }
+        firsts.resize(program.rungs.len() + 1, count);
+        let symbols = evaluator.symbols().len();
+        let size = 500 + 4 * symbols + count + evaluator.eeprom().len();
+        let levels = vec![0; evaluator.adc_symbols().count()];
+        let now = PanelState {
+            evaluator: evaluator.clone(),
+            levels,
+            pulsed: Vec::new(),
+            incoming: VecDeque::new(),
+            free_at: 0,
+            sent: VecDeque::new(),
+            scans: 0,
+        };
+        let begin = PastScan { state: now.clone(), flow: Vec::new() };
+        PanelMachine {
+            program: Arc::new(program),
+            at_power_up: Arc::new(evaluator),
+            first_elements: firsts.into(),
+            past: VecDeque::from([Arc::new(begin)]),
+            current: now,
+            max_kept: (HISTORY_LIMITS.0 / size).clamp(2, HISTORY_LIMITS.1 + 1),
+        }
+    }
+
+    /// Runs scans.
+    pub(super) fn run(&mut self, scans: u64) {
+        for _ in 0..scans {
+            self.scan();
+        }
+    }
+
+    fn scan(&mut self) {
+        let now = &mut self.current;
+        let free = now.evaluator.scans() >= now.free_at && !now.evaluator.has_received_byte();
+        if let Some(byte) = free.then(|| now.incoming.pop_front()).flatten() {
+            now.evaluator.receive(byte);
+            let baud = self.program.settings.baud.unwrap_or(0).max(1);
+            let apart = BYTE_US.div_ceil(baud.saturating_mul(self.program.settings.cycle_us.max(1)));
+            now.free_at = now.evaluator.scans().saturating_add(apart);
+        }
+        let mut flow = vec![0; self.first_elements.last().copied().unwrap_or(0)];
+        let firsts = &self.first_elements;
+        now.evaluator.scan_watched(&mut |id, came, went| {
+            let at = firsts.get(id.rung as usize).map(|first| first + id.index as usize);
+            if let Some(slot) = at.and_then(|at| flow.get_mut(at)) {
+                *slot = 1 | u8::from(came) << 1 | u8::from(went) << 2;
+            }
+        });
+        now.scans += 1;
+        if let Some(byte) = now.evaluator.sent() {
+            if now.sent.len() == MAX_SENT_BYTES {
+                now.sent.pop_front();
+            }
+            now.sent.push_back(byte);
+        }
+        let state = now.clone();
+        now.release_pulsed();
+        self.keep(PastScan { state, flow });
+    }
+
+    fn keep(&mut self, moment: PastScan) {
+        if self.past.len() >= self.max_kept {
+            self.past.pop_front();
+        }
+        self.past.push_back(Arc::new(moment));
+    }
+
+    /// Goes back by scans, as far as they are kept, and tells by how many. Switches go back too.
+    pub(super) fn go_back(&mut self, scans: usize) -> usize {
+        let scans = scans.min(self.past.len() - 1);
+        self.past.truncate(self.past.len() - scans);
+        if let (true, Some(last)) = (scans > 0, self.past.back()) {
+            self.current = last.state.clone();
+            if last.has_run() {
+                self.current.release_pulsed();
+            }
+        }
+        scans
+    }
+
+    /// Takes the power away and gives it back: switches, levels and the EEPROM stay.
+    pub(super) fn power_cycle(&mut self) {
+        let old = std::mem::replace(&mut self.current.evaluator, (*self.at_power_up).clone());
+        for (symbol, kind) in old.symbols().iter().map(|s| s.kind).enumerate() {
+            // All but the switches is as at power-up, whatever was set before the first scan.
+            let value = if kind == SymbolKind::Input { old.get(symbol) } else { self.at_power_up.get(symbol) };
+            self.current.evaluator.set(symbol, value);
+        }
+        for (cell, byte) in old.eeprom().iter().enumerate() {
+            self.current.evaluator.set_eeprom(cell, *byte);
+        }
+        self.levels_in();
+        (self.current.free_at, self.current.incoming) = (0, VecDeque::new());
+        self.keep(PastScan { state: self.current.clone(), flow: Vec::new() });
+    }
+
+    fn levels_in(&mut self) {
+        let symbols: Vec<usize> = self.current.evaluator.adc_symbols().collect();
+        for (symbol, level) in symbols.into_iter().zip(&self.current.levels) {
+            self.current.evaluator.set_adc(symbol, *level);
+        }
+    }
+
+    /// Throws a switch, or sets another symbol.
+    pub(super) fn set(&mut self, symbol: usize, value: i32) {
+        self.current.evaluator.set(symbol, value);
+        self.current.pulsed.retain(|pulsed| *pulsed != symbol);
+    }
+
+    /// The other position of a switch, for one scan.
+    pub(super) fn pulse(&mut self, symbol: usize) {
+        let value = i32::from(self.get(symbol) == 0);
+        self.set(symbol, value);
+        self.current.pulsed.push(symbol);
+    }
+
+    /// True while an input is to go back after the next scan.
+    pub(super) fn is_pulsed(&self, symbol: usize) -> bool {
+        self.current.pulsed.contains(&symbol)
+    }
+
+    pub(super) fn set_level(&mut self, symbol: usize, level: u16) {
+        let at = self.current.evaluator.adc_symbols().position(|adc| adc == symbol);
+        if let Some(slot) = at.and_then(|at| self.current.levels.get_mut(at)) {
+            *slot = level.min(1023);
+            self.current.evaluator.set_adc(symbol, level.min(1023));
+        }
+    }
+
+    /// The analog inputs with their levels.
+    pub(super) fn levels(&self) -> impl Iterator<Item = (usize, u16)> {
+        self.current.evaluator.adc_symbols().zip(self.current.levels.iter().copied())
+    }
+
+    /// Lets bytes arrive on the serial line, as fast as it is.
+    pub(super) fn send(&mut self, bytes: &[u8]) {
+        self.current.incoming.extend(bytes);
+    }
+
+    /// Bytes that are still to arrive.
+    pub(super) fn incoming_bytes(&self) -> usize {
+        self.current.incoming.len()
+    }
+
+    pub(super) fn get(&self, symbol: usize) -> i32 {
+        self.current.evaluator.get(symbol)
+    }
+
+    pub(super) fn index(&self, name: &str) -> Option<usize> {
+        self.current.evaluator.index(name)
+    }
+
+    pub(super) fn symbols(&self) -> &[LadderSymbol] {
+        self.current.evaluator.symbols()
+    }
+
+    pub(super) fn symbols_of(&self, is: impl Fn(SymbolKind) -> bool) -> impl Iterator<Item = usize> {
+        self.symbols().iter().enumerate().filter(move |(_, s)| is(s.kind)).map(|(at, _)| at)
+    }
+
+    /// The evaluator, to look at.
+    pub(super) fn evaluator(&self) -> &Evaluator {
+        &self.current.evaluator
+    }
+
+    pub(super) fn sent(&self) -> &VecDeque<u8> {
+        &self.current.sent
+    }
+
+    /// Whether the program can send.
+    pub(super) fn can_send(&self) -> bool {
+        self.has_element(|e| matches!(e, Element::UartSend { .. } | Element::FormattedString { .. }))
+    }
+
+    /// Whether the program can receive.
+    pub(super) fn can_receive(&self) -> bool {
+        self.has_element(|e| matches!(e, Element::UartRecv { .. }))
+    }
+
+    fn has_element(&self, is: impl Fn(&Element) -> bool) -> bool {
+        self.program.elements().any(|(_, element, _)| is(element))
+    }
+
+    pub(super) fn cycle_us(&self) -> u64 {
+        self.program.settings.cycle_us
+    }
+
+    /// Number of elements.
+    pub(super) fn elements(&self) -> usize {
+        self.first_elements.last().copied().unwrap_or(0)
+    }
+
+    /// What the scans left that are kept, the last one last. The first is from before them.
+    pub(super) fn past(&self) -> impl DoubleEndedIterator<Item = &PastScan> + ExactSizeIterator {
+        self.past.iter().map(|moment| &**moment)
+    }
+}
+
+impl PowerFlowSource for PanelMachine {
+    fn power_flow(&self, id: ElementId) -> Option<(bool, bool)> {
+        let at = self.first_elements.get(id.rung as usize)? + id.index as usize;
+        let bits = *self.past.back()?.flow.get(at)?;
+        (bits & 1 == 1).then_some((bits & 2 != 0, bits & 4 != 0))
+    }
+
+    fn bit_value(&self, name: &str) -> Option<bool> {
+        let index = self.index(name)?;
+        self.symbols().get(index)?.kind.is_bit().then(|| self.get(index) != 0)
+    }
+}

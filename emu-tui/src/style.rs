@@ -1,0 +1,151 @@
+//! Styles, with and without colours, and writing into a picture.
+
+use ratatui_core::buffer::Buffer;
+use ratatui_core::layout::Rect;
+use ratatui_core::style::{Color, Modifier, Style};
+
+/// How things look. Without colours nothing is lost: what a colour says is also said by a sign or by its weight.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ScreenStyle {
+    /// With colours.
+    pub color: bool,
+}
+
+#[rustfmt::skip]
+impl ScreenStyle {
+    fn of(self, color: Color, modifier: Modifier) -> Style {
+        let plain = Style::new().add_modifier(modifier);
+        if self.color { plain.fg(color) } else { plain }
+    }
+    /// Text.
+    #[must_use] pub fn text(self) -> Style { Style::new() }
+    /// What carries power, or is true.
+    #[must_use] pub fn live(self) -> Style { self.of(Color::Green, Modifier::BOLD) }
+    /// What carries none.
+    #[must_use] pub fn dead(self) -> Style { self.of(Color::DarkGray, if self.color { Modifier::empty() } else { Modifier::DIM }) }
+    /// Remarks.
+    #[must_use] pub fn faint(self) -> Style { self.dead() }
+    /// Comments of the program.
+    #[must_use] pub fn comment(self) -> Style { self.of(Color::Cyan, Modifier::empty()) }
+    /// A lamp that is lit.
+    #[must_use] pub fn lamp(self) -> Style { self.of(Color::Yellow, Modifier::BOLD) }
+    /// A key to press.
+    #[must_use] pub fn key(self) -> Style { self.of(Color::Cyan, Modifier::BOLD) }
+    /// The name of a part of the screen.
+    #[must_use] pub fn title(self) -> Style { self.of(Color::Blue, Modifier::BOLD) }
+    /// The uppermost line.
+    #[must_use] pub fn bar(self) -> Style { Style::new().add_modifier(Modifier::REVERSED) }
+    /// What has just changed, or stands out.
+    #[must_use] pub fn change(self) -> Style { self.of(Color::Yellow, Modifier::BOLD) }
+    /// What went wrong.
+    #[must_use] pub fn wrong(self) -> Style { self.of(Color::Red, Modifier::BOLD) }
+    /// True or not.
+    #[must_use] pub fn on(self, on: bool) -> Style { if on { self.live() } else { self.dead() } }
+}
+
+/// A place to write in: nothing is ever written beside it.
+pub struct PaneArea<'a> {
+    picture: &'a mut Buffer,
+    /// The place.
+    pub area: Rect,
+}
+
+impl<'a> PaneArea<'a> {
+    /// The part of a picture that lies in `area`.
+    pub fn new(picture: &'a mut Buffer, area: Rect) -> PaneArea<'a> {
+        let area = area.intersection(picture.area);
+        PaneArea { picture, area }
+    }
+
+    /// Writes text from a place on, counted from the corner, and gives the column behind it.
+    pub fn put(&mut self, x: u16, y: u16, text: &str, style: Style) -> u16 {
+        if x >= self.area.width || y >= self.area.height {
+            return x;
+        }
+        let room = usize::from(self.area.width - x);
+        let (end, _) = self.picture.set_stringn(self.area.x + x, self.area.y + y, text, room, style);
+        end - self.area.x
+    }
+
+    /// Writes text that ends at a column.
+    pub fn put_right(&mut self, end: u16, y: u16, text: &str, style: Style) {
+        let width = u16::try_from(text.chars().count()).unwrap_or(u16::MAX);
+        if width <= end {
+            self.put(end - width, y, text, style);
+        }
+    }
+
+    /// A line with a name in it: the head of a part.
+    pub fn put_heading(&mut self, y: u16, name: &str, look: ScreenStyle) {
+        let end = self.put(0, y, name, look.title());
+        let rule = "─".repeat(usize::from(self.area.width.saturating_sub(end + 1)));
+        self.put(end + 1, y, &rule, look.faint());
+    }
+
+    /// One style for a whole line.
+    pub fn style_line(&mut self, y: u16, style: Style) {
+        if y < self.area.height {
+            self.picture.set_style(Rect { y: self.area.y + y, height: 1, ..self.area }, style);
+        }
+    }
+}
+
+/// Cuts a text to a width and says so.
+#[must_use]
+pub fn truncate_text(text: &str, width: usize) -> String {
+    if text.chars().count() <= width {
+        return text.to_owned();
+    }
+    let mut out: String = text.chars().take(width.saturating_sub(1)).collect();
+    out.push('…');
+    out
+}
+
+/// A command line that is being typed.
+pub fn draw_prompt(paper: &mut PaneArea<'_>, line: &str, look: ScreenStyle) {
+    // The end of a long line is what is being typed.
+    let room = usize::from(paper.area.width).saturating_sub(2);
+    let count = line.chars().count();
+    let shown: String = line.chars().skip(count.saturating_sub(room)).collect();
+    let end = paper.put(0, 0, ":", look.key());
+    let end = paper.put(end, 0, &shown, look.text());
+    paper.put(end, 0, "█", look.text());
+}
+
+/// Keys with what they do, as many as fit.
+pub fn draw_keys(paper: &mut PaneArea<'_>, keys: &[(&str, &str)], look: ScreenStyle) {
+    let mut x = 0;
+    for (key, does) in keys {
+        let width = u16::try_from(key.len() + does.len() + 3).unwrap_or(u16::MAX);
+        if x + width > paper.area.width + 2 {
+            break;
+        }
+        x = paper.put(x, 0, key, look.key());
+        x = paper.put(x + 1, 0, does, look.text()) + 2;
+    }
+}
+
+/// A box with keys, over everything.
+pub fn draw_help(picture: &mut Buffer, area: Rect, text: &str, look: ScreenStyle) {
+    let lines: Vec<&str> = text.lines().collect();
+    let widest = lines.iter().map(|l| l.chars().count()).max().unwrap_or(0);
+    let width = u16::try_from(widest + 4).unwrap_or(u16::MAX).min(area.width);
+    let height = u16::try_from(lines.len() + 2).unwrap_or(u16::MAX).min(area.height);
+    let place = Rect { x: area.x + (area.width - width) / 2, y: area.y + (area.height - height) / 2, width, height };
+    let mut paper = PaneArea::new(picture, place);
+    let inner = usize::from(width.saturating_sub(2));
+    let rule = "─".repeat(inner);
+    let mut inside = Vec::new();
+    paper.put(0, 0, &format!("┌{rule}┐"), look.title());
+    paper.put(2, 0, " Keys ", look.title());
+    for y in 1..height.saturating_sub(1) {
+        let text = lines.get(usize::from(y) - 1).copied().unwrap_or("");
+        paper.put(0, y, &format!("│{:inner$}│", ""), look.title());
+        let room = Rect { x: place.x + 2, y: place.y + y, width: width.saturating_sub(4), height: 1 };
+        inside.push((room, text));
+    }
+    paper.put(0, height.saturating_sub(1), &format!("└{rule}┘"), look.title());
+    for (room, text) in inside {
+        PaneArea::new(picture, room).put(0, 0, text, look.text());
+    }
+}

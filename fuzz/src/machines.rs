@@ -1,0 +1,91 @@
+//! Chips and machines: one chip of each family stands for it.
+
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::cpu::{Cpu, RamInit};
+use emu_core::image::{Image, Segment};
+use emu_debug::debug::{SessionOptions, MachineWithDevices, NameScope, DebugSession, DynMachine};
+use emu_debug::{AttachedDevices, CycleClock};
+
+/// The families, in the order of [`chips`].
+pub(crate) const FAMILIES: [ChipFamily; 4] = [ChipFamily::Avr, ChipFamily::Mcs51, ChipFamily::Pic16, ChipFamily::Ap101];
+
+/// The chip that stands for a family.
+pub(crate) fn family_chip(family: ChipFamily) -> &'static Chip {
+    let found = match family {
+        ChipFamily::Avr => emu_avr::chips::chip("atmega328p"),
+        ChipFamily::Mcs51 => emu_8051::chips::chip("at89s52"),
+        ChipFamily::Pic16 => emu_pic16::chips::chip("pic16f877a"),
+        ChipFamily::Ap101 => Some(&emu_ap101::chips::AP101),
+    };
+    found.expect("the families have these chips")
+}
+
+/// All of them.
+pub(crate) fn family_chips() -> impl Iterator<Item = &'static Chip> {
+    FAMILIES.into_iter().map(family_chip)
+}
+
+/// Something to do with a machine of whatever family.
+pub(crate) trait MachineVisitor {
+    /// What it gives.
+    type Output;
+    /// Does it, with a machine after power-up.
+    fn visit<C: Cpu + 'static>(self, cpu: C) -> Self::Output;
+}
+
+/// Does it with a machine of a chip that has the image in its memories and zeros in RAM.
+pub(crate) fn visit_machine<V: MachineVisitor>(chip: &'static Chip, image: &Image, visitor: V) -> V::Output {
+    match chip.family {
+        ChipFamily::Avr => visitor.visit(emu_avr::Avr::new(chip, image, RamInit::Zero)),
+        ChipFamily::Mcs51 => visitor.visit(emu_8051::Mcs51::new(chip, image, RamInit::Zero)),
+        ChipFamily::Pic16 => visitor.visit(emu_pic16::Pic16::new(chip, image, RamInit::Zero)),
+        ChipFamily::Ap101 => visitor.visit(emu_ap101::Ap101::new(image)),
+    }
+}
+
+/// A program that counts for ever and writes memory, in the assembly of a family.
+pub(crate) fn family_program(family: ChipFamily) -> &'static str {
+    match family {
+        ChipFamily::Avr => {
+            "ldi r16, 0x40\nloop: sts 0x100, r16\ninc r16\nout 5, r16\nrcall sub\nrjmp loop\nsub: push r16\npop r16\nret\n"
+        }
+        ChipFamily::Mcs51 => "loop: inc 30h\nmov p1, 30h\nlcall sub\nsjmp loop\nsub: push acc\npop acc\nret\n",
+        ChipFamily::Pic16 => "loop: incf 0x20, f\nmovf 0x20, w\nmovwf 6\ncall sub\ngoto loop\nsub: nop\nreturn\n",
+        ChipFamily::Ap101 => "channels 8, 4\nld i1\nand i2\nsto e1\nld i3\nand i4\nsto e2\n",
+    }
+}
+
+/// The image of a source; an empty one where it is refused.
+pub(crate) fn assemble(chip: &'static Chip, source: &str) -> Image {
+    emu_asm::assemble_text(chip, source).unwrap_or_default()
+}
+
+/// An image whose program memory begins with these bytes, as far as they fit.
+pub(crate) fn image_of_bytes(chip: &'static Chip, bytes: &[u8]) -> Image {
+    let end = bytes.len().min(chip.flash_bytes as usize) & !(chip.word_bytes as usize - 1);
+    let bytes: Vec<u8> = bytes.get(..end).unwrap_or_default().to_vec();
+    let segments = if bytes.is_empty() { Vec::new() } else { vec![Segment { space: chip.code_space, addr: 0, bytes }] };
+    Image { segments, ..Image::default() }
+}
+
+/// Makes a machine one for the debugger.
+pub(crate) struct ToDynMachine;
+
+impl MachineVisitor for ToDynMachine {
+    type Output = (Box<dyn DynMachine>, CycleClock);
+
+    fn visit<C: Cpu + 'static>(self, mut cpu: C) -> Self::Output {
+        let clock = CycleClock { hz: cpu.chip().default_hz, clocks_per_cycle: cpu.clocks_per_cycle() };
+        let mut board = AttachedDevices::new(Vec::new(), clock);
+        board.connect(&mut cpu);
+        (Box::new(MachineWithDevices::new(cpu, board)), clock)
+    }
+}
+
+/// A session of the debugger on a machine with an image.
+pub(crate) fn open_session(chip: &'static Chip, image: Image) -> DebugSession {
+    let (target, clock) = visit_machine(chip, &image, ToDynMachine);
+    let mut scope = NameScope::new(chip);
+    (scope.symbols, scope.lines) = (image.symbols, image.lines);
+    DebugSession::new(target, scope, SessionOptions { clock, history_bytes: 4 << 20, follower: None })
+}

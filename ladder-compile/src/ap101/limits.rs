@@ -1,0 +1,118 @@
+//! What the machine cannot express: all that computes with integers, and timers and counters that are not what its modules are.
+
+use std::collections::HashSet;
+
+use ladder::{CounterKind, ElementId};
+
+use super::layout::{used_modules, module_preset};
+use crate::ir::{BranchCondition, Ir, TimedModule, IrOp, WordOperand, WordId, min_bytes};
+use crate::target::{CompileJob, BuildRefusal};
+
+/// Every reason, at most one for each element, in order.
+pub(super) fn unsupported_ops(job: &CompileJob<'_>) -> Vec<BuildRefusal> {
+    let ir = job.ir;
+    let mut look = LimitCheck { ir, modules: used_modules(ir).iter().map(|(_, word, _)| *word).collect(), seen_words: Vec::new() };
+    let mut reasons = Vec::new();
+    for step in ir.rungs.iter().flat_map(|rung| &rung.steps) {
+        if let Some((cause, hint)) = look.check_op(&step.op) {
+            reasons.push((Some(step.element), cause, hint));
+        }
+    }
+    // What belongs to no element is there because of one that does.
+    if reasons.is_empty() {
+        let ops = ir.prologue.iter().chain(&ir.epilogue);
+        reasons.extend(ops.filter_map(|op| look.check_op(op)).map(|(cause, hint)| (None, cause, hint)));
+    }
+    if reasons.is_empty() {
+        let cells = (0..).zip(&ir.words).filter(|(n, _)| !look.modules.contains(&WordId(*n)));
+        reasons.extend(cells.map(|(_, cell)| (None, format!("`{}` is an integer, {BITS}", cell.name), TIMERS)));
+    }
+    let mut elements: HashSet<ElementId> = HashSet::new();
+    reasons.retain(|(element, ..)| element.is_none_or(|element| elements.insert(element)));
+    let lacks = |(element, cause, hint): (_, _, &str)| BuildRefusal::Unsupported { cause, hint: hint.to_owned(), element };
+    reasons.into_iter().map(lacks).collect()
+}
+
+const BITS: &str = "and the machine computes with single bits";
+const TIMERS: &str =
+    "AP101 has contacts, coils, one shots, the master relay, timers and counters with constant limits, and RES";
+
+struct LimitCheck<'a> {
+    ir: &'a Ir,
+    /// Words that are timers or counters.
+    modules: HashSet<WordId>,
+    /// Those of which the element has come already.
+    seen_words: Vec<WordId>,
+}
+
+impl LimitCheck<'_> {
+    fn name(&self, word: WordId) -> &str {
+        self.ir.words.get(word.0 as usize).map_or("?", |cell| &cell.name)
+    }
+
+    /// Why an operation is refused: cause and hint.
+    fn check_op(&mut self, op: &IrOp) -> Option<(String, &'static str)> {
+        let text = || self.ir.op_text(op);
+        match op {
+            IrOp::SetAccumulator(_)
+            | IrOp::Load { .. }
+            | IrOp::And { .. }
+            | IrOp::Or { .. }
+            | IrOp::Store { .. }
+            | IrOp::SetBit { .. }
+            | IrOp::Rising(_)
+            | IrOp::Falling(_)
+            | IrOp::Logic { .. } => None,
+            IrOp::Move { dst, src: WordOperand::Const(0) } if self.modules.contains(dst) => None,
+            IrOp::Move { .. } | IrOp::Math { .. } | IrOp::AndCompare(_) | IrOp::Lookup { .. } => {
+                Some((format!("`{}` computes with integers, {BITS}", text()), TIMERS))
+            }
+            IrOp::ReadAdc { .. } => Some((format!("`{}`: AP101 has no converter", text()), TIMERS)),
+            IrOp::SetPwm { .. } => Some((format!("`{}`: AP101 has no PWM output", text()), TIMERS)),
+            IrOp::Send { .. } | IrOp::Receive { .. } => Some((format!("`{}`: AP101 has no serial line", text()), TIMERS)),
+            IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } => Some((format!("`{}`: AP101 has no EEPROM", text()), TIMERS)),
+            IrOp::Module { module: is, word, limit } => self.check_module(*is, *word, *limit),
+            IrOp::If { cond, if_true: then, if_false: otherwise } => {
+                // The first reason within says more than the condition.
+                let within = then.iter().chain(otherwise).find_map(|op| self.check_op(op));
+                let compares = matches!(cond, BranchCondition::Compare(_));
+                let line = text().lines().next().unwrap_or_default().to_owned();
+                within.or_else(|| compares.then(|| (format!("`{line}` compares integers, {BITS}"), TIMERS)))
+            }
+        }
+    }
+
+    fn check_module(&mut self, is: TimedModule, word: WordId, limit: WordOperand) -> Option<(String, &'static str)> {
+        let name = self.name(word).to_owned();
+        if self.seen_words.contains(&word) {
+            let cause = format!("`{name}` has a timer or counter already, and each is a module of its own");
+            return Some((cause, "give each timer and counter a name of its own"));
+        }
+        self.seen_words.push(word);
+        let cell = self.ir.words.get(word.0 as usize)?;
+        if let WordOperand::Cell(other) = limit {
+            let cause = format!("the limit of `{name}` is the integer `{}`, {BITS}", self.name(other));
+            return Some((cause, "give it a constant"));
+        }
+        if module_preset(is, limit).is_none()
+            || cell.bytes > 2
+            || matches!(limit, WordOperand::Const(max) if min_bytes(max) > cell.bytes)
+        {
+            let (low, high) = match is {
+                TimedModule::Timer(_) => (1, i16::MAX),
+                TimedModule::Counter { kind: CounterKind::Ctd, bounded: true, .. } => (i16::MIN, i16::MAX - 1),
+                TimedModule::Counter { .. } => (i16::MIN, i16::MAX),
+            };
+            let WordOperand::Const(limit) = limit else { return None };
+            let cause = format!(
+                "`{name}` has the limit {limit} and {} bytes; modules have limits from {low} to {high} and 2 bytes",
+                cell.bytes
+            );
+            return Some((cause, "choose a limit within that; a timer of a longer delay needs a longer cycle"));
+        }
+        (cell.initial != 0).then(|| {
+            let cause = format!("`{name}` starts at {}, a module at 0", cell.initial);
+            (cause, "let it start at 0")
+        })
+    }
+}

@@ -1,0 +1,180 @@
+//! Operations on the peripherals and on tables.
+
+use emu_avr::isa::Kind;
+
+use super::arch::AvrJump;
+use super::pwm::AvrPwmSetup;
+use super::registers::{self, A, BYTE, SCRATCH, ZERO};
+use super::runtime::AvrRoutine;
+use super::select::AvrSelector;
+use super::serial::{self, AvrUartSetup};
+use super::words::consecutive_registers;
+use crate::code::CodeLabel;
+use crate::ir::{WordOperand, WordId};
+
+/// How the peripherals of a program are set.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct AvrPeripherals {
+    /// The serial line.
+    pub serial: Option<AvrUartSetup>,
+    /// The PWM output.
+    pub pwm: Option<AvrPwmSetup>,
+    /// The converter: ADMUX of each analog input.
+    pub adc_selects: Vec<u8>,
+    /// Turns of the loop that waits for a conversion.
+    pub conversion_iterations: u32,
+    /// Tables in program memory, by their number in the intermediate code.
+    pub tables: Vec<CodeLabel>,
+}
+
+/// Z.
+const POINTER: i32 = 30;
+
+impl AvrSelector<'_> {
+    /// dst := table[index].
+    pub fn look_up(&mut self, dst: WordId, index: WordId, table: u32) {
+        let (ir, devices) = (self.ir, self.devices);
+        let found = ir.tables.get(table as usize).zip(devices.tables.get(table as usize));
+        let Some((table, &label)) = found else {
+            self.internal_error = Some(format!("there is no table {table}"));
+            return;
+        };
+        let bytes = i32::from(table.bytes);
+        let short = table.values.len() * usize::from(table.bytes) <= 256;
+        let pointer = consecutive_registers(POINTER);
+        let width = if short { 1 } else { 2 };
+        self.load_value(WordOperand::Cell(index), width, pointer);
+        let add = |this: &mut Self, other: i32| {
+            this.asm.op(Kind::Add, &[POINTER, other]);
+            if !short {
+                this.asm.op(Kind::Adc, &[POINTER + 1, other + 1]);
+            }
+        };
+        match bytes {
+            2 => add(self, POINTER),
+            3 => {
+                self.copy_registers(consecutive_registers(BYTE), pointer, width);
+                add(self, POINTER);
+                add(self, BYTE);
+            }
+            4 => {
+                add(self, POINTER);
+                add(self, POINTER);
+            }
+            _ => {}
+        }
+        if short {
+            self.asm.op(Kind::Ldi, &[POINTER + 1, 0]);
+        }
+        // Program memory counts bytes here: the sum is a difference with the negated address.
+        self.asm.op_with_label_value(Kind::Subi, &[POINTER, 0], 1, label, |word| (2 * word as i32).wrapping_neg() & 0xFF);
+        self.asm.op_with_label_value(Kind::Sbci, &[POINTER + 1, 0], 1, label, |word| (2 * word as i32).wrapping_neg() >> 8 & 0xFF);
+        let wanted = self.bytes(dst);
+        let home = self.home_registers(dst);
+        let to = home.unwrap_or(A);
+        let have = wanted.min(usize::from(table.bytes));
+        for (n, &reg) in to.iter().enumerate().take(have) {
+            self.asm.op(if n + 1 < have { Kind::LpmZi } else { Kind::LpmZ }, &[reg]);
+        }
+        if table.values.iter().any(|&value| value < 0) {
+            self.sign_extend(to, have, wanted);
+        } else {
+            to.iter().take(wanted).skip(have).for_each(|&reg| self.asm.op(Kind::Mov, &[reg, ZERO]));
+        }
+        if home.is_some() {
+            self.invalidate_cached(dst);
+        } else {
+            self.known.a = None;
+            self.store_registers(dst, A);
+        }
+    }
+
+    /// dst := the conversion of an input.
+    pub fn read_adc(&mut self, dst: WordId, input: u32) {
+        let devices = self.devices;
+        // With one input it is selected for ever.
+        if let (Some(&select), true) = (devices.adc_selects.get(input as usize), devices.adc_selects.len() > 1) {
+            registers::write_constant(self.asm, self.regs.addr(&["ADMUX"]), select.into(), SCRATCH);
+        }
+        self.routine(AvrRoutine::Convert(devices.conversion_iterations));
+        let wanted = self.bytes(dst);
+        A.iter().take(wanted).skip(2).for_each(|&reg| self.asm.op(Kind::Mov, &[reg, ZERO]));
+        self.store_registers(dst, A);
+    }
+
+    /// The duty of the PWM output := a value.
+    pub fn set_pwm(&mut self, duty: WordOperand) {
+        let Some(pwm) = self.devices.pwm else {
+            self.internal_error = Some("the PWM output has no frequency".to_owned());
+            return;
+        };
+        match duty {
+            WordOperand::Const(duty) => pwm.set_constant_duty(self.asm, self.regs, duty),
+            WordOperand::Cell(word) => {
+                let bytes = self.bytes(word);
+                self.load_value(duty, bytes, A);
+                pwm.set_variable_duty(self.asm, self.regs, bytes);
+                self.known.a = None;
+            }
+        }
+    }
+
+    /// The low byte goes to the transmitter.
+    pub fn send(&mut self, value: WordOperand) {
+        let [from, ..] = self.source_registers(value, 1, A);
+        registers::write(self.asm, self.regs.addr(serial::DATA), from);
+    }
+
+    /// T := a byte has come; it goes to dst.
+    pub fn receive(&mut self, dst: WordId) {
+        let over = self.asm.new_label();
+        let (status, bit) = (self.regs.addr(serial::STATUS), self.regs.bit(serial::RECEIVED));
+        self.asm.op(Kind::Clt, &[]);
+        if registers::is_bit_addressable(status) {
+            self.asm.op(Kind::Sbis, &[status - 0x20, bit]);
+        } else {
+            registers::read(self.asm, BYTE, status);
+            self.asm.op(Kind::Sbrs, &[BYTE, bit]);
+        }
+        self.asm.jump(AvrJump::To, over);
+        let before = self.known.a;
+        let wanted = self.bytes(dst);
+        let home = self.home_registers(dst);
+        let to = home.unwrap_or(A);
+        registers::read(self.asm, to[0], self.regs.addr(serial::DATA));
+        to.iter().take(wanted).skip(1).for_each(|&reg| self.asm.op(Kind::Mov, &[reg, ZERO]));
+        if home.is_none() {
+            self.store_registers(dst, A);
+        }
+        self.asm.op(Kind::Set, &[]);
+        self.asm.place_label(over);
+        // A holds dst on one of the two ways, or what it held before, or neither.
+        self.known.a = before.filter(|_| home.is_some());
+        self.invalidate_cached(dst);
+        self.known.t = None;
+    }
+
+    /// The address of a cell of the EEPROM to the routine's register, its high byte to EEARH.
+    fn cell_address(&mut self, addr: u16) {
+        let [low, high] = addr.to_le_bytes();
+        self.asm.op(Kind::Ldi, &[BYTE, low.into()]);
+        if self.ir.eeprom_bytes > 256 {
+            registers::write_constant(self.asm, self.regs.addr(&["EEARH"]), high.into(), SCRATCH);
+        }
+    }
+
+    /// dst := EEPROM.
+    pub fn recall(&mut self, dst: WordId, addr: u16) {
+        self.cell_address(addr);
+        self.routine(AvrRoutine::ReadEeprom(self.layout.bytes(dst)));
+        self.store_registers(dst, A);
+    }
+
+    /// EEPROM := src, one byte of it.
+    pub fn persist(&mut self, src: WordId, addr: u16, busy: WordId, scans: i32) {
+        let bytes = self.layout.bytes(src);
+        self.load_value(WordOperand::Cell(src), bytes.into(), A);
+        self.cell_address(addr);
+        self.routine(AvrRoutine::WriteEeprom(bytes, busy, scans));
+    }
+}

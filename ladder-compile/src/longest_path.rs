@@ -1,0 +1,60 @@
+//! The longest path through finished code, in machine cycles.
+
+use std::collections::HashMap;
+
+use crate::code::{FinishedCode, ControlFlow, CodeInstruction};
+
+/// The longest time from the instruction at word `from` until word `to` is reached for the first time, subroutines
+/// included. All jumps between the two go forward, except jumps back that say how often they are taken.
+#[must_use]
+pub fn longest_path(code: &FinishedCode, from: u32, to: u32) -> u64 {
+    longest_path_cycles(code, from, to, &mut HashMap::new())
+}
+
+fn longest_path_cycles(code: &FinishedCode, from: u32, to: u32, routines: &mut HashMap<u32, u64>) -> u64 {
+    let first = code.instructions.partition_point(|insn| insn.addr < from);
+    let insns: &[CodeInstruction] = code.instructions.get(first..).unwrap_or_default();
+    let insns = &insns[..insns.partition_point(|insn| insn.addr < to)];
+    // Longest time from each address to `to`, filled from the end.
+    let mut remaining: HashMap<u32, u64> = HashMap::from([(to, 0)]);
+    for (n, insn) in insns.iter().enumerate().rev() {
+        let get = |at: u32| remaining.get(&at).copied().unwrap_or(0);
+        let [on, taken, far] = insn.cycles.map(u64::from);
+        let next = insn.addr + insn.len;
+        let time = match (insn.flow, insn.target) {
+            (ControlFlow::Return, _) => on,
+            (ControlFlow::Call, Some(target)) => on + routine_cycles(code, target, routines) + get(next),
+            // The end of the scan goes back to the wait, before everything here.
+            (ControlFlow::Jump, Some(target)) if target < from => taken,
+            // A loop: every turn but the last ends with the jump back; a jump without condition is left by a skip over it.
+            (ControlFlow::Branch, Some(target)) if target <= insn.addr => {
+                let iteration = longest_path_cycles(code, target, insn.addr, routines);
+                u64::from(insn.max_repeats.saturating_sub(1)) * (iteration + taken) + on + get(next)
+            }
+            (ControlFlow::Jump, Some(target)) if target <= insn.addr => {
+                let iteration = longest_path_cycles(code, target, insn.addr, routines);
+                u64::from(insn.max_repeats) * (iteration + taken) + 1 + get(next)
+            }
+            (ControlFlow::Jump, Some(target)) => taken + get(target),
+            (ControlFlow::Branch, Some(target)) => (on + get(next)).max(taken + get(target)),
+            (ControlFlow::Skip, _) => {
+                let skipped = insns.get(n + 1).map_or(1, |i| i.len);
+                (on + get(next)).max(if skipped > 1 { far } else { taken } + get(next + skipped))
+            }
+            _ => on + get(next),
+        };
+        remaining.insert(insn.addr, time);
+    }
+    remaining.get(&from).copied().unwrap_or(0)
+}
+
+/// The longest time in a subroutine, its return included.
+fn routine_cycles(code: &FinishedCode, start: u32, routines: &mut HashMap<u32, u64>) -> u64 {
+    if let Some(&known) = routines.get(&start) {
+        return known;
+    }
+    let end = code.instructions.iter().find(|insn| insn.addr >= start && insn.flow == ControlFlow::Return);
+    let time = longest_path_cycles(code, start, end.map_or(start, |insn| insn.addr + insn.len), routines);
+    routines.insert(start, time);
+    time
+}

@@ -1,0 +1,275 @@
+//! Serial line, strings, converter and EEPROM.
+
+use ladder::format::{StringPiece, split_format_string};
+use ladder::{CompareOp, Element, LadderProgram};
+
+use super::{Lowering, step_word, if_accumulator};
+use crate::ir::{BitId, BitRole, WordComparison, BranchCondition, ArithmeticOp, IrOp, RelationOp, WordOperand, WordId, WordRole, min_bytes};
+
+/// Microseconds that a byte takes in the EEPROM, with all that a chip needs besides.
+const EEPROM_US: u64 = 10_000;
+
+/// Bits on the line for each byte, times microseconds in a second.
+const BYTE_US: u64 = 10_000_000;
+
+/// What says that the transmitter is busy: a bit where a byte is out within one scan, else the scans that it still takes.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum TransmitterBusy {
+    Bit(BitId),
+    Scans(WordId, i32),
+}
+
+/// The cells of every PERSIST, in text order: address and bytes. They follow each other without gaps.
+#[must_use]
+pub fn eeprom_cells(program: &LadderProgram) -> Vec<(u16, u8)> {
+    let symbols = program.symbols();
+    let mut next = 0u16;
+    let mut cells = Vec::new();
+    for (_, element, _) in program.elements() {
+        if let Element::Persist { name } = element {
+            let bytes = symbols.iter().find(|s| s.name == *name).map_or(2, |s| s.bytes);
+            cells.push((next, bytes));
+            next = next.saturating_add(bytes.into());
+        }
+    }
+    cells
+}
+
+impl Lowering<'_> {
+    /// What the program uses of the chip, and what goes on by itself from scan to scan.
+    pub(super) fn set_up_peripherals(&mut self) {
+        let program = self.program;
+        let settings = &program.settings;
+        let cycle = settings.cycle_us.max(1);
+        let mut duties = Vec::new();
+        for (_, element, _) in program.elements() {
+            if let Element::SetPwm { duty, .. } = element {
+                duties.push(self.value(duty));
+            }
+            match element {
+                Element::UartSend { .. } | Element::FormattedString { .. } => self.ir.uart.send = true,
+                Element::UartRecv { .. } => self.ir.uart.receive = true,
+                Element::SetPwm { hertz: ladder::LadderOperand::Const { value, .. }, .. } => {
+                    self.ir.pwm_hz = u32::try_from(*value).ok();
+                }
+                _ => {}
+            }
+        }
+        if duties.len() > 1 {
+            // The output must not follow each of them within one scan: the last one that acts sets it when the rungs are done.
+            let width = |duty: &WordOperand| match duty {
+                WordOperand::Cell(word) => self.ir.bytes(*word),
+                WordOperand::Const(constant) => min_bytes(*constant),
+            };
+            let bytes = duties.iter().map(width).max().unwrap_or(2);
+            let word = self.new_word_cell("duty".to_owned(), WordRole::Temporary, bytes, 0);
+            let given = self.new_bit("duty given".to_owned(), BitRole::Temporary);
+            self.ir.prologue.push(IrOp::SetBit { bit: given, value: false });
+            let set = IrOp::SetPwm { duty: WordOperand::Cell(word) };
+            self.ir.epilogue.push(IrOp::If { cond: BranchCondition::Bit(given), if_true: vec![set], if_false: Vec::new() });
+            self.duty = Some((word, given));
+        }
+        if self.ir.uart.send {
+            // The checks have refused a program without a rate, and one without a cycle.
+            let bits = settings.baud.unwrap_or(1).max(1).saturating_mul(cycle);
+            let scans = i32::try_from(BYTE_US.div_ceil(bits)).unwrap_or(i32::MAX).max(1);
+            self.transmitter_busy = Some(if scans == 1 {
+                let bit = self.new_bit("busy".to_owned(), BitRole::Temporary);
+                self.ir.prologue.push(IrOp::SetBit { bit, value: false });
+                TransmitterBusy::Bit(bit)
+            } else {
+                let word = self.new_word_cell("busy".to_owned(), WordRole::Memory, min_bytes(scans), 0);
+                self.ir.prologue.push(count_down(word));
+                TransmitterBusy::Scans(word, scans)
+            });
+        }
+        if let Some(&(addr, bytes)) = eeprom_cells(program).last() {
+            self.ir.eeprom_bytes = addr.saturating_add(bytes.into());
+            let scans = i32::try_from(EEPROM_US.div_ceil(cycle)).unwrap_or(i32::MAX).max(1);
+            let role = if scans == 1 { WordRole::Temporary } else { WordRole::Memory };
+            let word = self.new_word_cell("writing".to_owned(), role, min_bytes(scans), 0);
+            self.ir.prologue.push(match scans {
+                1 => IrOp::Move { dst: word, src: WordOperand::Const(0) },
+                _ => count_down(word),
+            });
+            self.eeprom_busy = Some((word, scans));
+        }
+    }
+
+    pub(super) fn set_pwm(&mut self, duty: &ladder::LadderOperand) {
+        let duty = self.value(duty);
+        self.push(if_accumulator(match self.duty {
+            Some((dst, given)) => vec![IrOp::Move { dst, src: duty }, IrOp::SetBit { bit: given, value: true }],
+            None => vec![IrOp::SetPwm { duty }],
+        }));
+    }
+
+    pub(super) fn read_adc(&mut self, name: &str) {
+        let dst = self.word(name);
+        let known = self.ir.adcs.iter().position(|other| other == name);
+        let input = known.unwrap_or_else(|| {
+            self.ir.adcs.push(name.to_owned());
+            self.ir.adcs.len() - 1
+        });
+        self.push(if_accumulator(vec![IrOp::ReadAdc { dst, input: input as u32 }]));
+    }
+
+    /// `then`, which ends with a byte for the transmitter, where that is free.
+    fn if_transmitter_free(&self, mut then: Vec<IrOp>) -> Vec<IrOp> {
+        match self.transmitter_busy {
+            Some(TransmitterBusy::Bit(bit)) => {
+                then.push(IrOp::SetBit { bit, value: true });
+                vec![IrOp::If { cond: BranchCondition::Bit(bit), if_true: Vec::new(), if_false: then }]
+            }
+            Some(TransmitterBusy::Scans(word, scans)) => {
+                then.push(IrOp::Move { dst: word, src: WordOperand::Const(scans) });
+                vec![IrOp::If { cond: is_zero(word), if_true: then, if_false: Vec::new() }]
+            }
+            None => Vec::new(),
+        }
+    }
+
+    pub(super) fn send(&mut self, name: &str) {
+        let value = WordOperand::Cell(self.word(name));
+        let ops = self.if_transmitter_free(vec![IrOp::Send { value }]);
+        self.push(if_accumulator(ops));
+        match self.transmitter_busy {
+            Some(TransmitterBusy::Bit(bit)) => self.push(IrOp::Load { bit, negated: false }),
+            Some(TransmitterBusy::Scans(word, _)) => {
+                self.push(IrOp::SetAccumulator(true));
+                self.push(IrOp::AndCompare(not_zero(word)));
+            }
+            None => {}
+        }
+    }
+
+    /// One character in every scan in which the transmitter is free. `left` counts the characters that are to come, so it is
+    /// also the place in a table that holds them from the last to the first.
+    pub(super) fn send_string(&mut self, var: Option<&str>, text: &str, quoted: bool) {
+        // The checks have refused what has no pieces.
+        let pieces = split_format_string(text, quoted).unwrap_or_default();
+        let count = pieces.len() as i32;
+        if pieces.is_empty() {
+            return self.push(IrOp::SetAccumulator(false));
+        }
+        let memory = self.new_memory();
+        let left = self.new_word_cell(self.element_name("left"), WordRole::Memory, min_bytes(count), 0);
+        let byte = self.temporary("byte", 1);
+        let plain: Vec<i32> =
+            pieces.iter().rev().map(|piece| if let StringPiece::Byte(b) = piece { (*b).into() } else { 32 }).collect();
+        let name = self.element_name("text");
+        let table = self.table(name, plain);
+        let mut start = vec![IrOp::Move { dst: left, src: WordOperand::Const(count) }];
+        let mut next = vec![step_word(left, ArithmeticOp::Sub), IrOp::Lookup { dst: byte, index: left, table }];
+        if let Some(var) = var {
+            next.extend(self.send_number(&pieces, (left, byte), var, &mut start));
+        }
+        next.push(IrOp::Send { value: WordOperand::Cell(byte) });
+        let mut sending = self.if_transmitter_free(next);
+        let more = IrOp::AndCompare(not_zero(left));
+        if let Some(IrOp::If { if_true: then, if_false: otherwise, .. }) = sending.first_mut() {
+            if otherwise.is_empty() { then } else { otherwise }.push(more.clone());
+        }
+        self.push(IrOp::Rising(memory));
+        self.push(if_accumulator(start));
+        self.push(IrOp::SetAccumulator(true));
+        self.push(more);
+        self.push(if_accumulator(sending));
+    }
+
+    /// The places of a number in the text: `byte` becomes their character where it is not the space of the table. Adds to
+    /// `start` what a new transmission needs.
+    fn send_number(&mut self, pieces: &[StringPiece], (left, byte): (WordId, WordId), var: &str, start: &mut Vec<IrOp>) -> Vec<IrOp> {
+        let places: Vec<i32> =
+            (0..).zip(pieces.iter().rev()).filter(|(_, p)| matches!(p, StringPiece::Digit { .. })).map(|(n, _)| n).collect();
+        let (Some(&last), Some(&first)) = (places.first(), places.last()) else { return Vec::new() };
+        let signed = pieces.contains(&StringPiece::Sign);
+        let var = self.word(var);
+        let bytes = self.ir.bytes(var);
+        let rest =
+            if first == last && !signed { var } else { self.new_word_cell(self.element_name("rest"), WordRole::Memory, bytes, 0) };
+        let at = |op, place: i32| {
+            move |lower: &Self, then, otherwise| {
+                lower.if_comparison(op, WordOperand::Cell(left), WordOperand::Const(place), then, otherwise)
+            }
+        };
+        let character = |from: WordId| IrOp::Math { op: ArithmeticOp::Add, dst: byte, a: WordOperand::Cell(from), b: WordOperand::Const(48) };
+        let ones = vec![character(rest)];
+        let mut digits = ones;
+        if first != last {
+            let leading = self.new_bit(self.element_name("leading"), BitRole::Memory);
+            start.push(IrOp::SetBit { bit: leading, value: true });
+            let powers = self.table("powers of ten".to_owned(), vec![10, 100, 1000, 10_000]);
+            let (place, power) = (self.temporary("place", min_bytes(first)), self.temporary("power", 2));
+            let quotient = self.temporary("quotient", bytes);
+            let product = self.temporary("product", bytes);
+            let math = |op, dst, a, b| IrOp::Math { op, dst, a: WordOperand::Cell(a), b };
+            let tens = vec![
+                math(ArithmeticOp::Sub, place, left, WordOperand::Const(last + 1)),
+                IrOp::Lookup { dst: power, index: place, table: powers },
+                math(ArithmeticOp::Div, quotient, rest, WordOperand::Cell(power)),
+                math(ArithmeticOp::Mul, product, quotient, WordOperand::Cell(power)),
+                math(ArithmeticOp::Sub, rest, rest, WordOperand::Cell(product)),
+                IrOp::If {
+                    cond: is_zero(quotient),
+                    if_true: Vec::new(),
+                    if_false: vec![IrOp::SetBit { bit: leading, value: false }],
+                },
+                IrOp::If { cond: BranchCondition::Bit(leading), if_true: Vec::new(), if_false: vec![character(quotient)] },
+            ];
+            digits = at(CompareOp::Equ, last)(self, digits, tens);
+            if !signed {
+                let take = IrOp::Move { dst: rest, src: WordOperand::Cell(var) };
+                digits.splice(0..0, at(CompareOp::Equ, first)(self, vec![take], Vec::new()));
+            }
+        }
+        let mut out = digits;
+        if last > 0 {
+            out = at(CompareOp::Geq, last)(self, out, Vec::new());
+        }
+        let top = if signed { first + 1 } else { first };
+        if signed {
+            let minus = IrOp::Math { op: ArithmeticOp::Sub, dst: rest, a: WordOperand::Const(0), b: WordOperand::Cell(rest) };
+            let sign = vec![
+                IrOp::Move { dst: rest, src: WordOperand::Cell(var) },
+                IrOp::If {
+                    cond: BranchCondition::Compare(WordComparison { a: rest, rel: RelationOp::Lt, b: WordOperand::Const(0) }),
+                    if_true: vec![minus, IrOp::Move { dst: byte, src: WordOperand::Const(b'-'.into()) }],
+                    if_false: Vec::new(),
+                },
+            ];
+            out = at(CompareOp::Equ, top)(self, sign, out);
+        }
+        // Characters before the number need none of this.
+        if top + 1 < pieces.len() as i32 { at(CompareOp::Leq, top)(self, out, Vec::new()) } else { out }
+    }
+
+    pub(super) fn persist(&mut self, name: &str) {
+        let src = self.word(name);
+        let (Some((addr, _)), Some((busy, scans))) = (self.eeprom_cells.next(), self.eeprom_busy) else { return };
+        let loaded = self.new_bit(self.element_name("loaded"), BitRole::Memory);
+        let either = IrOp::If {
+            cond: BranchCondition::Bit(loaded),
+            if_true: vec![IrOp::WriteEeprom { src, addr, busy, scans }],
+            if_false: vec![IrOp::ReadEeprom { dst: src, addr }, IrOp::SetBit { bit: loaded, value: true }],
+        };
+        self.push(if_accumulator(vec![IrOp::If { cond: is_zero(busy), if_true: vec![either], if_false: Vec::new() }]));
+    }
+}
+
+fn compare_zero(word: WordId, rel: RelationOp) -> WordComparison {
+    WordComparison { a: word, rel, b: WordOperand::Const(0) }
+}
+
+fn is_zero(word: WordId) -> BranchCondition {
+    BranchCondition::Compare(compare_zero(word, RelationOp::Eq))
+}
+
+fn not_zero(word: WordId) -> WordComparison {
+    compare_zero(word, RelationOp::Ne)
+}
+
+/// One less, down to 0.
+fn count_down(word: WordId) -> IrOp {
+    IrOp::If { cond: BranchCondition::Compare(not_zero(word)), if_true: vec![step_word(word, ArithmeticOp::Sub)], if_false: Vec::new() }
+}

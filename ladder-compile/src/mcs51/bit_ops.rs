@@ -1,0 +1,212 @@
+//! Operations on bits: the accumulator and the cells.
+
+use emu_8051::isa::Kind;
+
+use super::registers::{ACC, B, F0};
+use super::select::Mcs51Selector;
+use super::known_state::{AccumulatorState, ByteOperand, BitSource};
+use crate::ir::{BitId, LogicOp};
+
+impl Mcs51Selector<'_> {
+    /// Bit address of a flag, in A where it has none of its own.
+    pub(super) fn load_flag(&mut self, flag: BitSource) -> i32 {
+        let BitSource::Cell(bit) = flag else { return F0 };
+        let (byte, n) = self.layout.bit(bit);
+        own_address(byte, n).unwrap_or_else(|| {
+            self.load(ByteOperand::At(byte));
+            ACC + i32::from(n)
+        })
+    }
+
+    /// Makes the carry the accumulator; returns whether complemented.
+    pub(super) fn acc_to_carry(&mut self) -> bool {
+        let inverted = match (self.state.in_carry(), self.state.acc.known, self.state.acc.flag) {
+            (Some(inverted), ..) => inverted,
+            (_, Some(value), _) => {
+                self.set_carry(value);
+                false
+            }
+            (_, _, Some((flag, negated))) => {
+                let at = self.load_flag(flag);
+                self.emit(Kind::MovCBit, &[at]);
+                self.state.carry = None;
+                negated
+            }
+            _ => false,
+        };
+        self.state.acc.carry = Some(inverted);
+        inverted
+    }
+
+    /// Makes the carry the accumulator, complemented if `inverted`.
+    pub(super) fn acc_to_carry_as(&mut self, inverted: bool) {
+        if let (None, Some(value)) = (self.state.in_carry(), self.state.acc.known) {
+            self.set_carry(value ^ inverted);
+        } else if self.acc_to_carry() != inverted {
+            self.emit(Kind::CplC, &[]);
+            self.state.carry = self.state.carry.map(|value| !value);
+        }
+        self.state.acc.carry = Some(inverted);
+    }
+
+    pub(super) fn set_carry(&mut self, value: bool) {
+        self.emit(if value { Kind::SetbC } else { Kind::ClrC }, &[]);
+        self.state.carry = Some(value);
+    }
+
+    /// The carry is about to change: what must last goes to F0.
+    pub(super) fn save_carry(&mut self, live: bool) {
+        if live
+            && self.state.only_in_carry()
+            && let Some(inverted) = self.state.acc.carry
+        {
+            self.emit(Kind::MovBitC, &[F0]);
+            self.state.acc.flag = Some((BitSource::Saved, inverted));
+        }
+        self.state.acc.carry = None;
+        self.state.carry = None;
+    }
+
+    /// acc := acc and bit, or acc or bit: an "or" is an "and" of complements.
+    pub(super) fn combine(&mut self, and: bool, flag: BitSource, negated: bool) {
+        let negated = negated ^ !and;
+        if let Some(known) = self.state.acc.known {
+            if known == and {
+                self.state.acc = AccumulatorState { flag: Some((flag, negated ^ !and)), ..AccumulatorState::default() };
+            }
+            return;
+        }
+        let inverted = match (self.state.in_carry(), self.state.acc.flag) {
+            (Some(carry), _) => carry ^ !and,
+            // Whichever is not complemented is loaded, and the other one joins it.
+            (None, Some((first, first_negated))) => {
+                let (loaded, joined, inverted) = match (first_negated ^ !and, negated) {
+                    (false, _) => (first, (flag, negated), false),
+                    (true, false) => (flag, (first, true), false),
+                    (true, true) => (first, (flag, true), true),
+                };
+                let at = self.load_flag(loaded);
+                self.emit(Kind::MovCBit, &[at]);
+                return self.combine_carry(joined.0, joined.1, inverted, and);
+            }
+            _ => false,
+        };
+        self.combine_carry(flag, negated, inverted, and);
+    }
+
+    /// The carry, complemented if `inverted`, and the bit, complemented if `negated`: a complemented carry takes the complement
+    /// by "or".
+    fn combine_carry(&mut self, flag: BitSource, negated: bool, inverted: bool, and: bool) {
+        let at = self.load_flag(flag);
+        let kind = match (inverted, negated) {
+            (false, false) => Kind::AnlC,
+            (false, true) => Kind::AnlCNot,
+            (true, true) => Kind::OrlC,
+            (true, false) => Kind::OrlCNot,
+        };
+        self.emit(kind, &[at]);
+        self.state.carry = None;
+        self.state.acc = AccumulatorState { carry: Some(inverted ^ !and), ..AccumulatorState::default() };
+    }
+
+    pub(super) fn store_acc(&mut self, bit: BitId, negated: bool) {
+        if let Some(value) = self.state.acc.known {
+            self.write_constant(bit, value ^ negated);
+        } else {
+            self.acc_to_carry();
+            self.acc_to_carry_as(negated);
+            self.write_carry(bit);
+        }
+        self.state.acc.flag = Some((BitSource::Cell(bit), negated));
+    }
+
+    pub(super) fn put_bit(&mut self, bit: BitId, value: bool, live: bool) {
+        if let Some((BitSource::Cell(same), _)) = self.state.acc.flag
+            && same == bit
+        {
+            if live && self.state.acc.known.is_none() {
+                self.acc_to_carry();
+            }
+            self.state.acc.flag = None;
+        }
+        self.write_constant(bit, value);
+    }
+
+    /// bit := carry.
+    fn write_carry(&mut self, bit: BitId) {
+        let (byte, n) = self.layout.bit(bit);
+        if let Some(at) = own_address(byte, n) {
+            self.emit(Kind::MovBitC, &[at]);
+            self.invalidate(byte);
+        } else {
+            self.load(ByteOperand::At(byte));
+            self.emit(Kind::MovBitC, &[ACC + i32::from(n)]);
+            self.state.a = None;
+            self.save(byte);
+        }
+    }
+
+    /// bit := constant; the carry stays.
+    pub(super) fn write_constant(&mut self, bit: BitId, value: bool) {
+        let (byte, n) = self.layout.bit(bit);
+        if let Some(at) = own_address(byte, n) {
+            self.emit(if value { Kind::SetbBit } else { Kind::ClrBit }, &[at]);
+            self.invalidate(byte);
+            return;
+        }
+        let mask = if value { 1 << n } else { 0xFF ^ (1 << n) };
+        if byte < 0x80 {
+            self.emit(if value { Kind::OrlDirImm } else { Kind::AnlDirImm }, &[byte.into(), mask]);
+            self.invalidate(byte);
+        } else {
+            self.load(ByteOperand::At(byte));
+            self.emit(if value { Kind::OrlImm } else { Kind::AnlImm }, &[mask]);
+            self.state.a = None;
+            self.save(byte);
+        }
+    }
+
+    /// An edge: the old byte of the memory goes to A, the memory becomes the accumulator, and the two meet.
+    pub(super) fn edge(&mut self, bit: BitId, rising: bool) {
+        self.acc_to_carry();
+        self.acc_to_carry_as(false);
+        let (byte, n) = self.layout.bit(bit);
+        self.load(ByteOperand::At(byte));
+        let old = if own_address(byte, n).is_some() {
+            ACC
+        } else {
+            self.emit(Kind::MovDirA, &[B]);
+            B
+        };
+        self.write_carry(bit);
+        // Rising: in and not old. Falling: not (in or not old).
+        self.emit(if rising { Kind::AnlCNot } else { Kind::OrlCNot }, &[old + i32::from(n)]);
+        self.state.carry = None;
+        self.state.acc = AccumulatorState { carry: Some(!rising), ..AccumulatorState::default() };
+    }
+
+    /// The templates of plain translation: one temporary for each operation.
+    pub(super) fn logic(&mut self, dst: BitId, is: LogicOp) {
+        let (a, b) = match is {
+            LogicOp::Copy(a) | LogicOp::Not(a) => (a, None),
+            LogicOp::And(a, b) => (a, Some((Kind::AnlC, b))),
+            LogicOp::Or(a, b) => (a, Some((Kind::OrlC, b))),
+        };
+        let at = self.load_flag(BitSource::Cell(a));
+        self.emit(Kind::MovCBit, &[at]);
+        if let Some((kind, b)) = b {
+            let at = self.load_flag(BitSource::Cell(b));
+            self.emit(kind, &[at]);
+        }
+        if matches!(is, LogicOp::Not(_)) {
+            self.emit(Kind::CplC, &[]);
+        }
+        self.write_carry(dst);
+        (self.state.carry, self.state.acc) = (None, AccumulatorState::default());
+    }
+}
+
+/// The bit address of a bit, where it has one.
+fn own_address(byte: u8, n: u8) -> Option<i32> {
+    (0x20..0x30).contains(&byte).then(|| i32::from(byte - 0x20) * 8 + i32::from(n))
+}

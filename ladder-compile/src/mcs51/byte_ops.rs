@@ -1,0 +1,194 @@
+//! Bytes: loads, stores and arithmetic by where an operand lies, with what A and R0 are known to hold.
+
+use emu_8051::isa::Kind;
+
+use super::registers::{ACC, B};
+use super::select::Mcs51Selector;
+use super::known_state::ByteOperand;
+
+/// Arithmetic of A and a byte.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum AluOp {
+    /// Sum.
+    Add,
+    /// Sum with carry.
+    Addc,
+    /// Difference with borrow.
+    Subb,
+    /// Or.
+    Orl,
+    /// Exclusive or.
+    Xrl,
+}
+
+impl AluOp {
+    /// With a register, a direct byte, RAM by R0, a constant.
+    const fn kinds(self) -> [Kind; 4] {
+        match self {
+            AluOp::Add => [Kind::AddReg, Kind::AddDir, Kind::AddInd, Kind::AddImm],
+            AluOp::Addc => [Kind::AddcReg, Kind::AddcDir, Kind::AddcInd, Kind::AddcImm],
+            AluOp::Subb => [Kind::SubbReg, Kind::SubbDir, Kind::SubbInd, Kind::SubbImm],
+            AluOp::Orl => [Kind::OrlReg, Kind::OrlDir, Kind::OrlInd, Kind::OrlImm],
+            AluOp::Xrl => [Kind::XrlReg, Kind::XrlDir, Kind::XrlInd, Kind::XrlImm],
+        }
+    }
+}
+
+/// Where an operand lies, as instructions see it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum AddressingMode {
+    Reg(i32),
+    Dir(i32),
+    /// By R0, which points there.
+    Ind,
+    Imm(i32),
+}
+
+impl Mcs51Selector<'_> {
+    fn addressing_mode(&mut self, byte: ByteOperand) -> AddressingMode {
+        match byte {
+            ByteOperand::Imm(value) => AddressingMode::Imm(value.into()),
+            ByteOperand::Sfr(at) => AddressingMode::Dir(at),
+            ByteOperand::At(at @ 0..8) => AddressingMode::Reg(at.into()),
+            ByteOperand::At(at @ 8..0x80) => AddressingMode::Dir(at.into()),
+            ByteOperand::At(at) => {
+                match self.state.r0 {
+                    Some(there) if there == at => {}
+                    Some(before) if before.wrapping_add(1) == at => self.emit(Kind::IncReg, &[0]),
+                    Some(behind) if behind.wrapping_sub(1) == at => self.emit(Kind::DecReg, &[0]),
+                    _ => self.emit(Kind::MovRegImm, &[0, at.into()]),
+                }
+                self.state.r0 = Some(at);
+                AddressingMode::Ind
+            }
+        }
+    }
+
+    /// A := byte; no flag changes.
+    pub(super) fn load(&mut self, byte: ByteOperand) {
+        if self.state.a == Some(byte) {
+            return;
+        }
+        match self.addressing_mode(byte) {
+            AddressingMode::Reg(r) => self.emit(Kind::MovAReg, &[r]),
+            AddressingMode::Dir(at) => self.emit(Kind::MovADir, &[at]),
+            AddressingMode::Ind => self.emit(Kind::MovAInd, &[0]),
+            AddressingMode::Imm(0) => self.emit(Kind::ClrA, &[]),
+            AddressingMode::Imm(value) => self.emit(Kind::MovAImm, &[value]),
+        }
+        self.state.a = (!matches!(byte, ByteOperand::Sfr(_))).then_some(byte);
+    }
+
+    /// A := A op byte.
+    pub(super) fn alu(&mut self, op: AluOp, byte: ByteOperand) {
+        let [reg, dir, ind, imm] = op.kinds();
+        match self.addressing_mode(byte) {
+            AddressingMode::Reg(r) => self.emit(reg, &[r]),
+            AddressingMode::Dir(at) => self.emit(dir, &[at]),
+            AddressingMode::Ind => self.emit(ind, &[0]),
+            AddressingMode::Imm(value) => self.emit(imm, &[value]),
+        }
+        self.state.a = None;
+        if matches!(op, AluOp::Add | AluOp::Addc | AluOp::Subb) {
+            self.state.carry = None;
+        }
+    }
+
+    /// RAM at `at` := A.
+    pub(super) fn save(&mut self, at: u8) {
+        match self.addressing_mode(ByteOperand::At(at)) {
+            AddressingMode::Reg(r) => self.emit(Kind::MovRegA, &[r]),
+            AddressingMode::Ind => self.emit(Kind::MovIndA, &[0]),
+            _ => self.emit(Kind::MovDirA, &[at.into()]),
+        }
+        if !matches!(self.state.a, Some(ByteOperand::Imm(_))) {
+            self.state.a = Some(ByteOperand::At(at));
+        }
+    }
+
+    /// RAM at `at` has changed behind A's back.
+    pub(super) fn invalidate(&mut self, at: u8) {
+        if self.state.a == Some(ByteOperand::At(at)) {
+            self.state.a = None;
+        }
+    }
+
+    /// RAM at `at` := byte; A keeps what it holds, or not.
+    pub(super) fn copy(&mut self, at: u8, byte: ByteOperand) {
+        if byte == ByteOperand::At(at) {
+            return;
+        }
+        if self.state.a == Some(byte) {
+            return self.save(at);
+        }
+        let kind = match (byte, at) {
+            (ByteOperand::Imm(_), 0..8) => Kind::MovRegImm,
+            (ByteOperand::Imm(_), 8..0x80) => Kind::MovDirImm,
+            (ByteOperand::Imm(_), _) => Kind::MovIndImm,
+            (ByteOperand::At(0..0x80) | ByteOperand::Sfr(_), 0..8) => Kind::MovRegDir,
+            (ByteOperand::At(0..8), 8..0x80) => Kind::MovDirReg,
+            (ByteOperand::At(8..0x80) | ByteOperand::Sfr(_), 8..0x80) => Kind::MovDirDir,
+            (ByteOperand::At(0..0x80) | ByteOperand::Sfr(_), _) => Kind::MovIndDir,
+            (ByteOperand::At(_), 8..0x80) => Kind::MovDirInd,
+            (ByteOperand::At(_), _) => {
+                self.load(byte);
+                return self.save(at);
+            }
+        };
+        let pointed = match byte {
+            ByteOperand::At(from) if at < 0x80 => from,
+            _ => at,
+        };
+        if pointed >= 0x80 {
+            self.addressing_mode(ByteOperand::At(pointed));
+        }
+        let from = match byte {
+            ByteOperand::At(from) => i32::from(from),
+            ByteOperand::Imm(value) => value.into(),
+            ByteOperand::Sfr(sfr) => sfr,
+        };
+        match kind {
+            Kind::MovDirInd => self.emit(kind, &[at.into(), 0]),
+            Kind::MovIndImm | Kind::MovIndDir => self.emit(kind, &[0, from]),
+            _ => self.emit(kind, &[at.into(), from]),
+        }
+        self.invalidate(at);
+    }
+
+    /// A special function register := byte.
+    pub(super) fn copy_sfr(&mut self, sfr: i32, byte: ByteOperand) {
+        if self.state.a == Some(byte) {
+            return self.emit(Kind::MovDirA, &[sfr]);
+        }
+        match self.addressing_mode(byte) {
+            AddressingMode::Reg(r) => self.emit(Kind::MovDirReg, &[sfr, r]),
+            AddressingMode::Dir(at) => self.emit(Kind::MovDirDir, &[sfr, at]),
+            AddressingMode::Ind => self.emit(Kind::MovDirInd, &[sfr, 0]),
+            AddressingMode::Imm(value) => self.emit(Kind::MovDirImm, &[sfr, value]),
+        }
+    }
+
+    /// One more or one less in RAM; no flag changes.
+    pub(super) fn step_byte(&mut self, at: u8, up: bool) {
+        match self.addressing_mode(ByteOperand::At(at)) {
+            AddressingMode::Reg(r) => self.emit(if up { Kind::IncReg } else { Kind::DecReg }, &[r]),
+            AddressingMode::Ind => self.emit(if up { Kind::IncInd } else { Kind::DecInd }, &[0]),
+            _ => self.emit(if up { Kind::IncDir } else { Kind::DecDir }, &[at.into()]),
+        }
+        self.invalidate(at);
+    }
+
+    /// A := FFh where bit 7 of A is 1, else 0. The carry changes.
+    pub(super) fn sign_of_a(&mut self) {
+        self.emit(Kind::RlcA, &[]);
+        self.emit(Kind::SubbDir, &[ACC]);
+        (self.state.a, self.state.carry) = (None, None);
+    }
+
+    /// The product of A and a byte in B and A.
+    pub(super) fn multiply_byte(&mut self, byte: ByteOperand) {
+        self.copy_sfr(B, byte);
+        self.emit(Kind::MulAb, &[]);
+        (self.state.a, self.state.carry) = (None, Some(false));
+    }
+}

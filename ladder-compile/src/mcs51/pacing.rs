@@ -1,0 +1,252 @@
+//! One scan per period of timer 0 or timer 2, the k-th match at floor(k P), P being the cycle time in machine cycles.
+//!
+//! A period is cut into as few equal *turns* of the timer as fit its 16 bits; a match is the overflow that ends the last turn.
+//! Where a turn is no whole number of machine cycles, the code carries the fraction: at each overflow it decides whether
+//! a turn has one cycle more, as a line is drawn on a grid (Bresenham), so that the k-th match never strays.
+//!
+//! - Timer 2 (8052) reloads itself. What it reloads at an overflow was written a turn before.
+//! - Timer 0 (mode 1) runs on from 0. The code stops it, adds the reload value and the cycles of the stop, which are always
+//!   the same, and starts it again: what it had counted since the overflow is kept.
+
+use emu_8051::isa::Kind;
+
+use super::arch::{Mcs51Jump, Mcs51Arch};
+use super::registers::{B, DPL, Mcs51Registers};
+use crate::code::{CodeWriter, CodeLabel};
+use crate::map::Ratio;
+use crate::target::CodeMark;
+
+/// Cycles that timer 0 stands still while its value is changed: from the CLR to the SETB, six instructions of one cycle.
+const TIMER_STOP_CYCLES: u32 = 7;
+
+/// Counts of a turn at most.
+const MAX_ROUND_COUNTS: u64 = 65536;
+
+/// Turns of a period at most: they are counted in a byte.
+const MAX_ROUNDS: u64 = 255;
+
+/// How the scan is paced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Mcs51Pacing {
+    /// P in machine cycles.
+    pub period: Ratio,
+    /// Turns of a period.
+    pub timer_rounds: u8,
+    /// Machine cycles of a turn, rounded down.
+    pub round_cycles: u32,
+    /// What is missing, where something is.
+    pub fraction: Option<Mcs51PeriodFraction>,
+}
+
+/// A turn is `rest / whole` cycles longer than [`Pace::length`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Mcs51PeriodFraction {
+    /// Numerator.
+    pub numerator: u32,
+    /// Denominator, above the numerator.
+    pub denominator: u32,
+}
+
+impl Mcs51PeriodFraction {
+    /// Bytes of the count.
+    fn bytes(self) -> usize {
+        ((32 - (self.denominator - 1).leading_zeros()).div_ceil(8) as usize).max(1)
+    }
+
+    /// What makes the count overflow where the sum of the fractions passes a whole.
+    fn carry_offset(self) -> u64 {
+        (1u64 << (8 * self.bytes())) - u64::from(self.denominator)
+    }
+}
+
+/// Plans the period.
+///
+/// # Errors
+/// The shortest and the longest period in microseconds, where this one is not between them.
+pub fn plan_pacing(clock_hz: u64, cycle_us: u64) -> Result<Mcs51Pacing, (u64, u64)> {
+    let (num, den) = reduce_fraction(u128::from(clock_hz) * u128::from(cycle_us), 12_000_000);
+    let us = |cycles: u64| u128::from(cycles) * 12_000_000;
+    let hz = u128::from(clock_hz.max(1));
+    let range = || (us(1).div_ceil(hz) as u64, (us(MAX_ROUND_COUNTS * MAX_ROUNDS) / hz) as u64);
+    if num < den {
+        return Err(range());
+    }
+    let turns = num.div_ceil(den * u128::from(MAX_ROUND_COUNTS));
+    if turns > u128::from(MAX_ROUNDS) {
+        return Err(range());
+    }
+    let (all, whole) = reduce_fraction(num, den * turns);
+    let (length, rest) = (all / whole, all % whole);
+    let fraction = (rest != 0).then_some(Mcs51PeriodFraction { numerator: rest as u32, denominator: whole as u32 });
+    let period = Ratio { num: num as u64, den: den as u64 };
+    Ok(Mcs51Pacing { period, timer_rounds: turns as u8, round_cycles: length as u32, fraction })
+}
+
+/// A fraction in lowest terms.
+pub(super) fn reduce_fraction(num: u128, den: u128) -> (u128, u128) {
+    let (mut a, mut b) = (num, den);
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    let by = a.max(1);
+    (num / by, den / by)
+}
+
+/// The timer that paces, with the bytes that it needs.
+#[derive(Debug, Clone, Copy)]
+pub struct Mcs51PacingTimer<'a> {
+    /// How.
+    pub pace: Mcs51Pacing,
+    /// By timer 2, else by timer 0.
+    pub is_timer2: bool,
+    /// Bytes of RAM: the fraction's, then the turns'.
+    pub ram: &'a [u8],
+    /// The chip.
+    pub regs: Mcs51Registers,
+}
+
+impl Mcs51Pacing {
+    /// Machine cycles of the shortest period.
+    #[must_use]
+    pub fn shortest(&self) -> u64 {
+        self.period.num / self.period.den
+    }
+
+    /// Bytes of RAM.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.fraction.map_or(0, Mcs51PeriodFraction::bytes) + usize::from(self.timer_rounds > 1)
+    }
+
+    /// Low and high byte to load for a turn of `cycles`.
+    fn reload(cycles: u32) -> (i32, i32) {
+        let [low, high] = (cycles.wrapping_neg() as u16).to_le_bytes();
+        (low.into(), high.into())
+    }
+}
+
+impl Mcs51PacingTimer<'_> {
+    fn fraction_address(&self, n: usize) -> i32 {
+        self.ram.get(n).map_or(0, |&at| at.into())
+    }
+
+    fn rounds_address(&self) -> i32 {
+        self.ram.last().map_or(0, |&at| at.into())
+    }
+
+    /// Bit address of the overflow flag.
+    #[must_use]
+    pub fn flag(&self) -> i32 {
+        self.regs.bit(if self.is_timer2 { "TF2" } else { "TF0" })
+    }
+
+    /// Sets the timer and starts it; its registers are as reset leaves them, but TMOD, which is set.
+    pub fn start(&self, asm: &mut CodeWriter<Mcs51Arch>) {
+        let Mcs51Pacing { round_cycles: length, fraction, timer_rounds: turns, .. } = self.pace;
+        let set = |asm: &mut CodeWriter<Mcs51Arch>, reg: &str, value: i32| {
+            asm.op(Kind::MovDirImm, &[self.regs.byte(reg), value]);
+        };
+        let (low, high) = Mcs51Pacing::reload(length);
+        // Turns whose reload value is decided before the first overflow.
+        let decided = if self.is_timer2 { 2 } else { 1 };
+        if let Some(f) = fraction {
+            let done = u64::from(f.numerator) * decided % u64::from(f.denominator) + f.carry_offset();
+            for (n, byte) in done.to_le_bytes().into_iter().take(f.bytes()).enumerate() {
+                asm.op(Kind::MovDirImm, &[self.fraction_address(n), byte.into()]);
+            }
+        }
+        if turns > 1 {
+            asm.op(Kind::MovDirImm, &[self.rounds_address(), turns.into()]);
+        }
+        let (low_reg, high_reg, run) = if self.is_timer2 { ("TL2", "TH2", "TR2") } else { ("TL0", "TH0", "TR0") };
+        set(asm, low_reg, low);
+        set(asm, high_reg, high);
+        if self.is_timer2 {
+            let longer = fraction.is_some_and(|f| 2 * u64::from(f.numerator) >= u64::from(f.denominator));
+            let (low, high) = Mcs51Pacing::reload(length + u32::from(longer));
+            set(asm, "RCAP2L", low);
+            set(asm, "RCAP2H", high);
+        }
+        asm.mark(CodeMark::TimerStart);
+        asm.op(Kind::SetbBit, &[self.regs.bit(run)]);
+    }
+
+    /// The wait for a match, and what stands at the start of a scan.
+    pub fn wait(&self, asm: &mut CodeWriter<Mcs51Arch>, poll: CodeLabel) {
+        asm.mark(CodeMark::Section("wait for the match"));
+        asm.mark(CodeMark::PollLoop);
+        asm.place_label(poll);
+        asm.jump_back(Mcs51Jump::conditional(Kind::Jnb, &[self.flag()]), poll, 1);
+        if self.pace.timer_rounds > 1 {
+            self.set_next_round(asm);
+            asm.jump_back(Mcs51Jump::conditional(Kind::DjnzDir, &[self.rounds_address()]), poll, 1);
+        }
+        asm.mark(CodeMark::ScanStart);
+        if self.pace.timer_rounds > 1 {
+            asm.op(Kind::MovDirImm, &[self.rounds_address(), self.pace.timer_rounds.into()]);
+        } else {
+            self.set_next_round(asm);
+        }
+    }
+
+    /// Just after an overflow: takes the flag and sets the length of a turn to come.
+    fn set_next_round(&self, asm: &mut CodeWriter<Mcs51Arch>) {
+        asm.op(Kind::ClrBit, &[self.flag()]);
+        let Mcs51Pacing { round_cycles: length, fraction, .. } = self.pace;
+        if self.is_timer2 {
+            let Some(f) = fraction else { return };
+            let (low, high) = (self.regs.byte("RCAP2L"), self.regs.byte("RCAP2H"));
+            self.choose_reload(asm, f, Mcs51Pacing::reload(length), Mcs51Pacing::reload(length + 1), (low, high));
+            return;
+        }
+        // Timer 0: what is added lies in B and DPL where it is not always the same.
+        let (low, high) = Mcs51Pacing::reload(length.wrapping_sub(TIMER_STOP_CYCLES));
+        let (mut add_low, mut add_high) = ((Kind::AddImm, low), (Kind::AddcImm, high));
+        if let Some(f) = fraction {
+            let long = Mcs51Pacing::reload((length + 1).wrapping_sub(TIMER_STOP_CYCLES));
+            self.choose_reload(asm, f, (low, high), long, (B, DPL));
+            add_low = (Kind::AddDir, B);
+            if long.1 != high {
+                add_high = (Kind::AddcDir, DPL);
+            }
+        }
+        let (timer_low, timer_high) = (self.regs.byte("TL0"), self.regs.byte("TH0"));
+        for (kind, operand) in [
+            (Kind::ClrBit, self.regs.bit("TR0")),
+            (Kind::MovADir, timer_low),
+            add_low,
+            (Kind::MovDirA, timer_low),
+            (Kind::MovADir, timer_high),
+            add_high,
+            (Kind::MovDirA, timer_high),
+            (Kind::SetbBit, self.regs.bit("TR0")),
+        ] {
+            asm.op(kind, &[operand]);
+        }
+    }
+
+    /// The bytes at `at` := `short`, or `long` where the fractions make a whole. A high byte that is always the same is left
+    /// alone.
+    fn choose_reload(&self, asm: &mut CodeWriter<Mcs51Arch>, f: Mcs51PeriodFraction, short: (i32, i32), long: (i32, i32), at: (i32, i32)) {
+        let set = |asm: &mut CodeWriter<Mcs51Arch>, value: (i32, i32)| {
+            asm.op(Kind::MovDirImm, &[at.0, value.0]);
+            if short.1 != long.1 {
+                asm.op(Kind::MovDirImm, &[at.1, value.1]);
+            }
+        };
+        let add = |asm: &mut CodeWriter<Mcs51Arch>, value: u64| {
+            for (n, byte) in value.to_le_bytes().into_iter().take(f.bytes()).enumerate() {
+                asm.op(Kind::MovADir, &[self.fraction_address(n)]);
+                asm.op(if n == 0 { Kind::AddImm } else { Kind::AddcImm }, &[byte.into()]);
+                asm.op(Kind::MovDirA, &[self.fraction_address(n)]);
+            }
+        };
+        let same = asm.new_label();
+        set(asm, short);
+        add(asm, f.numerator.into());
+        asm.jump(Mcs51Jump::conditional(Kind::Jnc, &[]), same);
+        add(asm, f.carry_offset());
+        set(asm, long);
+        asm.place_label(same);
+    }
+}

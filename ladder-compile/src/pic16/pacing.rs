@@ -1,0 +1,272 @@
+//! One scan per match of a timer, the k-th match at floor(k P), P being the cycle time in machine cycles.
+//!
+//! Timer 2 where its prescaler, period and postscaler make P exactly and no PWM needs it: nothing is left to do at run time.
+//! Else timer 1, reset by the special event of CCP1. The event comes with the count after the match, so a period is
+//! CCPR1 + 1 counts (DS33023, 14.5.3). Where P is no whole number of counts, the code carries the fraction: after each
+//! match it decides whether the period that has begun has one count more, so that the error never grows beyond one.
+//! Where CCP1 makes the pulse of a PWM output, or P is longer than it counts, timer 1 alone, lengthened in RAM ([`super::extend`]).
+
+use emu_pic16::isa::Kind;
+use emu_pic16::periph::map::Sfr;
+
+use super::writer::{C, Pic16Writer, STATUS};
+use super::select::Pic16Selector;
+use super::{chip_data::Pic16ChipData, timer_extension};
+use crate::map::Ratio;
+use crate::target::CodeMark;
+
+/// Machine cycles from the write of TMR1L, which clears the prescaler, to the start of the timer.
+const TIMER_START_CYCLES: u64 = 2;
+
+/// How the timer is set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pic16Pacing {
+    /// P in machine cycles.
+    pub period: Ratio,
+    /// Machine cycles of a count.
+    pub prescale: u32,
+    /// Counts of a period, rounded down.
+    pub ticks: u32,
+    /// The timer.
+    pub timer: PacingTimer,
+}
+
+/// The timer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PacingTimer {
+    /// Timer 2: PR2 and periods to a match.
+    Timer2(u8, u8),
+    /// Timer 1 and CCP1: counts of the first period, and what is missing where something is.
+    Timer1(u32, Option<Pic16PeriodFraction>),
+    /// Timer 1 from overflow to overflow, lengthened by so many bytes of RAM; and what is missing where something is.
+    Extended(u8, Option<Pic16PeriodFraction>),
+}
+
+/// What nothing else needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FreeTimers {
+    /// Timer 2.
+    pub timer2: bool,
+    /// The module CCP1.
+    pub ccp1: bool,
+}
+
+impl FreeTimers {
+    /// What a program leaves free that uses PWM, or does not: timer 2 and the last CCP module make the pulse.
+    #[must_use]
+    pub fn free_beside_pwm(pwm: bool, chip: &Pic16ChipData) -> FreeTimers {
+        FreeTimers { timer2: !pwm, ccp1: !pwm || chip.has_bit("CCP2M3") }
+    }
+}
+
+/// A period is `rest / whole` counts longer than [`Pace::ticks`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pic16PeriodFraction {
+    /// Numerator.
+    pub numerator: u32,
+    /// Denominator.
+    pub denominator: u32,
+    /// What the count-down holds after it has decided on the first period: always below `whole`; a period is one count longer
+    /// when taking `rest` away borrows.
+    pub start: u32,
+    /// Bytes of the count-down.
+    pub bytes: u8,
+}
+
+/// Chooses the timer and the finest count with which a period fits.
+///
+/// # Errors
+/// Shortest and longest period in microseconds.
+pub fn plan_pacing(clock_hz: u64, cycle_us: u64, free: FreeTimers) -> Result<Pic16Pacing, (u64, u64)> {
+    // With one more, CCPR1 would be what the timer starts from.
+    const MOST: u128 = 65535;
+    let (num, den) = reduce_fraction(u128::from(clock_hz) * u128::from(cycle_us), 4_000_000);
+    let period = Ratio { num: num as u64, den: den as u64 };
+    if free.timer2 && den == 1 {
+        for prescale in [1u128, 4, 16] {
+            let whole = |post: &u128| num % (prescale * post) == 0 && (1..=256).contains(&(num / (prescale * post)));
+            if let Some(post) = (1..=16u128).find(whole) {
+                let by = PacingTimer::Timer2((num / (prescale * post) - 1) as u8, post as u8);
+                return Ok(Pic16Pacing { period, prescale: prescale as u32, ticks: (num / prescale) as u32, timer: by });
+            }
+        }
+    }
+    for prescale in [1u64, 2, 4, 8].into_iter().filter(|_| free.ccp1) {
+        let (all, whole) = reduce_fraction(num, den * u128::from(prescale));
+        let (ticks, rest) = (all / whole, all % whole);
+        if all.div_ceil(whole) > MOST || ticks < 2 || whole > 1 << 31 {
+            continue;
+        }
+        let (mut first, mut fraction) = (ticks, None);
+        if rest != 0 {
+            // The prescaler is ahead of the timer, so every match comes that much early; the count-down starts with as much
+            // of a count in hand.
+            let lead = u128::from(TIMER_START_CYCLES % prescale) * whole / u128::from(prescale);
+            let before = whole - 1 - lead;
+            let start = if before < rest { before + whole - rest } else { before - rest };
+            first += u128::from(before < rest);
+            let bytes = count_down_bytes(whole);
+            fraction = Some(Pic16PeriodFraction { numerator: rest as u32, denominator: whole as u32, start: start as u32, bytes });
+        }
+        let by = PacingTimer::Timer1(first as u32, fraction);
+        return Ok(Pic16Pacing { period, prescale: prescale as u32, ticks: ticks as u32, timer: by });
+    }
+    let (ticks, rest) = (num / den, num % den);
+    if !(timer_extension::MIN_PERIOD_CYCLES..timer_extension::MAX_PERIOD_CYCLES).contains(&ticks) || den > 1 << 31 {
+        let (us, hz) = (|cycles: u128| cycles * 4_000_000, u128::from(clock_hz.max(1)));
+        let fewest = if free.ccp1 { 2 } else { timer_extension::MIN_PERIOD_CYCLES };
+        // A period of MOST machine cycles is one too many.
+        return Err((us(fewest).div_ceil(hz) as u64, ((us(timer_extension::MAX_PERIOD_CYCLES) - 1) / hz) as u64));
+    }
+    let (rest, whole) = (rest as u32, den as u32);
+    // The first period is the short one: what is left of it is below the whole.
+    let fraction = (rest != 0).then(|| Pic16PeriodFraction { numerator: rest, denominator: whole, start: whole - 1 - rest, bytes: count_down_bytes(den) });
+    let by = PacingTimer::Extended(timer_extension::extension_bytes(ticks), fraction);
+    Ok(Pic16Pacing { period, prescale: 1, ticks: ticks as u32, timer: by })
+}
+
+/// Bytes of a count-down that stays below `whole`.
+fn count_down_bytes(whole: u128) -> u8 {
+    (128 - (whole - 1).leading_zeros()).div_ceil(8) as u8
+}
+
+fn reduce_fraction(num: u128, den: u128) -> (u128, u128) {
+    let (mut a, mut b) = (num, den);
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    (num / a.max(1), den / a.max(1))
+}
+
+impl Pic16Pacing {
+    /// Machine cycles of the shortest period.
+    #[must_use]
+    pub fn shortest(&self) -> u64 {
+        u64::from(self.ticks) * u64::from(self.prescale)
+    }
+
+    /// Bytes of RAM for the count-down.
+    #[must_use]
+    pub fn bytes(&self) -> u8 {
+        if let PacingTimer::Timer1(_, Some(fraction)) | PacingTimer::Extended(_, Some(fraction)) = self.timer { fraction.bytes } else { 0 }
+    }
+
+    /// Bytes of RAM that lengthen the timer.
+    #[must_use]
+    pub fn extension(&self) -> u8 {
+        if let PacingTimer::Extended(bytes, _) = self.timer { bytes } else { 0 }
+    }
+
+    /// The longest time in machine cycles from a match to its scan: one turn of the loop that just missed the match, and the
+    /// look that sees it; each byte that lengthens the timer adds a skip, and the flag is cleared before.
+    #[must_use]
+    pub fn poll(&self) -> u64 {
+        let bytes = u64::from(self.extension());
+        5 + if bytes > 0 { 1 + 2 * bytes } else { 0 }
+    }
+
+    /// The flag of a match.
+    #[must_use]
+    pub fn flag(&self) -> &'static str {
+        match self.timer {
+            PacingTimer::Timer2(..) => "TMR2IF",
+            PacingTimer::Timer1(..) => "CCP1IF",
+            PacingTimer::Extended(..) => "TMR1IF",
+        }
+    }
+
+    /// Registers of bank 1.
+    pub fn prepare(&self, out: &mut Pic16Writer<'_>) {
+        if let PacingTimer::Timer2(period, _) = self.timer
+            && period != 0xFF
+        {
+            out.set_byte(out.chip.reg(Sfr::PR2), period);
+        }
+    }
+
+    /// Starts the timer.
+    pub fn start(&self, out: &mut Pic16Writer<'_>, fraction_at: u16, extension_at: u16) {
+        let chip = out.chip;
+        if let PacingTimer::Timer1(_, Some(fraction)) | PacingTimer::Extended(_, Some(fraction)) = self.timer {
+            for (at, k) in (fraction_at..).zip(fraction.start.to_le_bytes()).take(fraction.bytes.into()) {
+                // RAM is clear already.
+                if k != 0 {
+                    out.set_byte(at, k);
+                }
+            }
+        }
+        let prescale = |names: [&str; 2], code: u32| {
+            let bit = |n: usize| if code >> n & 1 == 1 { chip.mask(&[names[n]]) } else { 0 };
+            bit(0) | bit(1)
+        };
+        let (reg, control) = match self.timer {
+            PacingTimer::Timer2(_, post) => {
+                let code = self.prescale.trailing_zeros() / 2;
+                let posts = (post - 1) << chip.bit("TOUTPS0").1;
+                (Sfr::T2CON, posts | chip.mask(&["TMR2ON"]) | prescale(["T2CKPS0", "T2CKPS1"], code))
+            }
+            PacingTimer::Timer1(first, _) => {
+                let [low, high] = ((first - 1) as u16).to_le_bytes();
+                out.set_byte(chip.reg(Sfr::CCPR1L), low);
+                out.set_byte(chip.reg(Sfr::CCPR1H), high);
+                // 1011: special event.
+                out.set_byte(chip.reg(Sfr::CCP1CON), chip.mask(&["CCP1M3", "CCP1M1", "CCP1M0"]));
+                // One before 0: the first count of the period is the one that makes it 0.
+                out.set_byte(chip.reg(Sfr::TMR1H), 0xFF);
+                out.set_byte(chip.reg(Sfr::TMR1L), 0xFF);
+                let code = self.prescale.trailing_zeros();
+                (Sfr::T1CON, chip.mask(&["TMR1ON"]) | prescale(["T1CKPS0", "T1CKPS1"], code))
+            }
+            PacingTimer::Extended(bytes, _) => {
+                timer_extension::prepare_extension(out, self.ticks, bytes, extension_at);
+                (Sfr::T1CON, chip.mask(&["TMR1ON"]))
+            }
+        };
+        let at = chip.reg(reg);
+        out.select_bank(chip.reachable_banks(at));
+        out.load_w(control);
+        out.mark(CodeMark::TimerStart);
+        out.byte_op(Kind::Movwf, at);
+    }
+}
+
+impl Pic16Selector<'_, '_> {
+    /// Just after a match: the length of the period that has begun, where the periods differ.
+    pub fn next_period(&mut self, pace: &Pic16Pacing) {
+        let fraction = match pace.timer {
+            PacingTimer::Extended(bytes, fraction) => return self.next_extended(pace.ticks, bytes, fraction),
+            PacingTimer::Timer1(_, Some(fraction)) => fraction,
+            _ => return,
+        };
+        // The special event comes one count after the match, and CCPR1 must not change before.
+        for _ in 0..pace.prescale / 2 {
+            let next = self.out.label();
+            self.out.goto(next);
+            self.out.place(next);
+        }
+        let at = self.layout.fraction;
+        self.add_constant(at, fraction.bytes, (fraction.numerator as i32).wrapping_neg(), true);
+        let registers = [self.out.chip.reg(Sfr::CCPR1L), self.out.chip.reg(Sfr::CCPR1H)];
+        let (short, long) = (((pace.ticks - 1) as u16).to_le_bytes(), (pace.ticks as u16).to_le_bytes());
+        for ((reg, short), long) in registers.into_iter().zip(short).zip(long) {
+            if short != long {
+                self.out.select_bank(self.out.chip.reachable_banks(reg));
+                self.out.literal_op(Kind::Movlw, short);
+                self.out.skip_unless((STATUS, C), false);
+                self.out.literal_op(Kind::Movlw, long);
+                self.out.byte_op(Kind::Movwf, reg);
+            }
+        }
+        self.refill_count_down(fraction, |_| ());
+    }
+
+    /// Where the count-down borrowed: does `longer`, and adds the whole to it.
+    pub(super) fn refill_count_down(&mut self, fraction: Pic16PeriodFraction, longer: impl FnOnce(&mut Pic16Writer<'_>)) {
+        let enough = self.out.label();
+        self.out.skip_unless((STATUS, C), true);
+        self.out.goto(enough);
+        longer(&mut self.out);
+        self.add_constant(self.layout.fraction, fraction.bytes, fraction.denominator as i32, false);
+        self.out.place(enough);
+    }
+}

@@ -1,0 +1,422 @@
+//! Serial line, converter, PWM and EEPROM: their figures, their registers at reset, and what elements do with them.
+
+use emu_pic16::chips::{Pic16AdcKind as Converter, ComparatorKind};
+use emu_pic16::isa::Kind;
+use emu_pic16::periph::map::Sfr;
+
+use super::chip_data::{ANY_BANK, Pic16ChipData};
+use super::writer::{Pic16Writer, STATUS, Z};
+use super::select::{Pic16Routine, Pic16Selector};
+use crate::ir::{WordOperand, WordId};
+use crate::map::{Ratio, SpecialPin};
+use crate::target::{CompileJob, BuildRefusal};
+
+/// The serial line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pic16UartSetup {
+    /// SPBRG.
+    pub divisor: u8,
+    /// BRGH.
+    pub high: bool,
+    /// Machine cycles of a bit.
+    pub bit: u64,
+}
+
+/// The PWM output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Pic16PwmSetup {
+    /// PR2.
+    pub period: u8,
+    /// Prescaler of timer 2: 1, 4 or 16.
+    pub prescale: u16,
+    /// The module that makes the pulse.
+    pub module: CcpModule,
+}
+
+/// A CCP module: its registers, and bits of its control register.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CcpModule {
+    /// Whole counts of the pulse.
+    pub duty: Sfr,
+    /// Mode, and the lowest two bits of the pulse.
+    pub control: Sfr,
+    /// What makes it PWM.
+    pub mode: [&'static str; 2],
+    /// The lowest two bits of the pulse.
+    pub quarters: [&'static str; 2],
+}
+
+const CCP1: CcpModule =
+    CcpModule { duty: Sfr::CCPR1L, control: Sfr::CCP1CON, mode: ["CCP1M3", "CCP1M2"], quarters: ["CCP1X", "CCP1Y"] };
+const CCP2: CcpModule =
+    CcpModule { duty: Sfr::CCPR2L, control: Sfr::CCP2CON, mode: ["CCP2M3", "CCP2M2"], quarters: ["CCP2X", "CCP2Y"] };
+
+/// The converter.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Pic16AdcSetup {
+    /// ADCON0 of each input: clock, channel, ADON.
+    pub select: Vec<u8>,
+    /// ADCON1 while it converts.
+    pub converting: u8,
+    /// ADCON1 otherwise.
+    pub resting: u8,
+    /// ANSEL, where there is one.
+    pub ansel: u8,
+    /// Turns of the loop that waits for the capacitor.
+    pub acquisition_iterations: u8,
+    /// Most turns of the loop that waits for the conversion.
+    pub max_conversion_iterations: u32,
+}
+
+/// What a program uses.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Pic16Peripherals {
+    /// Serial line.
+    pub uart: Option<Pic16UartSetup>,
+    /// PWM.
+    pub pwm: Option<Pic16PwmSetup>,
+    /// Converter.
+    pub adc: Option<Pic16AdcSetup>,
+    /// Pins with their figures.
+    pub specials: Vec<SpecialPin>,
+}
+
+/// PCFG3:PCFG0 without outside references, and the inputs that are analog (DS30292 register 11-2; DS39598 register 11-2).
+const PCFG: [(u8, u8); 6] =
+    [(0b0110, 0), (0b1110, 0b1), (0b0100, 0b1011), (0b0010, 0b1_1111), (0b1001, 0b11_1111), (0b0000, 0b1111_1111)];
+/// Lowest time of the converter per bit, and the time that its capacitor needs, in nanoseconds (DS30292, 11.1 and 11.2).
+const TAD_NS: u64 = 1_600;
+const ACQUIRE_NS: u64 = 20_000;
+
+/// Chooses the figures.
+///
+/// # Errors
+/// A speed or a frequency that the chip does not make.
+pub fn plan_peripherals(job: &CompileJob<'_>, chip: &Pic16ChipData) -> Result<Pic16Peripherals, BuildRefusal> {
+    let mut devices = Pic16Peripherals::default();
+    let target = job.target;
+    if (job.ir.uart.send || job.ir.uart.receive)
+        && let (Some(baud), Some((transmit, receive))) = (job.baud, target.uart)
+    {
+        let uart = plan_uart(job.clock_hz, baud)?;
+        if job.ir.uart.send {
+            let bit = Ratio { num: uart.bit, den: 1 };
+            devices.specials.push(SpecialPin::Transmit { pin: transmit.to_owned(), baud, bit });
+        }
+        if job.ir.uart.receive {
+            devices.specials.push(SpecialPin::Receive { pin: receive.to_owned(), baud });
+        }
+        devices.uart = Some(uart);
+    }
+    if !job.ir.adcs.is_empty() {
+        let adc = plan_adc(job, chip, &mut devices.specials)?;
+        devices.adc = Some(adc);
+    }
+    if let (Some(hertz), Some(pin)) = (job.ir.pwm_hz, target.pwm) {
+        // CCP1 paces the scan where there are two.
+        let module = if chip.has_bit("CCP2M3") { CCP2 } else { CCP1 };
+        let pwm = plan_pwm(job.clock_hz, hertz.into(), module)?;
+        let count = u32::from(pwm.period) + 1;
+        devices.specials.push(SpecialPin::Pwm {
+            pin: pin.to_owned(),
+            hertz: hertz.into(),
+            period: Ratio { num: u64::from(count) * u64::from(pwm.prescale), den: 1 },
+            // A quarter of a count of the timer.
+            steps: count * 4,
+        });
+        devices.pwm = Some(pwm);
+    }
+    Ok(devices)
+}
+
+fn plan_uart(clock_hz: u64, baud: u64) -> Result<Pic16UartSetup, BuildRefusal> {
+    let baud = baud.max(1);
+    let fit = |scale: u64| {
+        let divisor = ((clock_hz + scale * baud / 2) / (scale * baud)).clamp(1, 256);
+        // The error against what was asked for, in millionths.
+        let made = scale * divisor * baud;
+        (made.abs_diff(clock_hz) * 1_000_000 / made, scale, divisor)
+    };
+    let (error, scale, divisor) = fit(16).min(fit(64));
+    if error > 20_000 {
+        return Err(BuildRefusal::BaudOutOfRange { nearest: (clock_hz + scale * divisor / 2) / (scale * divisor) });
+    }
+    Ok(Pic16UartSetup { divisor: (divisor - 1) as u8, high: scale == 16, bit: scale * divisor / 4 })
+}
+
+fn plan_pwm(clock_hz: u64, hertz: u64, module: CcpModule) -> Result<Pic16PwmSetup, BuildRefusal> {
+    let hertz = hertz.max(1);
+    // With 256 counts a duty of 100 % could not be told from one of a step less, so there are at most 255.
+    let fit = |prescale: u64| {
+        let unit = 4 * prescale * hertz;
+        let count = ((clock_hz + unit / 2) / unit).clamp(1, 255);
+        let near = [count.saturating_sub(1).max(1), count, (count + 1).min(255)];
+        let error = |count: u64| {
+            (clock_hz as u128 * 1_000_000_000 / u128::from(4 * prescale * count))
+                .abs_diff(u128::from(hertz) * 1_000_000_000)
+        };
+        near.into_iter().map(|count| (error(count), prescale, count)).min().unwrap_or((u128::MAX, prescale, count))
+    };
+    let (error, prescale, count) = [1, 4, 16].map(fit).into_iter().min().unwrap_or((u128::MAX, 1, 1));
+    if error > u128::from(hertz) * 50_000_000 {
+        let whole = 4 * prescale * count;
+        return Err(BuildRefusal::PwmOutOfRange { nearest: (clock_hz + whole / 2) / whole });
+    }
+    Ok(Pic16PwmSetup { period: (count - 1) as u8, prescale: prescale as u16, module })
+}
+
+fn plan_adc(job: &CompileJob<'_>, chip: &Pic16ChipData, specials: &mut Vec<SpecialPin>) -> Result<Pic16AdcSetup, BuildRefusal> {
+    let hz = job.clock_hz;
+    // 2, 8 or 32 clocks a bit.
+    let (bits, clocks) = [(0u8, 2u64), (1, 8), (2, 32)]
+        .into_iter()
+        .find(|&(_, clocks)| clocks * 1_000_000_000 >= TAD_NS * hz)
+        .unwrap_or((2, 32));
+    let channel_of = |pin: &str| job.target.adc.iter().find(|(name, _)| *name == pin).map(|&(_, channel)| channel);
+    let (mut select, mut wanted) = (Vec::new(), 0u8);
+    for name in &job.ir.adcs {
+        let pin = job.pins.iter().find(|pin| pin.analog && pin.name == *name);
+        let Some((pin, channel)) = pin.and_then(|pin| Some((pin, channel_of(pin.pin)?))) else {
+            return Err(BuildRefusal::Internal(format!("{name} has no analog pin")));
+        };
+        specials.push(SpecialPin::Analog { pin: pin.pin.to_owned(), name: name.clone() });
+        wanted |= 1 << channel;
+        select.push(bits << 6 | channel << 3 | chip.mask(&["ADON"]));
+    }
+    // Pins with a digital job, by channel: an analog pin reads 0.
+    let digital = job.pins.iter().filter(|pin| !pin.analog && !pin.output);
+    let digital = digital.filter_map(|pin| channel_of(pin.pin)).fold(0u8, |mask, channel| mask | 1 << channel);
+    let right = chip.mask(&["ADFM"]);
+    let cycles = |ns: u64| (ns * hz).div_ceil(4_000_000_000);
+    let convert = (14 * clocks).div_ceil(4) + 4;
+    let mut adc = Pic16AdcSetup {
+        select,
+        converting: right,
+        resting: right,
+        ansel: 0,
+        acquisition_iterations: cycles(ACQUIRE_NS).div_ceil(3).clamp(1, 255) as u8,
+        max_conversion_iterations: convert.div_ceil(3) as u32 + 1,
+    };
+    if chip.part.adc == Converter::Ansel {
+        adc.ansel = wanted;
+    } else {
+        // The fewest analog pins that include all; where one of them is a digital input they are analog only while converting.
+        let pcfg = PCFG.into_iter().find(|(_, analog)| analog & wanted == wanted);
+        let (code, analog) = pcfg.unwrap_or((0, u8::MAX));
+        adc.converting |= code;
+        adc.resting |= if analog & digital == 0 { code } else { PCFG[0].0 };
+    }
+    Ok(adc)
+}
+
+impl Pic16Peripherals {
+    /// Registers of the analog parts: what is not an analog input of the program is digital. In bank 1.
+    pub fn configure_analog(&self, out: &mut Pic16Writer<'_>) {
+        let part = out.chip.part;
+        if let Some(adc) = &self.adc {
+            if part.adc == Converter::Ansel {
+                out.set_byte(out.chip.reg(Sfr::ANSEL), adc.ansel);
+            }
+            out.set_byte(out.chip.reg(Sfr::ADCON1), adc.resting);
+        } else if part.adc == Converter::Ansel {
+            out.set_byte(out.chip.reg(Sfr::ANSEL), 0);
+        } else if part.adc != Converter::None {
+            out.set_byte(out.chip.reg(Sfr::ADCON1), PCFG[0].0);
+        }
+    }
+
+    /// Serial line and PWM; the registers of bank 1 first.
+    pub fn start(&self, out: &mut Pic16Writer<'_>, uses: crate::ir::UartUse) {
+        let chip = out.chip;
+        if let Some(uart) = self.uart {
+            out.set_byte(chip.reg(Sfr::SPBRG), uart.divisor);
+            let mut control = if uart.high { chip.mask(&["BRGH"]) } else { 0 };
+            control |= if uses.send { chip.mask(&["TXEN"]) } else { 0 };
+            out.set_byte(chip.reg(Sfr::TXSTA), control);
+        }
+        if let Some(pwm) = self.pwm {
+            out.set_byte(chip.reg(Sfr::PR2), pwm.period);
+        }
+        if self.uart.is_some() {
+            let receive: &[&str] = if uses.receive { &["SPEN", "CREN"] } else { &["SPEN"] };
+            out.set_byte(chip.reg(Sfr::RCSTA), chip.mask(receive));
+        }
+        if let Some(pwm) = self.pwm {
+            // The pulse is 0 until a duty is set; 11xx is PWM.
+            out.set_byte(chip.reg(pwm.module.duty), 0);
+            out.set_byte(chip.reg(pwm.module.control), chip.mask(&pwm.module.mode));
+            let prescale = match pwm.prescale {
+                1 => 0,
+                4 => chip.mask(&["T2CKPS0"]),
+                _ => chip.mask(&["T2CKPS1"]),
+            };
+            out.set_byte(chip.reg(Sfr::T2CON), chip.mask(&["TMR2ON"]) | prescale);
+        }
+    }
+}
+
+/// Address of the register of the pulse.
+#[must_use]
+pub fn duty_register(chip: &Pic16ChipData, devices: &Pic16Peripherals) -> u16 {
+    devices.pwm.map_or(0, |pwm| chip.reg(pwm.module.duty))
+}
+
+/// Comparators off, so that their pins are digital, on chips where a reset leaves them on.
+pub fn disable_comparators(out: &mut Pic16Writer<'_>) {
+    if out.chip.part.comparators == ComparatorKind::F62x {
+        out.set_byte(out.chip.reg(Sfr::CMCON), out.chip.mask(&["CM0", "CM1", "CM2"]));
+    }
+}
+
+impl Pic16Selector<'_, '_> {
+    /// At the start of a scan: a byte that is there now is one that came before.
+    pub fn latch_received(&mut self) {
+        if self.ir.uart.receive {
+            self.out.set_bit(self.layout.byte_received_flag, false);
+            let flag = super::rung_formula::BitLiteral { at: self.out.chip.bit("RCIF"), is: true };
+            self.execute_if(&super::rung_formula::RungFormula::Lit(flag), &super::logic::GuardedInstruction::Put(self.layout.byte_received_flag, true));
+        }
+    }
+
+    /// The received byte to a word; an overrun that stopped the receiver is over.
+    pub fn take_byte(&mut self, dst: WordId) {
+        let (to, chip) = (self.layout.word(dst), self.out.chip);
+        self.out.byte_op(Kind::MovfW, chip.reg(Sfr::RCREG));
+        self.out.byte_op(Kind::Movwf, to);
+        (1..u16::from(self.ir.bytes(dst))).for_each(|n| self.out.byte_op(Kind::Clrf, to + n));
+        let (overrun, enable) = (chip.bit("OERR"), chip.bit("CREN"));
+        self.out.select_bank(chip.reachable_banks(enable.0));
+        self.out.skip_unless(overrun, true);
+        self.out.set_bit(enable, false);
+        self.out.set_bit(enable, true);
+        self.out.set_bit(self.layout.byte_received_flag, false);
+    }
+
+    /// The low byte to the transmitter.
+    pub fn send(&mut self, value: WordOperand) {
+        let to = self.out.chip.reg(Sfr::TXREG);
+        match value {
+            WordOperand::Const(k) => self.out.set_byte(to, k as u8),
+            WordOperand::Cell(word) => {
+                self.out.byte_op(Kind::MovfW, self.layout.word(word));
+                self.out.byte_op(Kind::Movwf, to);
+            }
+        }
+    }
+
+    /// dst := a conversion.
+    pub fn convert(&mut self, dst: WordId, input: u32) {
+        let Some(adc) = &self.devices.adc else { return };
+        let select = adc.select.get(input as usize).copied().unwrap_or(0);
+        let routine = self.routine(Pic16Routine::Convert);
+        self.out.select_bank(1);
+        self.out.load_w(select);
+        self.out.call(routine, 1, Some(1));
+        let (to, bytes, chip) = (self.layout.word(dst), u16::from(self.ir.bytes(dst)), self.out.chip);
+        if bytes > 1 {
+            self.out.byte_op(Kind::MovfW, chip.reg(Sfr::ADRESH));
+            self.out.byte_op(Kind::Movwf, to + 1);
+        }
+        (2..bytes).for_each(|n| self.out.byte_op(Kind::Clrf, to + n));
+        self.out.byte_op(Kind::MovfW, chip.reg(Sfr::ADRESL));
+        self.out.byte_op(Kind::Movwf, to);
+    }
+
+    /// The duty := the value, clamped.
+    pub fn set_duty(&mut self, duty: WordOperand) {
+        let routine = self.routine(Pic16Routine::Duty);
+        let low = self.layout.scratch;
+        match duty {
+            WordOperand::Const(k) => self.out.load_w(k.clamp(0, 100) as u8),
+            WordOperand::Cell(word) => {
+                // Above 100 or below 0 first, then the byte is the duty.
+                let (at, bytes) = (self.layout.word(word), u16::from(self.ir.bytes(word)));
+                let (fine, end, negative) = (self.out.label(), self.out.label(), self.out.label());
+                let sign = super::rung_formula::RungFormula::Lit(super::rung_formula::BitLiteral { at: (at + bytes - 1, 7), is: true });
+                self.execute_if(&sign, &super::logic::GuardedInstruction::Goto(negative));
+                let over = super::rung_formula::RungFormula::Cmp(crate::ir::WordComparison {
+                    a: word,
+                    rel: crate::ir::RelationOp::Ge,
+                    b: WordOperand::Const(100),
+                });
+                self.execute_if(&over.opposite(), &super::logic::GuardedInstruction::Goto(fine));
+                self.out.literal_op(Kind::Movlw, 100);
+                self.out.goto(end);
+                self.out.place(negative);
+                self.out.literal_op(Kind::Movlw, 0);
+                self.out.goto(end);
+                self.out.place(fine);
+                self.out.byte_op(Kind::MovfW, at);
+                self.out.place(end);
+            }
+        }
+        let near = self.out.common_banks(&[low, duty_register(self.out.chip, self.devices)]);
+        self.out.call(routine, near, Some(near));
+    }
+
+    /// dst := EEPROM.
+    pub fn recall(&mut self, dst: WordId, addr: u16) {
+        let read = self.routine(Pic16Routine::ReadEeprom);
+        let to = self.layout.word(dst);
+        for n in 0..u16::from(self.ir.bytes(dst)) {
+            self.out.load_w((addr + n) as u8);
+            self.out.call(read, ANY_BANK, Some(1));
+            self.out.byte_op(Kind::Movwf, to + n);
+        }
+    }
+
+    /// The lowest byte that differs begins to be written, and `busy` is set.
+    pub fn persist(&mut self, src: WordId, addr: u16, busy: (WordId, WordOperand)) {
+        let (read, write) = (self.routine(Pic16Routine::ReadEeprom), self.routine(Pic16Routine::WriteEeprom));
+        let from = self.layout.word(src);
+        let (end, found) = (self.out.label(), self.out.label());
+        let last = u16::from(self.ir.bytes(src)) - 1;
+        for n in 0..=last {
+            let equal = self.out.label();
+            self.out.load_w((addr + n) as u8);
+            self.out.call(read, ANY_BANK, Some(1));
+            self.out.byte_op(Kind::XorwfW, from + n);
+            self.out.skip_unless((STATUS, Z), true);
+            self.out.goto(if n == last { end } else { equal });
+            self.out.byte_op(Kind::MovfW, from + n);
+            if n < last {
+                self.out.goto(found);
+                self.out.place(equal);
+            }
+        }
+        self.out.place(found);
+        self.out.call(write, ANY_BANK, Some(1));
+        self.copy_value(self.layout.word(busy.0), self.ir.bytes(busy.0), busy.1);
+        self.out.place(end);
+    }
+
+    /// dst := table[index].
+    pub fn lookup(&mut self, dst: WordId, index: WordId, table: u32) {
+        let Some(values) = self.ir.tables.get(table as usize).map(|table| &table.values) else { return };
+        let (to, bytes) = (self.layout.word(dst), self.ir.bytes(dst));
+        let short = values.iter().all(|&v| i8::try_from(v).is_ok());
+        // The lowest byte last, since the destination may be the index.
+        for n in (0..bytes).rev() {
+            let byte = |v: &i32| v.to_le_bytes().get(usize::from(n)).copied().unwrap_or(0);
+            let first = values.first().map_or(0, byte);
+            if values.iter().all(|v| byte(v) == first) {
+                self.out.set_byte(to + u16::from(n), first);
+            } else if n == 0 || !short {
+                let routine = self.routine(Pic16Routine::Table(table, n, index));
+                self.out.call(routine, self.out.chip.reachable_banks(self.layout.word(index)), None);
+                self.out.byte_op(Kind::Movwf, to + u16::from(n));
+            }
+        }
+        let signed = short && values.iter().any(|&v| v < 0) && values.iter().any(|&v| v >= 0);
+        if signed {
+            self.sign_extend(to, 1, bytes);
+        }
+    }
+
+    /// A subroutine on scratch.
+    pub fn call(&mut self, routine: Pic16Routine) {
+        let label = self.routine(routine);
+        let banks = self.out.chip.reachable_banks(self.layout.scratch);
+        self.out.call(label, banks, None);
+    }
+}

@@ -1,0 +1,176 @@
+//! The state of a rung as a formula over bits and comparisons, kept until it is needed.
+
+use emu_pic16::isa::Kind;
+
+use crate::ir::{WordComparison, RelationOp, WordOperand, WordId};
+
+/// A bit of data memory, or its complement.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BitLiteral {
+    /// Address of its byte and number in it.
+    pub at: (u16, u8),
+    /// False for the complement.
+    pub is: bool,
+}
+
+impl BitLiteral {
+    /// The complement.
+    #[must_use]
+    pub fn opposite(self) -> BitLiteral {
+        BitLiteral { is: !self.is, ..self }
+    }
+
+    /// The instruction that leaves out the next one when this is false.
+    #[must_use]
+    pub fn skip_unless(self) -> Kind {
+        if self.is { Kind::Btfsc } else { Kind::Btfss }
+    }
+}
+
+/// A formula. Its comparisons are of the time when it was formed: whoever writes a cell makes sure that no formula that is
+/// still needed reads it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum RungFormula {
+    /// Known.
+    Const(bool),
+    /// A bit.
+    Lit(BitLiteral),
+    /// A comparison.
+    Cmp(WordComparison),
+    /// Whether a word lies in `first..end` within 0..=256, or whether it does not.
+    Range {
+        /// The word.
+        word: WordId,
+        /// First of the range.
+        first: i32,
+        /// Behind its last.
+        end: i32,
+        /// It lies there.
+        is: bool,
+    },
+    /// All of two or more.
+    And(Vec<RungFormula>),
+    /// One of two or more.
+    Or(Vec<RungFormula>),
+}
+
+impl RungFormula {
+    /// The complement.
+    #[must_use]
+    pub fn opposite(&self) -> RungFormula {
+        match self {
+            RungFormula::Const(value) => RungFormula::Const(!value),
+            RungFormula::Lit(lit) => RungFormula::Lit(lit.opposite()),
+            RungFormula::Cmp(c) => {
+                let rel = match c.rel {
+                    RelationOp::Eq => RelationOp::Ne,
+                    RelationOp::Ne => RelationOp::Eq,
+                    RelationOp::Lt => RelationOp::Ge,
+                    RelationOp::Ge => RelationOp::Lt,
+                };
+                RungFormula::Cmp(WordComparison { rel, ..*c })
+            }
+            RungFormula::Range { word, first, end, is } => RungFormula::Range { word: *word, first: *first, end: *end, is: !is },
+            RungFormula::And(all) => RungFormula::Or(all.iter().map(RungFormula::opposite).collect()),
+            RungFormula::Or(all) => RungFormula::And(all.iter().map(RungFormula::opposite).collect()),
+        }
+    }
+
+    /// The complement if `not`.
+    #[must_use]
+    pub fn opposite_if(self, not: bool) -> RungFormula {
+        if not { self.opposite() } else { self }
+    }
+
+    /// Both.
+    #[must_use]
+    pub fn and(self, other: RungFormula) -> RungFormula {
+        match (self, other) {
+            (RungFormula::Const(true), other) | (other, RungFormula::Const(true)) => other,
+            (RungFormula::Const(false), _) | (_, RungFormula::Const(false)) => RungFormula::Const(false),
+            (a, b) => {
+                let mut all = if let RungFormula::And(all) = a { all } else { vec![a] };
+                for more in if let RungFormula::And(more) = b { more } else { vec![b] } {
+                    if all.contains(&more.opposite()) {
+                        return RungFormula::Const(false);
+                    }
+                    if !all.contains(&more) {
+                        all.push(more);
+                    }
+                }
+                if let [one] = all.as_slice() { one.clone() } else { RungFormula::And(all) }
+            }
+        }
+    }
+
+    /// One of both.
+    #[must_use]
+    pub fn or(self, other: RungFormula) -> RungFormula {
+        self.opposite().and(other.opposite()).opposite()
+    }
+
+    /// Neither a formula of several parts nor a comparison.
+    #[must_use]
+    pub fn is_simple(&self) -> bool {
+        matches!(self, RungFormula::Const(_) | RungFormula::Lit(_))
+    }
+
+    /// Reads this bit of data memory. Bits of words are no cells of their own.
+    #[must_use]
+    pub fn reads_bit(&self, at: (u16, u8)) -> bool {
+        match self {
+            RungFormula::Lit(lit) => lit.at == at,
+            RungFormula::And(all) | RungFormula::Or(all) => all.iter().any(|e| e.reads_bit(at)),
+            _ => false,
+        }
+    }
+
+    /// Reads this word.
+    #[must_use]
+    pub fn reads_word(&self, word: WordId) -> bool {
+        match self {
+            RungFormula::Cmp(c) => c.a == word || c.b == WordOperand::Cell(word),
+            RungFormula::Range { word: read, .. } => *read == word,
+            RungFormula::And(all) | RungFormula::Or(all) => all.iter().any(|e| e.reads_word(word)),
+            _ => false,
+        }
+    }
+
+    /// The same with pairs of comparisons that bound a word turned into one look at a range.
+    #[must_use]
+    pub fn merge_ranges(self) -> RungFormula {
+        match self {
+            RungFormula::And(all) => {
+                let mut all: Vec<RungFormula> = all.into_iter().map(RungFormula::merge_ranges).collect();
+                while let Some((low, high, range)) = range_of(&all) {
+                    all =
+                        all.into_iter().enumerate().filter(|(n, _)| *n != low && *n != high).map(|(_, e)| e).collect();
+                    all.push(range);
+                }
+                all.into_iter().fold(RungFormula::Const(true), RungFormula::and)
+            }
+            RungFormula::Or(all) => RungFormula::And(all.iter().map(RungFormula::opposite).collect()).merge_ranges().opposite(),
+            other => other,
+        }
+    }
+}
+
+/// A lower and an upper bound of one word between 0 and 256: where they stand, and what they are together.
+fn range_of(all: &[RungFormula]) -> Option<(usize, usize, RungFormula)> {
+    let bound = |e: &RungFormula, rel: RelationOp| match e {
+        RungFormula::Cmp(WordComparison { a, rel: r, b: WordOperand::Const(k) }) if *r == rel && (0..=256).contains(k) => Some((*a, *k)),
+        _ => None,
+    };
+    for (low, e) in all.iter().enumerate() {
+        let Some((word, first)) = bound(e, RelationOp::Ge) else { continue };
+        for (high, e) in all.iter().enumerate() {
+            if let Some((other, end)) = bound(e, RelationOp::Lt)
+                && other == word
+                && first < end
+            {
+                return Some((low, high, RungFormula::Range { word, first, end, is: true }));
+            }
+        }
+    }
+    None
+}

@@ -1,0 +1,207 @@
+//! Integers: moves, sums, differences, and the calls of the subroutines for the rest.
+
+use emu_pic16::isa::Kind;
+
+use super::writer::{C, STATUS, Z};
+use super::select::{Pic16Routine, Pic16Selector};
+use crate::ir::{ArithmeticOp, WordOperand, WordId};
+
+impl Pic16Selector<'_, '_> {
+    /// Scratch operand 0 or 1 of a width: behind the first byte of scratch, side by side.
+    fn operand(&self, which: u16, bytes: u8) -> u16 {
+        self.layout.scratch + 1 + which * u16::from(bytes)
+    }
+
+    /// The address of a word at a width: its own, or a copy with sign in scratch operand `which`.
+    pub fn widened_address(&mut self, word: WordId, bytes: u8, which: u16) -> u16 {
+        if self.ir.bytes(word) >= bytes {
+            return self.layout.word(word);
+        }
+        let at = self.operand(which, bytes);
+        self.copy_value(at, bytes, WordOperand::Cell(word));
+        at
+    }
+
+    /// `bytes` at `to` := the value, with sign, low bytes first.
+    pub fn copy_value(&mut self, to: u16, bytes: u8, value: WordOperand) {
+        match value {
+            WordOperand::Const(k) => {
+                // Zeros first, then equal bytes side by side, so that W is loaded once.
+                let mut all: Vec<(u8, u16)> = k.to_le_bytes().into_iter().zip(to..).take(bytes.into()).collect();
+                all.sort_by_key(|&(k, at)| (k != 0, k, at));
+                all.into_iter().for_each(|(k, at)| self.out.set_byte(at, k));
+            }
+            WordOperand::Cell(word) => {
+                let (from, own) = (self.layout.word(word), self.ir.bytes(word));
+                if from != to {
+                    for n in 0..u16::from(own.min(bytes)) {
+                        self.out.byte_op(Kind::MovfW, from + n);
+                        self.out.byte_op(Kind::Movwf, to + n);
+                    }
+                }
+                self.sign_extend(to, own, bytes);
+            }
+        }
+    }
+
+    /// Fills what is above `own` bytes with the sign.
+    pub fn sign_extend(&mut self, to: u16, own: u8, bytes: u8) {
+        for n in u16::from(own)..u16::from(bytes) {
+            self.out.byte_op(Kind::Clrf, to + n);
+            self.out.skip_unless((to + u16::from(own) - 1, 7), true);
+            self.out.byte_op(Kind::DecfF, to + n);
+        }
+    }
+
+    /// dst := a op b.
+    pub fn math(&mut self, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand) {
+        let (to, bytes) = (self.layout.word(dst), self.ir.bytes(dst));
+        match (op, a, b) {
+            (ArithmeticOp::Add, a @ WordOperand::Cell(_), WordOperand::Const(k)) | (ArithmeticOp::Add, WordOperand::Const(k), a) => {
+                self.copy_value(to, bytes, a);
+                self.add_constant(to, bytes, k, false);
+            }
+            (ArithmeticOp::Sub, a, WordOperand::Const(k)) => {
+                self.copy_value(to, bytes, a);
+                self.add_constant(to, bytes, k.wrapping_neg(), false);
+            }
+            (ArithmeticOp::Sub, WordOperand::Const(k), b @ WordOperand::Cell(_)) => {
+                // k - b is k + 1 plus the complement of b.
+                self.copy_value(to, bytes, b);
+                (0..u16::from(bytes)).for_each(|n| self.out.byte_op(Kind::ComfF, to + n));
+                self.add_constant(to, bytes, k.wrapping_add(1), false);
+            }
+            (ArithmeticOp::Add, WordOperand::Cell(a), WordOperand::Cell(b)) => {
+                let (a, b) = if dst == b { (b, a) } else { (a, b) };
+                self.add_or_subtract(ArithmeticOp::Add, dst, a, b);
+            }
+            (ArithmeticOp::Sub, WordOperand::Cell(a), WordOperand::Cell(b)) => self.add_or_subtract(ArithmeticOp::Sub, dst, a, b),
+            (ArithmeticOp::Mul | ArithmeticOp::Div, a, b) => {
+                let width = self.ir.width(op, dst, a, b);
+                let (first, second) = (self.operand(0, width), self.operand(1, width));
+                self.copy_value(second, width, b);
+                self.copy_value(first, width, a);
+                let routine = if op == ArithmeticOp::Mul { Pic16Routine::Multiply(width) } else { Pic16Routine::Divide(width) };
+                self.call(routine);
+                let result = if op == ArithmeticOp::Mul { self.operand(2, width) } else { first };
+                for n in 0..u16::from(bytes) {
+                    self.out.byte_op(Kind::MovfW, result + n);
+                    self.out.byte_op(Kind::Movwf, to + n);
+                }
+            }
+        }
+    }
+
+    /// dst := a + b or a - b of cells.
+    fn add_or_subtract(&mut self, op: ArithmeticOp, dst: WordId, a: WordId, b: WordId) {
+        let (to, bytes) = (self.layout.word(dst), self.ir.bytes(dst));
+        let second = self.widened_address(b, bytes, 1);
+        let first = self.layout.word(a);
+        // Skips stand between accesses to both, so one bank must reach them.
+        let near = |out: &super::writer::Pic16Writer<'_>, x: u16, y: u16| out.common_banks(&[x, y]) != 0;
+        if bytes <= 2
+            && self.ir.bytes(a) >= bytes
+            && first != to
+            && [first, to].iter().all(|&x| near(&self.out, x, second))
+        {
+            return self.add_or_subtract_short(op, to, first, second, bytes);
+        }
+        if !near(&self.out, to, second) || (to == second && first != to) {
+            let [x, y] = [self.operand(0, bytes), self.operand(1, bytes)];
+            self.copy_value(y, bytes, WordOperand::Cell(b));
+            if near(&self.out, to, y) {
+                self.copy_value(to, bytes, WordOperand::Cell(a));
+                return self.add_or_subtract_in_place(op, to, y, bytes);
+            }
+            self.copy_value(x, bytes, WordOperand::Cell(a));
+            self.add_or_subtract_in_place(op, x, y, bytes);
+            for n in 0..u16::from(bytes) {
+                self.out.byte_op(Kind::MovfW, x + n);
+                self.out.byte_op(Kind::Movwf, to + n);
+            }
+            return;
+        }
+        self.copy_value(to, bytes, WordOperand::Cell(a));
+        self.add_or_subtract_in_place(op, to, second, bytes);
+    }
+
+    /// One or two bytes into another cell.
+    fn add_or_subtract_short(&mut self, op: ArithmeticOp, to: u16, a: u16, b: u16, bytes: u8) {
+        let (kind, carry) = if op == ArithmeticOp::Add { (Kind::AddwfW, true) } else { (Kind::SubwfW, false) };
+        let out = &mut self.out;
+        out.byte_op(Kind::MovfW, b);
+        out.byte_op(kind, a);
+        out.byte_op(Kind::Movwf, to);
+        if bytes == 2 {
+            out.byte_op(Kind::MovfW, b + 1);
+            out.skip_unless((STATUS, C), carry);
+            out.byte_op(Kind::IncfW, b + 1);
+            out.byte_op(kind, a + 1);
+            out.byte_op(Kind::Movwf, to + 1);
+        }
+    }
+
+    /// to := to + b or to - b, both reached from one bank.
+    fn add_or_subtract_in_place(&mut self, op: ArithmeticOp, to: u16, b: u16, bytes: u8) {
+        let (kind, carry) = if op == ArithmeticOp::Add { (Kind::AddwfF, true) } else { (Kind::SubwfF, false) };
+        let out = &mut self.out;
+        out.select_bank(out.common_banks(&[to, b]));
+        for n in 0..u16::from(bytes) {
+            out.byte_op(Kind::MovfW, b + n);
+            if n > 0 {
+                out.skip_unless((STATUS, C), carry);
+                // A byte of FFh and a carry change nothing, and the carry stays.
+                out.byte_op(Kind::IncfszW, b + n);
+            }
+            out.byte_op(kind, to + n);
+        }
+    }
+
+    /// `bytes` at `at` += k; leaves the carry if `carry`.
+    pub fn add_constant(&mut self, at: u16, bytes: u8, k: i32, carry: bool) {
+        let out = &mut self.out;
+        let k: Vec<u8> = k.to_le_bytes().into_iter().take(bytes.into()).collect();
+        let top = u16::from(bytes) - 1;
+        if !carry && k.first() == Some(&1) && k.iter().skip(1).all(|&k| k == 0) {
+            out.byte_op(Kind::IncfF, at);
+            for n in 1..=top {
+                out.skip_unless((STATUS, Z), true);
+                out.byte_op(Kind::IncfF, at + n);
+            }
+            return;
+        }
+        let mut any = false;
+        for (n, &k) in (at..).zip(&k) {
+            let last = n == at + top && !carry;
+            match (any, k) {
+                (false, 0) => continue,
+                (false, k) => {
+                    out.select_bank(out.chip.reachable_banks(n));
+                    out.load_w(k);
+                    out.byte_op(Kind::AddwfF, n);
+                }
+                (true, 0) if last => {
+                    out.skip_unless((STATUS, C), true);
+                    out.byte_op(Kind::IncfF, n);
+                }
+                (true, 0xFF) if last => {
+                    out.skip_unless((STATUS, C), false);
+                    out.byte_op(Kind::DecfF, n);
+                }
+                (true, 0xFF) => {
+                    // With a carry nothing changes, and the carry stays.
+                    out.load_w(0xFF);
+                    out.skip_unless((STATUS, C), false);
+                    out.byte_op(Kind::AddwfF, n);
+                }
+                (true, k) => {
+                    out.load_w(k);
+                    out.skip_unless((STATUS, C), true);
+                    out.literal_op(Kind::Movlw, k + 1);
+                    out.byte_op(Kind::AddwfF, n);
+                }
+            }
+            any = true;
+        }
+    }
+}

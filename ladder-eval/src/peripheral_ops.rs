@@ -1,0 +1,153 @@
+//! The meanings of the tables and of the elements that use a part of the chip, chosen or refused.
+
+use ladder::format::{self, StringPiece};
+use ladder::{LadderDialect, Element, LadderOperand};
+
+use crate::flatten::{FlatBuilder, require_absent_or_zero};
+use crate::flat_program::{ElementOp, ValueSource};
+use crate::peripheral_state::{PiecewiseCurve, FormattedText};
+
+/// What the elements of a program must agree about.
+#[derive(Debug, Default)]
+pub(crate) struct DeviceSettings {
+    /// Frequency and output of the first SET_PWM.
+    pwm: Option<(u32, Option<String>)>,
+}
+
+/// How long a byte is on the serial line, for ten bits and in microseconds.
+const BYTE_BITS_US: u128 = 10_000_000;
+
+/// How long writing a byte to the EEPROM takes at most, in microseconds.
+const EEPROM_WRITE_US: u64 = 10_000;
+
+/// The spellings of LDmicro 5's resolution that mean percent.
+const PERCENT: [&str; 2] = ["0-100", "0-100%"];
+
+/// The meaning of such an element, or why it has none.
+pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) -> Result<ElementOp, String> {
+    Ok(match element {
+        Element::ShiftRegister { name, stages } => {
+            let stages = (0..*stages).map(|stage| builder.integer_index(&format!("{name}{stage}")));
+            let stages = stages.collect::<Result<Vec<_>, _>>()?;
+            let memory = builder.new_memory();
+            ElementOp::Shift { stages: push_index(&mut builder.code.shift_stages, stages), memory }
+        }
+        Element::LookUpTable { dest, index, values, .. } => {
+            let (dest, index) = (builder.integer_index(dest)?, builder.operand_source(index)?);
+            let values = values.iter().map(|v| builder.checked_constant("a value of the table", *v));
+            let values = values.collect::<Result<Vec<_>, _>>()?;
+            ElementOp::LookUp { dest, index, table: push_index(&mut builder.code.tables, values) }
+        }
+        Element::PiecewiseLinear { dest, index, points } => {
+            let (dest, index) = (builder.integer_index(dest)?, builder.operand_source(index)?);
+            let curve = check_curve(builder, dest, index, points)?;
+            ElementOp::Curve { dest, index, curve: push_index(&mut builder.code.curves, curve) }
+        }
+        Element::ReadAdc { name, refs } => {
+            require_absent_or_zero("reference selection", *refs)?;
+            let dest = builder.integer_index(name)?;
+            let input = builder.code.adc_symbols.iter().position(|symbol| *symbol == dest);
+            let input = input.and_then(|at| u32::try_from(at).ok());
+            ElementOp::ReadAdc { dest, input: input.ok_or("its name is no analog input")? }
+        }
+        Element::SetPwm { duty, hertz, output } => {
+            check_pwm(builder, hertz, output.as_ref())?;
+            ElementOp::SetPwm { duty: builder.operand_source(duty)? }
+        }
+        Element::UartSend { name, rest } => {
+            check_serial(builder, *rest)?;
+            ElementOp::Send { src: builder.integer_index(name)? }
+        }
+        Element::UartRecv { name, rest } => {
+            check_serial(builder, *rest)?;
+            ElementOp::Receive { dest: builder.integer_index(name)? }
+        }
+        Element::FormattedString { var, text, quoted } => {
+            check_serial(builder, None)?;
+            let pieces = format::split_format_string(text, *quoted).map_err(|bad| bad.to_string())?;
+            let var = var.as_deref().map(|name| builder.integer_index(name)).transpose()?;
+            if pieces.iter().any(|p| matches!(p, StringPiece::Digit { .. })) != var.is_some() {
+                return Err("a text with a number needs its variable, and a text without one takes none".to_owned());
+            }
+            ElementOp::Text { text: push_index(&mut builder.code.texts, FormattedText { pieces, var }) }
+        }
+        Element::Persist { name } => {
+            let var = builder.integer_index(name)?;
+            builder.code.scans_per_eeprom_write = u32::try_from(EEPROM_WRITE_US.div_ceil(builder.cycle_us()?)).unwrap_or(u32::MAX);
+            let cell = builder.code.eeprom_cells;
+            builder.code.eeprom_cells += u32::from(builder.integer_bytes(var));
+            ElementOp::Persist { var, cell, memory: builder.new_memory() }
+        }
+        _ => return Err("this element has no meaning here".to_owned()),
+    })
+}
+
+/// Puts something at the end of a list and gives its place.
+fn push_index<T>(list: &mut Vec<T>, item: T) -> u32 {
+    list.push(item);
+    list.len() as u32 - 1
+}
+
+/// Arithmetic in 16 bits, or in 32 where something is wider; each segment must fit (2.5).
+fn check_curve(builder: &FlatBuilder<'_>, dest: u32, index: ValueSource, points: &[(i64, i64)]) -> Result<PiecewiseCurve, String> {
+    let coordinate = |value: i64| builder.checked_constant("a coordinate", value);
+    let points = points.iter().map(|(x, y)| Ok((coordinate(*x)?, coordinate(*y)?)));
+    let points = points.collect::<Result<Vec<_>, String>>()?;
+    let short = |value: i32| i16::try_from(value).is_ok();
+    let short_index = match index {
+        ValueSource::Var(var) => builder.integer_bytes(var) <= 2,
+        ValueSource::Const(value) => short(value),
+    };
+    let narrow = short_index && builder.integer_bytes(dest) <= 2 && points.iter().all(|(x, y)| short(*x) && short(*y));
+    let limit = if narrow { i64::from(i16::MAX) } else { i64::from(i32::MAX) };
+    if points.len() < 2 {
+        return Err(format!("{} point(s) make no segment, wanted at least 2", points.len()));
+    }
+    for pair in points.windows(2) {
+        let (dx, dy) = (i64::from(pair[1].0) - i64::from(pair[0].0), i64::from(pair[1].1) - i64::from(pair[0].1));
+        if dx < 1 {
+            return Err(format!("x = {} follows x = {}, but x must rise", pair[1].0, pair[0].0));
+        }
+        if dx > limit || dy.checked_mul(dx).is_none_or(|product| product.abs() > limit) {
+            return Err(format!("the segment of {dx} by {dy} does not fit -{limit} to {limit}"));
+        }
+    }
+    Ok(PiecewiseCurve { points, cut: if narrow { 16 } else { 0 } })
+}
+
+fn check_pwm(builder: &mut FlatBuilder<'_>, hertz: &LadderOperand, output: Option<&(String, String)>) -> Result<(), String> {
+    let hertz = match hertz {
+        LadderOperand::Const { value, .. } => u32::try_from(*value).ok().filter(|hertz| *hertz > 0),
+        LadderOperand::Var(_) => None,
+    };
+    let hertz = hertz.ok_or("its frequency is no constant of at least 1 Hz")?;
+    match output {
+        Some(_) if builder.program.dialect == LadderDialect::Ldmicro23 => {
+            return Err("the choice of the output belongs to dialect ldmicro-5".to_owned());
+        }
+        Some((_, resolution)) if !PERCENT.contains(&resolution.as_str()) => {
+            return Err(format!("the resolution `{resolution}` has no meaning here; wanted 0-100"));
+        }
+        _ => {}
+    }
+    let own = (hertz, output.map(|(name, _)| name.clone()));
+    if builder.devices.pwm.get_or_insert_with(|| own.clone()) != &own {
+        return Err(
+            "another SET_PWM of the program has another frequency or output, and there is one output".to_owned()
+        );
+    }
+    builder.code.pwm_hz = Some(hertz);
+    Ok(())
+}
+
+/// The serial line: one byte without waiting, at the rate of BAUD=.
+fn check_serial(builder: &mut FlatBuilder<'_>, rest: Option<(u32, u32)>) -> Result<(), String> {
+    if let Some((bytes, wait)) = rest.filter(|rest| *rest != (1, 0)) {
+        return Err(format!("{bytes} byte(s) with wait {wait} have no meaning here; wanted 1 and 0"));
+    }
+    let baud = builder.program.settings.baud.filter(|baud| *baud > 0);
+    let baud = baud.ok_or("the serial line has no rate: BAUD= is missing or 0")?;
+    let scans = BYTE_BITS_US.div_ceil(u128::from(baud) * u128::from(builder.cycle_us()?));
+    builder.code.scans_per_byte = u32::try_from(scans).unwrap_or(u32::MAX);
+    Ok(())
+}

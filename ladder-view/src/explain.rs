@@ -1,0 +1,314 @@
+//! What made a symbol what it is.
+
+use std::sync::Arc;
+
+use emu_debug::debug::{ProgramFollower, DynMachine};
+use ladder::{Element, ElementId, LadderProgram, SymbolKind, element_text};
+use ladder_eval::Evaluator;
+
+use crate::power_flow::{PowerDecider, deciders};
+use crate::scan_follower::{ScanFollower, FollowedScan};
+use crate::{ScanPosition, LadderView};
+
+/// How many causes behind causes are told.
+const MAX_DEPTH: usize = 6;
+
+/// A scan, up to where it is told of: before that element, or to its end.
+type ScanPrefix = (Arc<FollowedScan>, Option<ElementId>);
+
+impl LadderView {
+    /// Why a symbol has its value: the element that wrote it, what gave power to that element or kept it away, and the same for what
+    /// changed there, back through the scans. One line each, the deeper the further back. What the chip has not come to yet in this
+    /// scan is told of the scan before.
+    ///
+    /// # Errors
+    /// No such symbol, or no scan has run: one sentence.
+    pub fn explain_value(&self, follow: &dyn ProgramFollower, target: &dyn DynMachine, name: &str) -> Result<Vec<String>, String> {
+        let follower = ScanFollower::from_dyn(follow).ok_or("nothing follows this program")?;
+        let symbol = self.facts.power_up.index(name).ok_or_else(|| self.unknown_symbol(name))?;
+        let moment = self.scan_position(Some(follow), target);
+        let since = if follower.scans_before > 0 { "the reset" } else { "power-up" };
+        let Some(newest) = moment.current_scan.as_ref().or(moment.last_scan.as_ref()) else {
+            let reset = if follower.scans_before > 0 { " since the reset" } else { "" };
+            return Err(format!("no scan has run yet{reset}; `scan` runs one"));
+        };
+        let place = self.facts.places.get(symbol);
+        let value = place.and_then(|place| place.value(target)).unwrap_or(0) as i32;
+        let prefix: ScanPrefix = (newest.clone(), self.reached_element(&moment, symbol, value));
+        let explainer = ChangeExplainer { view: self, follower };
+        let fits = prefix.0.value(symbol, prefix.1) == value;
+        if self.is_input(symbol) {
+            let scan = match explainer.last_change(symbol, &prefix) {
+                _ if !fits => Some(follower.scan().unwrap_or(0)),
+                change => change.map(|change| change.0.number),
+            };
+            let scan = scan.map_or(since.to_owned(), |scan| format!("scan {scan}"));
+            return Ok(vec![format!("{name} is {value} since {scan}: its pin")]);
+        }
+        if !fits {
+            return Ok(vec![format!("{name} is {value}: it was set from outside; no element has written that")]);
+        }
+        let mut lines = Vec::new();
+        // The element that wrote it last has done so in this scan, or in the one before.
+        let before = moment.last_scan.as_ref().filter(|past| past.number < prefix.0.number).map(|past| (past.clone(), None));
+        let prefixes = [Some(prefix.clone()), before.clone()].into_iter().flatten();
+        let found = prefixes.filter_map(|told| Some((self.last_writer(&told.0, symbol, told.1)?, told.0))).next();
+        match &found {
+            Some((writer, scan)) => {
+                let place = self.element_text(*writer);
+                let mut line = format!("{name} is {value}: {place} wrote it in scan {}", scan.number);
+                if scan.number < prefix.0.number && prefix.1.is_some_and(|to| *writer >= to) {
+                    line.push_str(&format!(", scan {} has not come to it yet", prefix.0.number));
+                }
+                lines.push(line);
+                self.push_power_causes(&deciders(&self.facts.program, scan, *writer), scan, 1, &mut lines);
+            }
+            None => {
+                let far = if prefix.1.is_some() { " so far" } else { "" };
+                let number = prefix.0.number;
+                lines.push(format!("{name} is {value}: no element of scan {number} has written it{far}"));
+            }
+        }
+        let written_in = found.map_or(prefix.0.number, |(_, scan)| scan.number);
+        match explainer.last_change(symbol, &prefix) {
+            Some(change) => {
+                if change.0.number == written_in {
+                    lines.push(format!("it became that in scan {written_in}"));
+                } else {
+                    let (scan, value) = (&change.0, change.0.value(symbol, change.1));
+                    let number = scan.number;
+                    let cycle = scan.cycle;
+                    lines.push(format!("it became {value} in scan {number}, whose inputs were taken in cycle {cycle}"));
+                }
+                explainer.push_causes(symbol, &change, written_in, 1, &mut lines);
+            }
+            None => lines.push(format!("it has been so since {since}")),
+        }
+        Ok(lines)
+    }
+
+    /// The element that the scan has come to: behind the one that is carried out where a symbol has its value from that already.
+    fn reached_element(&self, moment: &ScanPosition, symbol: usize, value: i32) -> Option<ElementId> {
+        let (begun, here) = (moment.current_scan.as_ref()?, moment.current_element?);
+        // Elements without code of their own are carried out by the one before them.
+        let elements = self.facts.map.elements.iter();
+        let own = elements.filter(|element| element.start < element.end).map(|element| (element.rung, element.element));
+        let next = own.filter(|own| *own > (here.rung + 1, here.index + 1)).min();
+        let next = next.map(|(rung, element)| ElementId { rung: rung - 1, index: element - 1 });
+        let is_done = begun.value(symbol, Some(here)) != value && begun.value(symbol, next) == value;
+        if is_done { next } else { Some(here) }
+    }
+
+    fn is_input(&self, symbol: usize) -> bool {
+        self.facts.power_up.symbols().get(symbol).is_some_and(|symbol| symbol.kind == SymbolKind::Input)
+    }
+
+    /// What gave power to an element, or kept it away.
+    fn push_power_causes(&self, way: &[PowerDecider<'_>], scan: &FollowedScan, depth: usize, lines: &mut Vec<String>) {
+        let indent = "  ".repeat(depth);
+        if way.is_empty() {
+            lines.push(format!("{indent}power came straight from the left rail"));
+        }
+        for decider in way {
+            let how = if decider.passed_power { "gave power" } else { "blocked" };
+            lines.push(format!("{indent}{how}: {}{}", self.element_text(decider.id), self.read_values(decider, scan)));
+        }
+    }
+
+    /// ` (Xstop 0)`: values of what an element reads.
+    fn read_values(&self, decider: &PowerDecider<'_>, scan: &FollowedScan) -> String {
+        // What a contact that got power has made of it tells the bit as it was just then.
+        if let Element::Contacts { name, negated, .. } = decider.element
+            && let Some((true, behind)) = scan.power(decider.id)
+        {
+            return format!(" ({name} {})", u8::from(behind != *negated));
+        }
+        let behind = ElementId { index: decider.id.index + 1, ..decider.id };
+        let one = |name: &str| Some(format!("{name} {}", scan.value(self.facts.power_up.index(name)?, Some(behind))));
+        let all: Vec<String> = read_symbols(decider.element).into_iter().filter_map(one).collect();
+        if all.is_empty() { String::new() } else { format!(" ({})", all.join(", ")) }
+    }
+
+    /// `rung 3, element 2: CONTACTS Xstop 1`.
+    fn element_text(&self, id: ElementId) -> String {
+        let element = self.facts.program.elements().find(|(other, ..)| *other == id);
+        element.map_or_else(|| id.to_string(), |(_, element, _)| format!("{id}: {}", element_text(element)))
+    }
+
+    /// The element that wrote a symbol last in a scan up to `to`: of set and reset coils one that had power.
+    fn last_writer(&self, scan: &FollowedScan, symbol: usize, to: Option<ElementId>) -> Option<ElementId> {
+        let name = &self.facts.power_up.symbols().get(symbol)?.name;
+        let wrote = |id: ElementId, element: &Element| {
+            let (powered, passing) = scan.power(id).unwrap_or_default();
+            match written_symbols(element) {
+                WrittenSymbols::Always(written) => written == name,
+                WrittenSymbols::Powered(written) => powered && written == name,
+                WrittenSymbols::Passing(written) => passing && written == name,
+                WrittenSymbols::Stages(stem, stages) => powered && is_stage(name, stem, stages),
+                WrittenSymbols::Nothing => false,
+            }
+        };
+        let elements = self.facts.program.elements().take_while(|(id, ..)| to.is_none_or(|to| *id < to));
+        elements.filter(|(id, element, _)| wrote(*id, element)).map(|(id, ..)| id).last()
+    }
+
+    fn unknown_symbol(&self, name: &str) -> String {
+        let names: Vec<&str> = self.facts.power_up.symbols().iter().map(|symbol| symbol.name.as_str()).collect();
+        format!("the program has no symbol `{name}`; it has {}", names.join(", "))
+    }
+}
+
+/// A program in its course, up to now.
+struct ChangeExplainer<'a> {
+    view: &'a LadderView,
+    follower: &'a ScanFollower,
+}
+
+impl ChangeExplainer<'_> {
+    /// The last change of a symbol in the course of a scan, or in a scan before.
+    fn last_change(&self, symbol: usize, course: &ScanPrefix) -> Option<ScanPrefix> {
+        if course.0.has_changed(symbol, course.1) {
+            return Some(course.clone());
+        }
+        let changes = self.follower.changes.get(symbol)?.iter().rev();
+        changes.into_iter().find(|change| change.number < course.0.number).map(|change| (change.clone(), None))
+    }
+
+    /// What changed a symbol in a scan, and what changed that. `told`: the scan of which the writer is told already.
+    fn push_causes(&self, symbol: usize, course: &ScanPrefix, written_in: u64, depth: usize, lines: &mut Vec<String>) {
+        let (view, scan, indent) = (self.view, &course.0, "  ".repeat(depth));
+        let Some(writer) = view.last_writer(scan, symbol, course.1) else {
+            lines.push(format!("{indent}no element wrote it in scan {}: it was set from outside", scan.number));
+            return;
+        };
+        let deciders_on_path = deciders(&view.facts.program, scan, writer);
+        if depth > 1 || written_in != scan.number {
+            lines.push(format!("{indent}{} wrote it", view.element_text(writer)));
+            view.push_power_causes(&deciders_on_path, scan, depth + 1, lines);
+        }
+        if depth >= MAX_DEPTH {
+            return;
+        }
+        // Of what decided, that which had changed not long before: in this scan, or in the one before.
+        for decider in deciders_on_path {
+            for name in read_symbols(decider.element) {
+                let Some(cause) = view.facts.power_up.index(name).filter(|cause| *cause != symbol) else { continue };
+                // What an element reads and writes itself, it has read as it left it.
+                let behind = ElementId { index: decider.id.index + 1, ..decider.id };
+                let Some(change) = self.last_change(cause, &(scan.clone(), Some(behind))) else { continue };
+                let (number, value) = (change.0.number, change.0.value(cause, change.1));
+                if number + 1 < scan.number {
+                    continue;
+                }
+                if view.is_input(cause) {
+                    lines.push(format!("{indent}  {name} became {value} before scan {number}: its pin"));
+                    continue;
+                }
+                lines.push(format!("{indent}  {name} became {value} in scan {number}"));
+                // An accumulator that its own timer counts says no more.
+                if view.last_writer(&change.0, cause, change.1).is_none_or(|writer| writer.rung != decider.id.rung) {
+                    self.push_causes(cause, &change, written_in, depth + 2, lines);
+                }
+            }
+        }
+    }
+}
+
+/// Elements that write symbols, with the symbols, in text order.
+pub(crate) fn symbol_writes(program: &LadderProgram, start: &Evaluator) -> Vec<(ElementId, u32)> {
+    let mut all = Vec::new();
+    for (id, element, _) in program.elements() {
+        let is_written = |name: &str| match written_symbols(element) {
+            WrittenSymbols::Always(written) | WrittenSymbols::Powered(written) | WrittenSymbols::Passing(written) => written == name,
+            WrittenSymbols::Stages(stem, stages) => is_stage(name, stem, stages),
+            WrittenSymbols::Nothing => false,
+        };
+        let symbols = (0..).zip(start.symbols()).filter(|(_, symbol)| is_written(&symbol.name));
+        all.extend(symbols.map(|(symbol, _)| (id, symbol)));
+    }
+    all
+}
+
+/// Symbols that nothing but the serial line writes.
+pub(crate) fn serial_symbols(program: &LadderProgram, start: &Evaluator, writes: &[(ElementId, u32)]) -> Vec<usize> {
+    let names = program.elements().filter_map(|(_, element, _)| match element {
+        Element::UartRecv { name, .. } => start.index(name),
+        _ => None,
+    });
+    names.filter(|symbol| writes.iter().filter(|write| write.1 as usize == *symbol).count() == 1).collect()
+}
+
+/// A shift register of so many stages writes it: all but the first, which is its input.
+fn is_stage(name: &str, stem: &str, stages: u32) -> bool {
+    let number = name.strip_prefix(stem);
+    number.is_some_and(|n| n.parse().is_ok_and(|stage: u32| (1..stages).contains(&stage) && stage.to_string() == n))
+}
+
+/// What an element writes.
+enum WrittenSymbols<'a> {
+    Nothing,
+    /// Whether it has power or not.
+    Always(&'a str),
+    /// Only with power.
+    Powered(&'a str),
+    /// Only where it gives power on.
+    Passing(&'a str),
+    /// The stages of a shift register, with power: its stem and their number.
+    Stages(&'a str, u32),
+}
+
+fn written_symbols(element: &Element) -> WrittenSymbols<'_> {
+    match element {
+        Element::Coil { name, set, reset, .. } if *set || *reset => WrittenSymbols::Powered(name),
+        Element::Coil { name, .. } | Element::Timer { name, .. } | Element::Counter { name, .. } => {
+            WrittenSymbols::Always(name)
+        }
+        Element::Res { name } | Element::ReadAdc { name, .. } => WrittenSymbols::Powered(name),
+        Element::UartRecv { name, .. } => WrittenSymbols::Passing(name),
+        Element::Persist { name } => WrittenSymbols::Always(name),
+        Element::Move { dest, .. }
+        | Element::Math { dest, .. }
+        | Element::LookUpTable { dest, .. }
+        | Element::PiecewiseLinear { dest, .. } => WrittenSymbols::Powered(dest),
+        Element::ShiftRegister { name, stages } => WrittenSymbols::Stages(name, *stages),
+        _ => WrittenSymbols::Nothing,
+    }
+}
+
+/// Symbols whose values decide what an element gives on.
+fn read_symbols(element: &Element) -> Vec<&str> {
+    let name = |operand: &'_ ladder::LadderOperand| match operand {
+        ladder::LadderOperand::Var(_) => true,
+        ladder::LadderOperand::Const { .. } => false,
+    };
+    match element {
+        Element::Contacts { name, .. } | Element::Timer { name, .. } | Element::Counter { name, .. } => vec![name],
+        Element::Compare { op1, op2, .. } => {
+            let variables = [op1, op2].into_iter().filter(|operand| name(operand));
+            variables
+                .filter_map(|operand| if let ladder::LadderOperand::Var(name) = operand { Some(name.as_str()) } else { None })
+                .collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shift_register_writes_its_own_stages_but_the_first() {
+        let rungs = ["SHIFT_REGISTER reg 3", "MOVE reg3 1", "MOVE reg01 1", "MOVE reg1x 1"];
+        let rungs: String = rungs.iter().map(|rung| format!("RUNG\n  {rung}\nEND\n")).collect();
+        let text = format!("LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nIO LIST\nEND\nPROGRAM\n{rungs}");
+        let program =
+            ladder::parse_bytes("f.ld", text.as_bytes(), ladder::ParseOptions::default()).expect("a program").program;
+        let start = Evaluator::new(&program).expect("an evaluator");
+        let written: Vec<(u32, &str)> = symbol_writes(&program, &start)
+            .into_iter()
+            .map(|(id, symbol)| (id.rung, start.symbols()[symbol as usize].name.as_str()))
+            .collect();
+        assert_eq!(written, [(0, "reg1"), (0, "reg2"), (1, "reg3"), (2, "reg01"), (3, "reg1x")]);
+    }
+}

@@ -1,0 +1,97 @@
+//! The elements with as many arguments as one of them says: the tables and FORMATTED_STRING.
+
+use crate::codes;
+use crate::element_reader::{read_operand, join_positions, read_destination};
+use crate::lexer::{self, LdLine, LdToken};
+use crate::model::Element;
+use crate::reader::{LdReader, message_text};
+use crate::element_keywords::ElementKeyword;
+
+/// Most values of a look-up table, most points of a curve, most characters of a string.
+const MAX_VALUES: u32 = 1024;
+
+pub(crate) fn read_look_up_table(r: &mut LdReader<'_>, row: &ElementKeyword, head: [LdToken<'_>; 4], values: &[LdToken<'_>]) -> Option<Element> {
+    let [dest, index, count, flag] = head;
+    let (dest, at) = (read_destination(r, row.0, dest), read_operand(r, row.0, index));
+    let as_string = r.read_u32(flag, "the flag `as_string`", 0, 1);
+    let wanted = r.read_u32(count, "the number of values", 0, MAX_VALUES);
+    let range = r.constant_range();
+    let values = read_counted_values(r, row, count, wanted, values, "a value of the table", range);
+    Some(Element::LookUpTable { dest: dest?, index: at?, as_string: as_string? == 1, values: values? })
+}
+
+pub(crate) fn read_piecewise_linear(r: &mut LdReader<'_>, row: &ElementKeyword, head: [LdToken<'_>; 3], values: &[LdToken<'_>]) -> Option<Element> {
+    let [dest, index, count] = head;
+    let (dest, at) = (read_destination(r, row.0, dest), read_operand(r, row.0, index));
+    let wanted = r.read_u32(count, "the number of points", 0, MAX_VALUES).map(|n| 2 * n);
+    let range = r.constant_range();
+    let values = read_counted_values(r, row, count, wanted, values, "a coordinate", range);
+    let points = values?.chunks_exact(2).filter_map(|p| Some((*p.first()?, *p.get(1)?))).collect();
+    Some(Element::PiecewiseLinear { dest: dest?, index: at?, points })
+}
+
+pub(crate) fn read_formatted_string(
+    r: &mut LdReader<'_>,
+    line: &LdLine<'_>,
+    row: &ElementKeyword,
+    var: LdToken<'_>,
+    rest: &[LdToken<'_>],
+) -> Option<Element> {
+    let name = match var.text {
+        "(none)" => Some(None),
+        _ => r.read_integer_name(row.0, var).map(Some),
+    };
+    let (first, codes_read) = rest.split_first()?;
+    if !first.text.starts_with('"') {
+        let wanted = r.read_u32(*first, "the length", 0, MAX_VALUES);
+        let codes_read = read_counted_values(r, row, *first, wanted, codes_read, "a character code", (0, 255));
+        let text = codes_read?.iter().filter_map(|c| u8::try_from(*c).ok()).map(char::from).collect();
+        return Some(Element::FormattedString { var: name?, text, quoted: false });
+    }
+    let raw = line.text.get(first.byte_offset + 1..).unwrap_or("");
+    let whole = join_positions(first.pos, rest.last().unwrap_or(first).pos);
+    let Some(end) = raw.rfind('"') else {
+        r.error(codes::BAD_STRING, whole, "the text has no closing double quote", format!("write {}", row.3));
+        return None;
+    };
+    let (text, after) = raw.split_at_checked(end)?;
+    if after.len() > 1 {
+        let cause = format!("`{}` follows the text", message_text(after.get(1..).unwrap_or("").trim()));
+        r.error(codes::TOO_MANY, whole, cause, format!("write {}", row.3));
+        return None;
+    }
+    Some(Element::FormattedString { var: name?, text: text.to_owned(), quoted: true })
+}
+
+/// As many numbers as were announced; `wanted` is `None` when the count itself was wrong.
+fn read_counted_values(
+    r: &mut LdReader<'_>,
+    row: &ElementKeyword,
+    count: LdToken<'_>,
+    wanted: Option<u32>,
+    values: &[LdToken<'_>],
+    what: &str,
+    (low, high): (i64, i64),
+) -> Option<Vec<i64>> {
+    // LDmicro 5 puts a name after the last value of a table; it has no meaning, and the writer drops it.
+    let values = match values.split_last() {
+        Some((last, front))
+            if wanted == Some(front.len() as u32) && row.0 != "FORMATTED_STRING" && lexer::is_name(last.text) =>
+        {
+            front
+        }
+        _ => values,
+    };
+    let read: Vec<Option<i64>> = values.iter().map(|t| r.read_number(*t, what, low, high)).collect();
+    let wanted = wanted? as usize;
+    let cause = format!("{} announces {wanted} number(s), found {}", row.0, values.len());
+    if values.len() < wanted {
+        r.error(codes::TOO_FEW, count.pos, cause, format!("write {}", row.3));
+        return None;
+    }
+    if let Some(extra) = values.get(wanted) {
+        r.error(codes::TOO_MANY, extra.pos, cause, format!("write {}", row.3));
+        return None;
+    }
+    read.into_iter().collect()
+}

@@ -1,0 +1,59 @@
+//! The keywords of the elements, with the number and syntax of their arguments.
+
+/// A row: keyword, least and most arguments, syntax.
+pub(crate) type ElementKeyword = (&'static str, usize, usize, &'static str);
+
+pub(crate) const ANY_COUNT: usize = usize::MAX;
+
+/// Every element that is understood.
+#[rustfmt::skip]
+pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 36] = [
+    ("COMMENT",          0, ANY_COUNT, "COMMENT text"),
+    ("CONTACTS",         2, 3,   "CONTACTS name negated [set1]"),
+    ("COIL",             4, 5,   "COIL name negated set reset [ttrigger]"),
+    ("SHORT",            0, 0,   "SHORT"),
+    ("OPEN",             0, 0,   "OPEN"),
+    ("PLACEHOLDER",      0, 0,   "PLACEHOLDER"),
+    ("MASTER_RELAY",     0, 0,   "MASTER_RELAY"),
+    ("OSR",              0, 0,   "OSR"),
+    ("OSF",              0, 0,   "OSF"),
+    ("TON",              2, 3,   "TON name microseconds [adjust]"),
+    ("TOF",              2, 3,   "TOF name microseconds [adjust]"),
+    ("RTO",              2, 3,   "RTO name microseconds [adjust]"),
+    ("CTU",              2, 4,   "CTU name max [start kind]"),
+    ("CTD",              2, 4,   "CTD name max [start kind]"),
+    ("CTC",              2, 4,   "CTC name max [start kind]"),
+    ("RES",              1, 1,   "RES name"),
+    ("MOVE",             2, 2,   "MOVE dest source"),
+    ("ADD",              3, 3,   "ADD dest op1 op2"),
+    ("SUB",              3, 3,   "SUB dest op1 op2"),
+    ("MUL",              3, 3,   "MUL dest op1 op2"),
+    ("DIV",              3, 3,   "DIV dest op1 op2"),
+    ("EQU",              2, 2,   "EQU op1 op2"),
+    ("NEQ",              2, 2,   "NEQ op1 op2"),
+    ("GRT",              2, 2,   "GRT op1 op2"),
+    ("GEQ",              2, 2,   "GEQ op1 op2"),
+    ("LES",              2, 2,   "LES op1 op2"),
+    ("LEQ",              2, 2,   "LEQ op1 op2"),
+    ("SHIFT_REGISTER",   2, 2,   "SHIFT_REGISTER name stages"),
+    ("LOOK_UP_TABLE",    4, ANY_COUNT, "LOOK_UP_TABLE dest index count as_string v0 v1 .."),
+    ("PIECEWISE_LINEAR", 3, ANY_COUNT, "PIECEWISE_LINEAR dest index count x0 y0 x1 y1 .."),
+    ("READ_ADC",         1, 2,   "READ_ADC name [refs]"),
+    ("SET_PWM",          2, 4,   "SET_PWM duty hertz [name resolution]"),
+    ("UART_RECV",        1, 3,   "UART_RECV name [bytes wait]"),
+    ("UART_SEND",        1, 3,   "UART_SEND name [bytes wait]"),
+    ("PERSIST",          1, 1,   "PERSIST name"),
+    ("FORMATTED_STRING", 2, ANY_COUNT, "FORMATTED_STRING name length c0 c1 .. or FORMATTED_STRING name \"text\" (name or (none))"),
+];
+
+/// Elements of LDmicro 5 that have no meaning here.
+#[rustfmt::skip]
+pub(crate) const UNSUPPORTED_KEYWORDS: [&str; 68] = [
+    "TCY", "THI", "TLO", "RTL", "TIME2COUNT", "TIME2DELAY", "DELAY", "SLEEP", "CLRWDT", "LOCK", "GOTO", "GOSUB", "RETURN",
+    "LABEL", "SUBPROG", "ENDSUB", "CTR", "ODR", "ODF", "OSL", "OSC", "NPULSE", "NPULSE_OFF", "PULSER", "STEPPER",
+    "QUAD_ENCOD", "MOD", "AND", "OR", "XOR", "NOT", "NEG", "SHL", "SHR", "SR0", "ROL", "ROR", "SET_BIT", "CLEAR_BIT",
+    "IF_BIT_SET", "IF_BIT_CLEAR", "BIN2BCD", "BCD2BIN", "SWAP", "OPPOSITE", "BUS", "7SEGMENTS", "9SEGMENTS", "14SEGMENTS",
+    "16SEGMENTS", "RANDOM", "SEED_RANDOM", "STRING", "SPI", "SPI_WR", "I2C_RD", "I2C_WR", "UART_RECV_AVAIL",
+    "UART_SEND_READY", "UART_RECVn", "UART_SENDn", "CPRINTF", "SPRINTF", "FPRINTF", "PRINTF", "I2C_PRINTF", "ISP_PRINTF",
+    "UART_PRINTF",
+];

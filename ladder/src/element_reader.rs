@@ -1,0 +1,318 @@
+//! The reader of each element: its line of text into the model.
+
+use diag::{Pos, nearest};
+
+use crate::codes;
+use crate::lexer::{self, LdLine, LdToken};
+use crate::model::{CompareOp, CounterKind, Element, MathOp, LadderOperand, TimerKind};
+use crate::reader::{LdReader, message_text};
+use crate::element_keywords::{ANY_COUNT, UNSUPPORTED_KEYWORDS, ELEMENT_KEYWORDS, ElementKeyword};
+use crate::counted_elements;
+
+/// Reads one element; complaints go to the reader, and `None` means that there was at least one.
+pub(crate) fn read_element(reader: &mut LdReader<'_>, line: &LdLine<'_>) -> Option<Element> {
+    let (keyword, args) = line.tokens.split_first()?;
+    let Some(row) = ELEMENT_KEYWORDS.iter().find(|(k, ..)| *k == keyword.text) else {
+        report_unknown_keyword(reader, *keyword);
+        return None;
+    };
+    if row.0 == "COMMENT" {
+        return Some(Element::Comment(unescape(line.rest())));
+    }
+    check_argument_count(reader, row, *keyword, args)?;
+    build_element(reader, line, row, args)
+}
+
+fn report_unknown_keyword(reader: &mut LdReader<'_>, keyword: LdToken<'_>) {
+    let word = message_text(keyword.text);
+    if UNSUPPORTED_KEYWORDS.contains(&keyword.text) {
+        let cause = format!("{word} is known in LDmicro 5, not supported here");
+        let hint = "express it by the elements of release 2.3";
+        return reader.error(codes::LDMICRO5_ONLY, keyword.pos, cause, hint);
+    }
+    let known = ELEMENT_KEYWORDS.iter().map(|r| r.0).chain(["RUNG", "PARALLEL", "SERIES", "END"]);
+    let hint = match nearest(keyword.text, known) {
+        Some(near) => format!("did you mean {near}?"),
+        None => "the first word of a line names the element, such as CONTACTS or COIL".to_owned(),
+    };
+    reader.error(codes::UNKNOWN_KEYWORD, keyword.pos, format!("unknown keyword `{word}`"), hint);
+}
+
+/// Checks the number of arguments, and marks the first one too many or the keyword that has too few.
+pub(crate) fn check_argument_count(reader: &mut LdReader<'_>, row: &ElementKeyword, keyword: LdToken<'_>, args: &[LdToken<'_>]) -> Option<()> {
+    let &(name, least, most, syntax) = row;
+    let wanted = if least == most { format!("{least}") } else { format!("{least} to {most}") };
+    let wanted = if most == ANY_COUNT { format!("at least {least}") } else { wanted };
+    let cause = format!("{name} takes {wanted} argument(s), found {}", args.len());
+    if args.len() < least {
+        reader.error(codes::TOO_FEW, keyword.pos, cause, format!("write {syntax}"));
+        return None;
+    }
+    if let Some(extra) = args.get(most) {
+        reader.error(codes::TOO_MANY, extra.pos, cause, format!("write {syntax}"));
+        return None;
+    }
+    // These two optional arguments come only as a pair.
+    if matches!(name, "SET_PWM" | "UART_RECV" | "UART_SEND") && args.len() + 1 == most {
+        reader.error(codes::TOO_FEW, keyword.pos, cause, format!("write {syntax}, the last two both or neither"));
+        return None;
+    }
+    Some(())
+}
+
+#[rustfmt::skip]
+fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, args: &[LdToken<'_>]) -> Option<Element> {
+    let keyword = row.0;
+    Some(match (keyword, args) {
+        ("CONTACTS", [name, flags @ ..]) => read_contacts(r, *name, flags)?,
+        ("COIL", [name, flags @ ..]) => read_coil(r, *name, flags)?,
+        ("SHORT", _) => Element::Short,
+        ("OPEN", _) => Element::Open,
+        ("PLACEHOLDER", _) => Element::Placeholder,
+        ("MASTER_RELAY", _) => Element::MasterRelay,
+        ("OSR", _) => Element::Osr,
+        ("OSF", _) => Element::Osf,
+        ("TON", [name, rest @ ..]) => read_timer(r, TimerKind::Ton, keyword, *name, rest)?,
+        ("TOF", [name, rest @ ..]) => read_timer(r, TimerKind::Tof, keyword, *name, rest)?,
+        ("RTO", [name, rest @ ..]) => read_timer(r, TimerKind::Rto, keyword, *name, rest)?,
+        ("CTU", [name, rest @ ..]) => read_counter(r, CounterKind::Ctu, keyword, *name, rest)?,
+        ("CTD", [name, rest @ ..]) => read_counter(r, CounterKind::Ctd, keyword, *name, rest)?,
+        ("CTC", [name, rest @ ..]) => read_counter(r, CounterKind::Ctc, keyword, *name, rest)?,
+        ("RES", [name]) => Element::Res { name: r.read_integer_name(keyword, *name)? },
+        ("MOVE", [dest, src]) => {
+            let (dest, src) = (read_destination(r, keyword, *dest), read_operand(r, keyword, *src));
+            Element::Move { dest: dest?, src: src? }
+        }
+        ("ADD", [d, a, b]) => read_math(r, MathOp::Add, keyword, [*d, *a, *b])?,
+        ("SUB", [d, a, b]) => read_math(r, MathOp::Sub, keyword, [*d, *a, *b])?,
+        ("MUL", [d, a, b]) => read_math(r, MathOp::Mul, keyword, [*d, *a, *b])?,
+        ("DIV", [d, a, b]) => read_math(r, MathOp::Div, keyword, [*d, *a, *b])?,
+        ("EQU", [a, b]) => read_compare(r, CompareOp::Equ, keyword, [*a, *b])?,
+        ("NEQ", [a, b]) => read_compare(r, CompareOp::Neq, keyword, [*a, *b])?,
+        ("GRT", [a, b]) => read_compare(r, CompareOp::Grt, keyword, [*a, *b])?,
+        ("GEQ", [a, b]) => read_compare(r, CompareOp::Geq, keyword, [*a, *b])?,
+        ("LES", [a, b]) => read_compare(r, CompareOp::Les, keyword, [*a, *b])?,
+        ("LEQ", [a, b]) => read_compare(r, CompareOp::Leq, keyword, [*a, *b])?,
+        ("SHIFT_REGISTER", [name, stages]) => {
+            let (name, stages) = (r.read_integer_name(keyword, *name), r.read_u32(*stages, "the number of stages", 1, 256));
+            Element::ShiftRegister { name: name?, stages: stages? }
+        }
+        ("LOOK_UP_TABLE", [dest, index, count, flag, values @ ..]) => counted_elements::read_look_up_table(r, row, [*dest, *index, *count, *flag], values)?,
+        ("PIECEWISE_LINEAR", [dest, index, count, values @ ..]) => counted_elements::read_piecewise_linear(r, row, [*dest, *index, *count], values)?,
+        ("READ_ADC", [name, refs @ ..]) => read_adc(r, *name, refs)?,
+        ("SET_PWM", [duty, hertz, output @ ..]) => set_pwm(r, *duty, *hertz, output)?,
+        ("UART_RECV", [name, rest @ ..]) => {
+            let (name, rest) = (r.read_integer_name(keyword, *name), read_uart_arguments(r, rest));
+            Element::UartRecv { name: name?, rest: rest? }
+        }
+        ("UART_SEND", [name, rest @ ..]) => {
+            let (name, rest) = (r.read_integer_name(keyword, *name), read_uart_arguments(r, rest));
+            Element::UartSend { name: name?, rest: rest? }
+        }
+        ("PERSIST", [name]) => Element::Persist { name: r.read_integer_name(keyword, *name)? },
+        ("FORMATTED_STRING", [var, rest @ ..]) => counted_elements::read_formatted_string(r, line, row, *var, rest)?,
+        // The counts were checked against the rows, so every row is caught above.
+        _ => return None,
+    })
+}
+
+fn read_contacts(r: &mut LdReader<'_>, name: LdToken<'_>, flags: &[LdToken<'_>]) -> Option<Element> {
+    let name =
+        read_bit_name(r, name, &['X', 'Y', 'R'], codes::CONTACT_KIND, "CONTACTS", "test an integer with EQU, GEQ or the like");
+    let flags = read_flags(r, flags, &["negated", "set1"]);
+    let (name, flags) = (name?, flags?);
+    Some(Element::Contacts { name, negated: flags.first() == Some(&1), set1: flags.get(1).copied() })
+}
+
+fn read_coil(r: &mut LdReader<'_>, name: LdToken<'_>, flags: &[LdToken<'_>]) -> Option<Element> {
+    let name =
+        read_bit_name(r, name, &['Y', 'R'], codes::COIL_KIND, "COIL", "write an integer with MOVE; inputs cannot be written");
+    let flags = read_flags(r, flags, &["negated", "set", "reset", "ttrigger"]);
+    let (name, flags) = (name?, flags?);
+    let is = |i: usize| flags.get(i) == Some(&1);
+    Some(Element::Coil { name, negated: is(0), set: is(1), reset: is(2), ttrigger: flags.get(3).copied() })
+}
+
+fn read_bit_name(
+    r: &mut LdReader<'_>,
+    token: LdToken<'_>,
+    letters: &[char],
+    code: &'static str,
+    who: &str,
+    hint: &str,
+) -> Option<String> {
+    let name = r.read_name(token)?;
+    if name.starts_with(['X', 'Y', 'R']) {
+        r.use_as_bit(&name);
+    }
+    if !name.starts_with(letters) {
+        let wanted: Vec<String> = letters.iter().map(|l| format!("{l}..")).collect();
+        r.error(code, token.pos, format!("{who} needs a name {}, found {}", wanted.join(" or "), message_text(&name)), hint);
+        return None;
+    }
+    Some(name)
+}
+
+/// All flags are read, so that every wrong one is told.
+fn read_flags(r: &mut LdReader<'_>, tokens: &[LdToken<'_>], names: &[&str]) -> Option<Vec<u32>> {
+    let read: Vec<Option<u32>> =
+        tokens.iter().zip(names).map(|(t, n)| r.read_u32(*t, &format!("the flag `{n}`"), 0, 1)).collect();
+    read.into_iter().collect()
+}
+
+fn read_timer(
+    r: &mut LdReader<'_>,
+    kind: TimerKind,
+    keyword: &'static str,
+    name: LdToken<'_>,
+    rest: &[LdToken<'_>],
+) -> Option<Element> {
+    let name = r.read_integer_name(keyword, name);
+    let delay = rest.first().and_then(|t| read_operand_in_range(r, keyword, *t, "the delay in microseconds", 0, 1_000_000_000_000));
+    let adjust = rest.get(1).map(|t| read_operand(r, keyword, *t));
+    Some(Element::Timer { kind, name: name?, delay: delay?, adjust: transpose_optional(adjust)? })
+}
+
+fn read_counter(
+    r: &mut LdReader<'_>,
+    kind: CounterKind,
+    keyword: &'static str,
+    name: LdToken<'_>,
+    rest: &[LdToken<'_>],
+) -> Option<Element> {
+    let name = r.read_integer_name(keyword, name);
+    let max = rest.first().and_then(|t| read_constant(r, keyword, *t, "the counter's limit"));
+    let init = rest.get(1).map(|t| read_operand(r, keyword, *t));
+    let input = rest.get(2).map(|t| match t.text {
+        "/" => Some('/'),
+        "\\" => Some('\\'),
+        "-" => Some('-'),
+        "o" => Some('o'),
+        other => {
+            let cause = format!("the counter's input kind is `{}`, allowed are / \\ - o", message_text(other));
+            r.error(codes::OUT_OF_RANGE, t.pos, cause, "write / for rising edges");
+            None
+        }
+    });
+    Some(Element::Counter { kind, name: name?, max: max?, init: transpose_optional(init)?, input: transpose_optional(input)? })
+}
+
+fn read_math(r: &mut LdReader<'_>, op: MathOp, keyword: &'static str, args: [LdToken<'_>; 3]) -> Option<Element> {
+    let [dest, op1, op2] = args;
+    let (dest, op1, op2) = (read_destination(r, keyword, dest), read_operand(r, keyword, op1), read_operand(r, keyword, op2));
+    Some(Element::Math { op, dest: dest?, op1: op1?, op2: op2? })
+}
+
+fn read_compare(r: &mut LdReader<'_>, op: CompareOp, keyword: &'static str, args: [LdToken<'_>; 2]) -> Option<Element> {
+    let [op1, op2] = args;
+    let (op1, op2) = (read_operand(r, keyword, op1), read_operand(r, keyword, op2));
+    Some(Element::Compare { op, op1: op1?, op2: op2? })
+}
+
+fn read_adc(r: &mut LdReader<'_>, token: LdToken<'_>, refs: &[LdToken<'_>]) -> Option<Element> {
+    let name = r.read_integer_name("READ_ADC", token);
+    let refs = refs.first().map(|t| r.read_u32(*t, "the reference selection", 0, 255));
+    let name = name?;
+    if !name.starts_with('A') {
+        let cause = format!("READ_ADC needs a name A.., found {}", message_text(&name));
+        r.error(codes::BAD_NAME, token.pos, cause, "let the name of the analog input begin with A");
+        return None;
+    }
+    Some(Element::ReadAdc { name, refs: transpose_optional(refs)? })
+}
+
+fn set_pwm(r: &mut LdReader<'_>, duty: LdToken<'_>, hertz: LdToken<'_>, output: &[LdToken<'_>]) -> Option<Element> {
+    let duty = read_operand(r, "SET_PWM", duty);
+    let hertz = read_operand_in_range(r, "SET_PWM", hertz, "the frequency in Hz", 1, 100_000_000);
+    let output = match output {
+        [name, resolution] => r.read_name(*name).map(|n| Some((n, resolution.text.to_owned()))),
+        _ => Some(None),
+    };
+    Some(Element::SetPwm { duty: duty?, hertz: hertz?, output: output? })
+}
+
+fn read_uart_arguments(r: &mut LdReader<'_>, rest: &[LdToken<'_>]) -> Option<Option<(u32, u32)>> {
+    match rest {
+        [bytes, wait] => {
+            let (bytes, wait) =
+                (r.read_u32(*bytes, "the number of bytes", 1, 255), r.read_u32(*wait, "the flag `wait`", 0, 1));
+            Some(Some((bytes?, wait?)))
+        }
+        _ => Some(None),
+    }
+}
+
+/// `Some(None)` when absent, `None` when present and wrong.
+fn transpose_optional<T>(read: Option<Option<T>>) -> Option<Option<T>> {
+    match read {
+        None => Some(None),
+        Some(value) => value.map(Some),
+    }
+}
+
+/// The variable that an element writes.
+pub(crate) fn read_destination(r: &mut LdReader<'_>, keyword: &'static str, token: LdToken<'_>) -> Option<String> {
+    if lexer::looks_like_number(token.text) {
+        let cause = format!("{keyword} cannot write to the constant {}", message_text(token.text));
+        r.error(
+            codes::CONSTANT_TARGET,
+            token.pos,
+            cause,
+            "the first argument is the variable that receives the result",
+        );
+        return None;
+    }
+    r.read_integer_name(keyword, token)
+}
+
+/// A variable or a constant.
+pub(crate) fn read_operand(r: &mut LdReader<'_>, keyword: &'static str, token: LdToken<'_>) -> Option<LadderOperand> {
+    read_constant(r, keyword, token, "a constant")
+}
+
+/// A variable or a constant of the dialect's range; `what` names it in messages.
+fn read_constant(r: &mut LdReader<'_>, keyword: &'static str, token: LdToken<'_>, what: &str) -> Option<LadderOperand> {
+    let (low, high) = r.constant_range();
+    read_operand_in_range(r, keyword, token, what, low, high)
+}
+
+fn read_operand_in_range(
+    r: &mut LdReader<'_>,
+    keyword: &'static str,
+    token: LdToken<'_>,
+    what: &str,
+    low: i64,
+    high: i64,
+) -> Option<LadderOperand> {
+    if lexer::looks_like_number(token.text) {
+        let value = r.read_number(token, what, low, high)?;
+        return Some(LadderOperand::Const { value, text: token.text.to_owned() });
+    }
+    r.read_integer_name(keyword, token).map(LadderOperand::Var)
+}
+
+/// Undoes the escapes of COMMENT: `\n`, `\r` and `\\`; any other backslash stands for itself.
+fn unescape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut chars = text.chars();
+    while let Some(c) = chars.next() {
+        let rest = chars.as_str();
+        match (c, rest.chars().next()) {
+            ('\\', Some(next @ ('n' | 'r' | '\\'))) => {
+                chars.next();
+                out.push(match next {
+                    'n' => '\n',
+                    'r' => '\r',
+                    other => other,
+                });
+            }
+            (c, _) => out.push(c),
+        }
+    }
+    out
+}
+
+/// Place that spans from the first to the last of some words.
+pub(crate) fn join_positions(first: Pos, last: Pos) -> Pos {
+    Pos::new(first.line, first.column, (last.column + last.width).saturating_sub(first.column))
+}

@@ -1,0 +1,115 @@
+//! What each element looks like in the drawing: two lines of text, one over the wire and one in it.
+
+use crate::model::{CompareOp, CounterKind, Element, MathOp, LadderOperand};
+use crate::write;
+
+/// The line over the wire and the line in the wire; both are centred over each other. Comments have none.
+pub(crate) fn element_symbol(element: &Element) -> (String, String) {
+    let (top, bottom) = match element {
+        Element::Comment(_) => (String::new(), String::new()),
+        Element::Contacts { name, negated, .. } => (name.clone(), if *negated { "]/[" } else { "] [" }.to_owned()),
+        Element::Coil { name, negated, set, reset, .. } => {
+            let inner: String =
+                [(*negated, '/'), (*set, 'S'), (*reset, 'R')].iter().filter(|(on, _)| *on).map(|(_, c)| *c).collect();
+            (name.clone(), format!("({})", if inner.is_empty() { " " } else { &inner }))
+        }
+        Element::Short => (String::new(), "+------+".to_owned()),
+        Element::Open => (String::new(), "+      +".to_owned()),
+        Element::Placeholder => (String::new(), "??".to_owned()),
+        Element::MasterRelay => (String::new(), "{MASTER RLY}".to_owned()),
+        // The underscore over the wire completes the picture of the edge.
+        Element::Osr => ("       _ ".to_owned(), "[OSR _/ ]".to_owned()),
+        Element::Osf => ("    _    ".to_owned(), "[OSF \\_ ]".to_owned()),
+        Element::Timer { kind, name, delay, .. } => {
+            (name.clone(), format!("[{} {}]", write::timer_keyword(*kind), duration(delay)))
+        }
+        Element::Counter { kind, name, max, .. } => {
+            let max = write::operand_text(max);
+            let symbol = match kind {
+                CounterKind::Ctc => format!("{{CTC 0:{max}}}"),
+                CounterKind::Ctu | CounterKind::Ctd => format!("[{} >={max}]", write::counter_keyword(*kind)),
+            };
+            (name.clone(), symbol)
+        }
+        Element::Res { name } => (name.clone(), "{RES}".to_owned()),
+        Element::Move { dest, src } => in_brackets("{", &format!("{dest} :="), &format!("{} MOV", write::operand_text(src)), "}"),
+        Element::Math { op, dest, op1, op2 } => {
+            let sign = match op {
+                MathOp::Add => '+',
+                MathOp::Sub => '-',
+                MathOp::Mul => '*',
+                MathOp::Div => '/',
+            };
+            let sum = format!("{} {sign} {}", write::operand_text(op1), write::operand_text(op2));
+            in_brackets("{", &format!("{} {dest} :=", write::math_keyword(*op)), &sum, "}")
+        }
+        Element::Compare { op, op1, op2 } => {
+            let sign = match op {
+                CompareOp::Equ => "==",
+                CompareOp::Neq => "/=",
+                CompareOp::Grt => ">",
+                CompareOp::Geq => ">=",
+                CompareOp::Les => "<",
+                CompareOp::Leq => "<=",
+            };
+            in_brackets("[", &format!("{} {sign}", write::operand_text(op1)), write::operand_text(op2), "]")
+        }
+        Element::ShiftRegister { name, stages } => {
+            in_brackets("{", "SHIFT REG", &format!("{name}0..{}", stages.saturating_sub(1)), "}")
+        }
+        Element::LookUpTable { dest, index, .. } => {
+            in_brackets("{", &format!("{dest} :="), &format!("LUT[{}]", write::operand_text(index)), "}")
+        }
+        Element::PiecewiseLinear { dest, index, .. } => {
+            in_brackets("{", &format!("{dest} :="), &format!("PWL[{}]", write::operand_text(index)), "}")
+        }
+        Element::ReadAdc { name, .. } => (name.clone(), "{READ ADC}".to_owned()),
+        Element::SetPwm { duty, hertz, .. } => {
+            (write::operand_text(duty).to_owned(), format!("{{PWM {}}}", frequency(hertz)))
+        }
+        Element::UartRecv { name, .. } => (name.clone(), "{UART RECV}".to_owned()),
+        Element::UartSend { name, .. } => (name.clone(), "{UART SEND}".to_owned()),
+        Element::Persist { name } => (name.clone(), "{PERSIST}".to_owned()),
+        Element::FormattedString { var, text, .. } => (var.clone().unwrap_or_default(), format!("{{\"{text}\"}}")),
+    };
+    (printable(&top), printable(&bottom))
+}
+
+/// Two lines of equal width in one pair of brackets: the upper flush left, the lower centred.
+fn in_brackets(left: &str, upper: &str, lower: &str, right: &str) -> (String, String) {
+    let width = upper.chars().count().max(lower.chars().count() + 2);
+    (format!("{left}{upper:<width$}{right}"), format!("{left}{lower:^width$}{right}"))
+}
+
+/// Control characters would break the lines of the drawing.
+pub(crate) fn printable(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { '.' } else { c }).collect()
+}
+
+/// A delay as people say it: `100 us`, `500.0 ms`, `1.000 s`.
+fn duration(delay: &LadderOperand) -> String {
+    match delay {
+        LadderOperand::Var(name) => name.clone(),
+        LadderOperand::Const { value, .. } if *value < 1_000 => format!("{value} us"),
+        LadderOperand::Const { value, .. } if *value < 1_000_000 => format!("{} ms", fixed_point(*value, 3, 1)),
+        LadderOperand::Const { value, .. } => format!("{} s", fixed_point(*value, 6, 3)),
+    }
+}
+
+fn frequency(hertz: &LadderOperand) -> String {
+    match hertz {
+        LadderOperand::Var(name) => name.clone(),
+        LadderOperand::Const { value, .. } if *value < 1_000 => format!("{value} Hz"),
+        LadderOperand::Const { value, .. } => format!("{} kHz", fixed_point(*value, 3, 1)),
+    }
+}
+
+/// `value / 10^digits`, exact, with at least `least` digits after the point.
+fn fixed_point(value: i64, digits: u32, least: usize) -> String {
+    let unit = 10_i64.pow(digits);
+    let mut fraction = format!("{:0width$}", value % unit, width = digits as usize);
+    while fraction.len() > least && fraction.ends_with('0') {
+        fraction.pop();
+    }
+    format!("{}.{fraction}", value / unit)
+}

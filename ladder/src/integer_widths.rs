@@ -1,0 +1,86 @@
+//! How many bytes an integer has, and how many a constant needs.
+
+use std::collections::HashMap;
+
+use crate::model::{LadderDialect, Element, LdFormat, LadderOperand, LadderProgram};
+
+/// The width of the integers of release 2.3, and of those that nothing says more about, in bytes.
+const DEFAULT_BYTES: u8 = 2;
+
+/// The widths of all integers of a program.
+pub(crate) struct IntegerWidths<'a> {
+    /// Those of `VAR LIST`, and of the accumulators that stand in none.
+    known: HashMap<&'a str, u8>,
+}
+
+impl<'a> IntegerWidths<'a> {
+    /// Looks through the whole program. In dialect 2.3 every integer has two bytes, whatever `VAR LIST` says.
+    pub(crate) fn new(program: &'a LadderProgram) -> IntegerWidths<'a> {
+        let mut known = HashMap::new();
+        if program.dialect == LadderDialect::Ldmicro23 {
+            return IntegerWidths { known };
+        }
+        let declared: HashMap<&str, u8> = program.vars.iter().flatten().map(|v| (v.name.as_str(), v.bytes)).collect();
+        // A variable as the limit has the width that is declared for it, or the usual one; no chain of limits is followed.
+        let operand = |operand: &LadderOperand| match operand {
+            LadderOperand::Const { value, .. } => min_bytes(i128::from(*value)),
+            LadderOperand::Var(name) => declared.get(name.as_str()).copied().unwrap_or(DEFAULT_BYTES),
+        };
+        for (_, element, _) in program.elements() {
+            let (name, bytes) = match element {
+                Element::Timer { name, delay, adjust, .. } => {
+                    (name, timer_preset(program, delay, adjust.as_ref()).map_or(DEFAULT_BYTES, min_bytes))
+                }
+                Element::Counter { name, max, init, .. } => (name, operand(max).max(init.as_ref().map_or(0, operand))),
+                _ => continue,
+            };
+            let slot = known.entry(name.as_str()).or_insert(bytes);
+            *slot = bytes.max(*slot);
+        }
+        known.extend(declared);
+        IntegerWidths { known }
+    }
+
+    /// The width of an integer in bytes, 1 to 4.
+    pub(crate) fn bytes_of_symbol(&self, name: &str) -> u8 {
+        self.known.get(name).copied().unwrap_or(DEFAULT_BYTES)
+    }
+
+    /// The width of an operand in bytes: a constant has the least that holds it.
+    pub(crate) fn bytes_of_operand(&self, operand: &LadderOperand) -> u8 {
+        match operand {
+            LadderOperand::Const { value, .. } => min_bytes(i128::from(*value)),
+            LadderOperand::Var(name) => self.bytes_of_symbol(name),
+        }
+    }
+}
+
+/// The fewest bytes, 1 to 4, that hold a number as two's complement; 4 for what none holds.
+pub(crate) fn min_bytes(value: i128) -> u8 {
+    (1..4).find(|bytes| (-max_value(*bytes) - 1..=max_value(*bytes)).contains(&value)).unwrap_or(4)
+}
+
+/// The largest number of a width in bytes.
+pub(crate) const fn max_value(bytes: u8) -> i128 {
+    (1 << (8 * bytes as u32 - 1)) - 1
+}
+
+/// P, the scans that a timer counts: whole cycles in the delay, and the adjust. `None` where the delay or the adjust is a
+/// variable, or where there is no cycle.
+pub(crate) fn timer_preset(program: &LadderProgram, delay: &LadderOperand, adjust: Option<&LadderOperand>) -> Option<i128> {
+    let LadderOperand::Const { value: delay, .. } = delay else { return None };
+    let adjust = match adjust {
+        Some(LadderOperand::Const { value, .. }) => i128::from(*value),
+        Some(LadderOperand::Var(_)) => return None,
+        None => default_adjust(program),
+    };
+    i128::from(*delay).checked_div(i128::from(program.settings.cycle_us)).map(|scans| scans + adjust)
+}
+
+/// The adjust of a timer that names none: release 2.3 takes one scan off, and LDmicro 5 does so for its files.
+pub(crate) fn default_adjust(program: &LadderProgram) -> i128 {
+    match (program.dialect, program.format) {
+        (LadderDialect::Ldmicro23, _) | (LadderDialect::Ldmicro5, LdFormat::V01) => -1,
+        (LadderDialect::Ldmicro5, LdFormat::V02) => 0,
+    }
+}

@@ -1,0 +1,125 @@
+//! Lines, tokens, numbers and names of `.ld` text.
+
+use diag::Pos;
+
+/// A word of a line.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LdToken<'a> {
+    pub text: &'a str,
+    /// Byte offset in the line's text.
+    pub byte_offset: usize,
+    pub pos: Pos,
+}
+
+/// A line with something on it, trimmed; never empty.
+#[derive(Debug, Clone)]
+pub(crate) struct LdLine<'a> {
+    pub text: &'a str,
+    pub pos: Pos,
+    /// At least one.
+    pub tokens: Vec<LdToken<'a>>,
+}
+
+impl<'a> LdLine<'a> {
+    /// The first word.
+    pub(crate) fn keyword(&self) -> &'a str {
+        self.tokens.first().map_or("", |t| t.text)
+    }
+    /// What follows the first word, trimmed.
+    pub(crate) fn rest(&self) -> &'a str {
+        self.text.get(self.keyword().len()..).unwrap_or("").trim()
+    }
+}
+
+/// The lines of a text that are neither blank nor start with `;`.
+pub(crate) fn split_lines(text: &str) -> impl Iterator<Item = LdLine<'_>> {
+    text.lines().zip(1u32..).filter_map(|(raw, number)| {
+        let text = raw.trim();
+        if text.is_empty() || text.starts_with(';') {
+            return None;
+        }
+        let indent = raw.chars().take_while(|c| c.is_whitespace()).count() as u32;
+        let pos = Pos::new(number, indent + 1, text.chars().count() as u32);
+        Some(LdLine { text, pos, tokens: split_tokens(text, number, indent + 1) })
+    })
+}
+
+/// Splits at white space, but keeps a quoted space (`' '`) together.
+fn split_tokens(text: &str, line: u32, first_column: u32) -> Vec<LdToken<'_>> {
+    let mut found = Vec::new();
+    let mut chars = text.char_indices().zip(first_column..).peekable();
+    while let Some(((at, first), column)) = chars.next() {
+        if first.is_whitespace() {
+            continue;
+        }
+        let mut end = at + first.len_utf8();
+        let mut width = 1;
+        let quoted = text.get(at..).is_some_and(|t| t.starts_with("' '"));
+        while let Some(((i, c), _)) = chars.next_if(|((_, c), _)| !c.is_whitespace() || (quoted && width == 1)) {
+            end = i + c.len_utf8();
+            width += 1;
+        }
+        found.push(LdToken { text: text.get(at..end).unwrap_or(""), byte_offset: at, pos: Pos::new(line, column, width) });
+    }
+    found
+}
+
+/// A number in any of its spellings; `None` when it is none. Values beyond 64 bits saturate, which is out of every range.
+pub(crate) fn parse_number(text: &str) -> Option<i64> {
+    if let Some(quoted) = text.strip_prefix('\'') {
+        return parse_character(quoted.strip_suffix('\'')?);
+    }
+    let (negative, digits) = match text.strip_prefix('-') {
+        Some(rest) => (true, rest),
+        None => (false, text),
+    };
+    let (radix, digits) = match digits.get(..2) {
+        Some("0x" | "0X") => (16, digits.get(2..)?),
+        Some("0o" | "0O") => (8, digits.get(2..)?),
+        Some("0b" | "0B") => (2, digits.get(2..)?),
+        _ => (10, digits),
+    };
+    if digits.is_empty() || !digits.chars().all(|c| c.is_digit(radix)) {
+        return None;
+    }
+    let value = i64::from_str_radix(digits, radix).unwrap_or(i64::MAX);
+    Some(if negative { -value } else { value })
+}
+
+/// What stands between the quotes of a character.
+fn parse_character(text: &str) -> Option<i64> {
+    let mut chars = text.chars();
+    let value = match (chars.next()?, chars.next(), chars.as_str()) {
+        (c, None, _) if c.is_ascii() && !c.is_ascii_control() => c as u32,
+        ('\\', Some('x'), hex) if !hex.is_empty() && hex.len() <= 2 && hex.chars().all(|c| c.is_ascii_hexdigit()) => {
+            u32::from_str_radix(hex, 16).ok()?
+        }
+        ('\\', Some(c), "") => match c {
+            '0' => 0,
+            'a' => 7,
+            'b' => 8,
+            't' => 9,
+            'n' => 10,
+            'v' => 11,
+            'f' => 12,
+            'r' => 13,
+            '\\' | '\'' => c as u32,
+            _ => return None,
+        },
+        _ => return None,
+    };
+    Some(i64::from(value))
+}
+
+/// True when a word can only be meant as a number, or is none but cannot be a name either.
+pub(crate) fn looks_like_number(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '\''))
+}
+
+/// True for letters, digits and underscores that do not begin with a digit, at most 127 of them.
+pub(crate) fn is_name(text: &str) -> bool {
+    !text.is_empty()
+        && text.len() <= 127
+        && !text.starts_with(|c: char| c.is_ascii_digit())
+        && text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}

@@ -1,0 +1,150 @@
+//! Checks of the tables, the strings and the elements that use a part of the chip.
+
+use crate::check::{CheckedElement, Checker, check_default_argument};
+use crate::codes;
+use crate::format::{self, StringPiece};
+use crate::model::{LadderDialect, Element, LadderOperand};
+use crate::integer_widths::{max_value, min_bytes};
+
+/// The spellings of LDmicro 5's resolution of SET_PWM that mean percent, which is all that is understood here.
+const PERCENT: [&str; 2] = ["0-100", "0-100%"];
+
+/// What can be told from one of these elements alone.
+pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
+    match at.element {
+        Element::LookUpTable { dest, index: LadderOperand::Var(index), .. } if dest == index => check_alias(checker, at, dest),
+        Element::PiecewiseLinear { dest, index, points } => {
+            if *index == LadderOperand::Var(dest.clone()) {
+                check_alias(checker, at, dest);
+            }
+            check_curve(checker, at, dest, index, points);
+        }
+        Element::ReadAdc { refs: Some(1..), .. } => check_default_argument(checker, at, "the reference selection"),
+        Element::SetPwm { hertz, output, .. } => {
+            match hertz {
+                LadderOperand::Const { value: 1.., .. } => {}
+                _ => {
+                    let cause = "the frequency must be a constant of at least 1 Hz";
+                    checker.error(codes::PWM, at, cause, "write a number, such as SET_PWM duty 1000");
+                }
+            }
+            match output {
+                Some(_) if checker.program.dialect == LadderDialect::Ldmicro23 => {
+                    check_default_argument(checker, at, "the choice of the output");
+                }
+                Some((_, resolution)) if !PERCENT.contains(&resolution.as_str()) => {
+                    check_default_argument(checker, at, "a resolution other than 0-100");
+                }
+                _ => {}
+            }
+        }
+        Element::UartRecv { rest, .. } | Element::UartSend { rest, .. } => {
+            if rest.is_some_and(|rest| rest != (1, 0)) {
+                check_default_argument(checker, at, "another choice than one byte without waiting");
+            }
+            check_baud(checker, at);
+        }
+        Element::FormattedString { var, text, quoted } => {
+            check_string(checker, at, var.as_deref(), text, *quoted);
+            check_baud(checker, at);
+        }
+        _ => {}
+    }
+}
+
+/// One pulse width output serves the whole program, so all elements must agree about it.
+pub(crate) fn check_pwm(checker: &mut Checker<'_>) {
+    let program = checker.program;
+    let mut all = program.elements().filter_map(|(id, element, pos)| match element {
+        Element::SetPwm { hertz, output, .. } => {
+            let hertz = match hertz {
+                LadderOperand::Const { value, .. } => Some(*value),
+                LadderOperand::Var(_) => None,
+            };
+            Some((CheckedElement { id, element, pos }, hertz, output.as_ref().map(|o| o.0.as_str())))
+        }
+        _ => None,
+    });
+    let Some((first, hertz, output)) = all.next() else { return };
+    for (at, other, to) in all {
+        if let (Some(one), Some(other)) = (hertz, other)
+            && one != other
+        {
+            let cause = format!("{other} Hz, but {} sets {one} Hz, and there is one output", first.id);
+            checker.error(codes::PWM, at, cause, "let all SET_PWM of the program name one frequency");
+        }
+        if output != to {
+            let name = |output: Option<&str>| output.unwrap_or("no name").to_owned();
+            let cause =
+                format!("the output is {}, but {} has {}, and there is one output", name(to), first.id, name(output));
+            checker.error(codes::PWM, at, cause, "let all SET_PWM of the program name one output");
+        }
+    }
+}
+
+fn check_alias(checker: &mut Checker<'_>, at: CheckedElement<'_>, dest: &str) {
+    let cause = format!("{dest} is both index and result; LDmicro's own compilers get this wrong");
+    checker.warning(codes::TABLE_ALIAS, at, cause, "use another variable for the result");
+}
+
+fn check_curve(checker: &mut Checker<'_>, at: CheckedElement<'_>, dest: &str, index: &LadderOperand, points: &[(i64, i64)]) {
+    if points.len() < 2 {
+        let cause = format!("{} point(s) make no segment", points.len());
+        return checker.error(codes::CURVE, at, cause, "give at least two points");
+    }
+    let constants = points.iter().flat_map(|(x, y)| [*x, *y]).map(|v| min_bytes(v.into())).max().unwrap_or(0);
+    let wide = constants.max(checker.widths.bytes_of_symbol(dest)).max(checker.widths.bytes_of_operand(index)) > 2;
+    let limit = max_value(if wide { 4 } else { 2 });
+    for pair in points.windows(2) {
+        let [(x, y), (next_x, next_y)] = pair else { continue };
+        if x >= next_x {
+            let cause = format!("x = {next_x} follows x = {x}, but x must rise");
+            checker.error(codes::NOT_RISING, at, cause, "sort the points by x, each x once");
+            continue;
+        }
+        let (dx, dy) = (i128::from(*next_x) - i128::from(*x), i128::from(*next_y) - i128::from(*y));
+        if (dx * dy).abs() > limit || dx > limit {
+            let cause = format!("from x = {x} to {next_x}: {dx} * {dy} leaves the range of -{limit} to {limit}");
+            checker.error(codes::CURVE, at, cause, "put points between them, or scale the values down");
+        }
+    }
+}
+
+fn check_string(checker: &mut Checker<'_>, at: CheckedElement<'_>, var: Option<&str>, text: &str, quoted: bool) {
+    if let Some(code) = text.chars().map(u32::from).find(|c| *c < 32 && !quoted) {
+        let cause = format!("the character code {code} is read as X");
+        checker.warning(codes::STRING_CODE, at, cause, "write a backslash escape, such as 92 110 for a new line");
+    }
+    match format::split_format_string(text, quoted) {
+        Err(bad) => {
+            let cause = format!("at character {}: {}", bad.char_offset + 1, bad.cause);
+            checker.error(codes::STRING_ESCAPE, at, cause, bad.hint);
+        }
+        Ok(pieces) => {
+            let number = pieces.iter().any(|p| matches!(p, StringPiece::Digit { .. }));
+            match var {
+                None if number => {
+                    let hint = "name the variable in place of (none)";
+                    checker.error(codes::STRING_VARIABLE, at, "the text shows a number, but names no variable", hint);
+                }
+                Some(name) if !number => {
+                    let cause = format!("{name} is shown nowhere in the text");
+                    checker.error(
+                        codes::STRING_VARIABLE,
+                        at,
+                        cause,
+                        "write \\5 or \\-5 where it is to stand, or (none) for it",
+                    );
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+fn check_baud(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
+    if checker.program.settings.baud.is_none_or(|baud| baud == 0) {
+        let cause = "the serial line has no rate, since BAUD= is missing or 0";
+        checker.error(codes::NO_BAUD, at, cause, "write the rate above the lists, such as BAUD=2400");
+    }
+}

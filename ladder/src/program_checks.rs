@@ -1,0 +1,86 @@
+//! The checks that take the whole program to see.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use diag::Severity;
+
+use crate::check::{CheckedElement, Checker};
+use crate::codes;
+use crate::model::{CounterKind, Element, ElementId};
+
+/// Double coils, undriven contacts, shared accumulators, RES of anything.
+pub(crate) fn check_names(checker: &mut Checker<'_>) {
+    let program = checker.program;
+    // Names of coils -> the first one and whether all so far were set-only or reset-only.
+    let mut coils: BTreeMap<&str, (ElementId, bool)> = BTreeMap::new();
+    let mut owners: BTreeMap<&str, (ElementId, &Element)> = BTreeMap::new();
+    let mut contacts: BTreeSet<&str> = BTreeSet::new();
+    let driven: BTreeSet<&str> = program
+        .elements()
+        .filter_map(|(_, e, _)| match e {
+            Element::Coil { name, .. } => Some(name.as_str()),
+            _ => None,
+        })
+        .collect();
+    let counted: BTreeSet<&str> = program.elements().filter_map(|(_, e, _)| accumulator(e)).collect();
+    for (id, element, pos) in program.elements() {
+        let at = CheckedElement { id, element, pos };
+        match element {
+            Element::Coil { name, set, reset, .. } => {
+                let latch = *set || *reset;
+                if let Some((first, all_latch)) = coils.get_mut(name.as_str()) {
+                    if !(*all_latch && latch) {
+                        let cause = format!("{name} is already driven by {first}; the later coil wins");
+                        checker.warning(codes::COIL_TWICE, at, cause, "join the conditions with PARALLEL into one coil");
+                    }
+                    *all_latch &= latch;
+                } else {
+                    coils.insert(name, (id, latch));
+                }
+            }
+            // One warning for a name is enough, so the name is noted as told.
+            Element::Contacts { name, .. }
+                if !name.starts_with('X') && !driven.contains(name.as_str()) && contacts.insert(name) =>
+            {
+                let cause = format!("no coil drives {name}, so it is always 0");
+                checker.warning(codes::NEVER_DRIVEN, at, cause, "add a coil, or mend the name");
+            }
+            Element::Res { name } if !counted.contains(name.as_str()) => {
+                let cause = format!("{name} is no timer or counter");
+                let hint = format!("mend the name, or write MOVE {name} 0");
+                checker.warning(codes::RES_TARGET, at, cause, hint);
+            }
+            _ => {}
+        }
+        if let Some(name) = accumulator(element) {
+            match owners.get(name) {
+                Some((first, other)) => report_shared_accumulator(checker, at, name, *first, other),
+                None => drop(owners.insert(name, (id, element))),
+            }
+        }
+    }
+}
+
+/// The accumulator of a timer or counter.
+fn accumulator(element: &Element) -> Option<&str> {
+    match element {
+        Element::Timer { name, .. } | Element::Counter { name, .. } => Some(name),
+        _ => None,
+    }
+}
+
+fn report_shared_accumulator(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str, first: ElementId, other: &Element) {
+    use CounterKind::{Ctd, Ctu};
+    let kind = |e: &Element| match e {
+        Element::Counter { kind, .. } => Some(*kind),
+        _ => None,
+    };
+    if let (Some(Ctu), Some(Ctd)) | (Some(Ctd), Some(Ctu)) = (kind(at.element), kind(other)) {
+        let cause =
+            format!("{name} is also counted by {first}: CTU and CTD on one counter, LDmicro's way to count both ways");
+        let hint = "nothing to do if this is meant";
+        return checker.report(Severity::Note, codes::SHARED, at, &cause, hint);
+    }
+    let cause = format!("{name} is also used by {first}, and each disturbs the other");
+    checker.warning(codes::SHARED, at, cause, "give each timer and counter a name of its own");
+}
