@@ -1,5 +1,6 @@
 //! `emu debug`: a machine under the debugger, by commands.
 
+mod about;
 mod back;
 mod calls;
 mod code;
@@ -20,6 +21,7 @@ mod rungs;
 mod running;
 mod scenario;
 pub mod shell;
+mod steps;
 mod stop;
 mod terminal;
 mod texts;

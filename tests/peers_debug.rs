@@ -31,13 +31,17 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/in")
 }
 
-/// Compiles the program; gives its file.
-fn built(level: &str, dwarf: &str) -> PathBuf {
-    let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("shop{level}{dwarf}.elf"));
+/// The programs, of three files each.
+const SHOP: [&str; 3] = ["main.c", "price.c", "text.c"];
+const PLANT: [&str; 3] = ["plant.c", "valve.c", "walk.c"];
+
+/// Compiles a program; gives its file.
+fn built(files: [&str; 3], level: &str, dwarf: &str) -> PathBuf {
+    let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}{level}{dwarf}.elf", files[0]));
     let gcc = Command::new("avr-gcc")
         .args(["-mmcu=atmega328p", level, dwarf, "-std=gnu99", "-o"])
         .arg(&elf)
-        .args(["main.c", "price.c", "text.c"])
+        .args(files)
         .current_dir(folder())
         .status();
     assert!(gcc.expect("avr-gcc").success());
@@ -134,19 +138,12 @@ fn same(elf: &Path) {
         // A variable that is in no memory yet, and what the moves between frames print, have words of their own.
         let moves = ["tbreak", "continue", "up", "frame"].iter().any(|word| command.starts_with(word));
         let unknown = theirs.iter().any(|line| line.contains("Cannot access memory"));
-        let ours: Vec<String> = ours
-            .iter()
-            .map(|line| match command.strip_prefix("print").and_then(|rest| rest.split_once(' ')) {
-                Some((_, expr)) => line.strip_prefix(&format!("{expr} = ")).unwrap_or(line).to_owned(),
-                None => line.clone(),
-            })
-            .collect();
         // Of a function put in place of its call gdb lists what is gone twice.
         let there = |lines: &[String]| -> Vec<String> {
             let gone = |line: &&String| command == "info locals" && line.ends_with("= <optimized out>");
             lines.iter().filter(|line| !gone(line)).cloned().collect()
         };
-        let (theirs, ours) = (there(theirs), there(&ours));
+        let (theirs, ours) = (there(theirs), there(ours));
         if !moves && !unknown {
             assert_eq!(theirs, ours, "{}: {command} ({n})", elf.display());
             compared += 1;
@@ -159,6 +156,90 @@ fn same(elf: &Path) {
 #[ignore = "needs gdb-avr, gcc-avr and avr-libc"]
 fn variables_as_avr_gdb_has_them() {
     for (level, dwarf) in [("-O0", "-gdwarf-4"), ("-O0", "-gdwarf-2"), ("-Og", "-gdwarf-4"), ("-Os", "-gdwarf-4")] {
-        same(&built(level, dwarf));
+        same(&built(SHOP, level, dwarf));
+    }
+}
+
+/// The function and the line of the call that `frame` tells, `turn valve.c:20`.
+fn stands(answer: &[String]) -> String {
+    let found = answer.iter().find_map(|line| {
+        let (head, place) = line.strip_prefix("#0  ")?.rsplit_once(" at ")?;
+        let head = head.split_once(" in ").map_or(head, |(_, head)| head);
+        Some(format!("{} {place}", head.split(' ').next()?))
+    });
+    found.unwrap_or_else(|| format!("no call: {answer:?}"))
+}
+
+/// 200 steps lead both to the same functions and lines, into and over calls, those of functions put in place of their calls too.
+#[test]
+#[ignore = "needs gdb-avr, gcc-avr and avr-libc"]
+fn steps_as_avr_gdb_makes_them() {
+    let walks: [(&str, [&str; 3]); 8] = [
+        ("-O0", ["step", "step", "step"]),
+        ("-O0", ["next", "next", "next"]),
+        ("-Og", ["step", "step", "step"]),
+        ("-Og", ["next", "next", "next"]),
+        ("-Og", ["step", "next", "step"]),
+        ("-Os", ["next", "next", "next"]),
+        ("-Os", ["step", "next", "step"]),
+        ("-O0", ["step", "next", "step"]),
+    ];
+    for files in [SHOP, PLANT] {
+        for (level, verbs) in walks {
+            let elf = built(files, level, "-gdwarf-4");
+            let steps = verbs.into_iter().cycle().take(200).flat_map(|verb| [verb.to_owned(), "frame".to_owned()]);
+            let commands: Vec<String> =
+                ["tbreak main".to_owned(), "continue".to_owned()].into_iter().chain(steps).collect();
+            let (theirs, ours) = (gdb(&elf, &commands), own(&elf, &commands));
+            for n in (0..commands.len()).filter(|n| commands[*n] == "frame") {
+                let (theirs, ours) = (theirs.get(n).expect("an answer"), ours.get(n).expect("an answer"));
+                assert_eq!(stands(theirs), stands(ours), "{} {verbs:?}, step {}", elf.display(), (n - 1) / 2);
+            }
+        }
+    }
+}
+
+/// Functions, pointers to them, types behind their names, the value history, calls of functions put in place of their calls.
+#[rustfmt::skip]
+const TOLD: [&str; 61] = [
+    "print turn", "print *turn", "print &turn", "print step", "print *step", "print valve->step", "print *valve", "print table",
+    "print table[1]", "print *table@2", "print chosen", "print *chosen", "print **chosen", "print sink == step", "print step == climb",
+    "print valve->step == &climb", "print/a step", "print (int)step", "ptype turn", "ptype &turn", "ptype step", "ptype *step", "ptype chosen",
+    "ptype table", "ptype step_fn", "ptype uint8_t", "ptype point_t", "ptype peak", "ptype title", "ptype struct valve", "ptype valves",
+    "whatis step", "whatis &turn", "whatis uint8_t", "whatis point_t", "whatis step_fn", "whatis valves", "print valves[1].tag",
+    "print $", "print valve", "print *$", "print $.next", "print $$.mode", "print $1", "print *$4", "set $i = 1", "print $i++",
+    "print valves[$i].tag", "set var valve->step = sink", "print valve->step", "set var valve->step = climb",
+    "print valve->level.all += 2", "print valve->level.all++", "print --valve->level.all", "print &rounds", "print (char *)line",
+    "info line climb", "up", "info locals", "print valves[1].tag[0]@3", "print $sp",
+];
+
+/// A line with offsets in decimal, as avr-gdb writes them: `<valves+18>`.
+fn decimal(line: &str) -> String {
+    let mut parts = line.split("+0x");
+    let first = parts.next().unwrap_or_default().to_owned();
+    parts.fold(first, |text, part| {
+        let end = part.find(|c: char| !c.is_ascii_hexdigit()).unwrap_or(part.len());
+        format!("{text}+{}{}", u32::from_str_radix(&part[..end], 16).unwrap_or(0), &part[end..])
+    })
+}
+
+#[test]
+#[ignore = "needs gdb-avr, gcc-avr and avr-libc"]
+fn values_of_functions_and_types_as_avr_gdb_has_them() {
+    for level in ["-O0", "-Og"] {
+        let elf = built(PLANT, level, "-gdwarf-4");
+        let moves = ["tbreak valve.c:19", "continue"].into_iter();
+        let commands: Vec<String> = moves.chain(TOLD).map(str::to_owned).collect();
+        let (theirs, ours) = (gdb(&elf, &commands), own(&elf, &commands));
+        for (n, command) in commands
+            .iter()
+            .enumerate()
+            .filter(|(_, command)| !["tbreak valve.c:19", "continue", "up", "print $sp"].contains(&command.as_str()))
+        {
+            let (theirs, ours) = (theirs.get(n).expect("an answer"), ours.get(n).expect("an answer"));
+            let (theirs, ours): (Vec<String>, Vec<String>) =
+                (theirs.clone(), ours.iter().map(|line| decimal(line)).collect());
+            assert_eq!(theirs, ours, "{level}: {command}");
+        }
     }
 }

@@ -2,6 +2,8 @@
 
 use emu_debug::debug::{CallFrame, ObjectExpr};
 
+use emu_core::image::BlockInfo;
+
 use super::shell::{CommandResult, DebugShell};
 
 /// The calls that led here; a count shows so many, `full` the variables of each too.
@@ -15,14 +17,14 @@ pub(super) fn backtrace(shell: &mut DebugShell, args: &str, out: &mut String) ->
         }
     }
     let frames = shell.calls();
-    for (level, frame) in frames.iter().enumerate().take(count) {
+    for (level, frame) in frames.iter().enumerate().skip(shell.hidden).take(count) {
         out.push_str(&shell.frame_line(level, frame));
         if full {
             let own = shell.variables(level, false);
             out.push_str(&if own.is_empty() { "        No locals.\n".to_owned() } else { indented(&own) });
         }
     }
-    if frames.len() > count {
+    if frames.len().saturating_sub(shell.hidden) > count {
         out.push_str("(More calls follow...)\n");
     }
     Ok(())
@@ -38,9 +40,17 @@ pub(super) fn frame(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     if args.is_empty() {
         return shell.select_frame(shell.level, out);
     }
+    if let Some(name) = args.strip_prefix("function ") {
+        let is = |frame: &CallFrame| {
+            shell.session.scope.calls().frame_name(shell.session.machine(), frame).is_some_and(|own| own.0 == name.trim())
+        };
+        let found = shell.calls().iter().skip(shell.hidden).position(is);
+        let level = found.ok_or_else(|| format!("no call of {} is in progress; bt lists them", name.trim()))?;
+        return shell.select_frame(level + shell.hidden, out);
+    }
     let level = shell.integer_value(args)?;
     let level = usize::try_from(level).map_err(|_| format!("there is no call {level}; bt lists them"))?;
-    shell.select_frame(level, out)
+    shell.select_frame(level.saturating_add(shell.hidden), out)
 }
 
 pub(super) fn up(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
@@ -54,10 +64,10 @@ pub(super) fn up(shell: &mut DebugShell, args: &str, out: &mut String) -> Comman
 
 pub(super) fn down(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let count = usize::try_from(shell.parse_count(args)?).unwrap_or(usize::MAX);
-    if shell.level == 0 {
+    if shell.level <= shell.hidden {
         return Err("this is the innermost call; you cannot go down".to_owned());
     }
-    shell.select_frame(shell.level.saturating_sub(count), out)
+    shell.select_frame(shell.level.saturating_sub(count).max(shell.hidden), out)
 }
 
 /// `info locals` and `info args`.
@@ -74,8 +84,13 @@ pub(super) fn info_frame(shell: &DebugShell, out: &mut String) -> CommandResult 
     let (scope, chip) = (&shell.session.scope, shell.session.scope.chip());
     let frame = frames.get(shell.level).ok_or("there is no such call any more; bt lists them")?;
     let cfa = frame.cfa.map_or(String::new(), |cfa| format!(", frame at 0x{cfa:x}"));
-    out.push_str(&format!("Stack level {}{cfa}:\n", shell.level));
+    let number = shell.level.saturating_sub(shell.hidden);
+    out.push_str(&format!("Stack level {number}{cfa}:\n"));
     out.push_str(&format!(" pc = {}", scope.source().describe_word(frame.word)));
+    if shell.inlined_block(frame).is_some() {
+        out.push_str(&format!("\n inlined into frame {}\n SP = 0x{:x}\n", number + 1, frame.sp));
+        return Ok(());
+    }
     match frames.get(shell.level + 1) {
         Some(caller) => {
             out.push_str(&format!("; saved pc = {}\n", scope.source().describe_word(caller.word)));
@@ -101,19 +116,33 @@ impl DebugShell {
         (self.level, self.listed) = (level, None);
         out.push_str(&self.frame_line(level, frame));
         if let Some((file, number)) = self.current_line()
-            && let Some(lines) = self.sources.file(&self.session.scope.lines, &file)
-            && let Some(text) = (number as usize).checked_sub(1).and_then(|at| lines.get(at))
+            && let Some(text) = self.source_text(&file, number)
         {
-            out.push_str(&format!("{number:>5}  {}\n", text.trim()));
+            out.push_str(&format!("{number:>5}  {text}\n"));
         }
         Ok(())
+    }
+
+    /// A line of a source file without the blanks around it.
+    pub(super) fn source_text(&mut self, file: &str, number: u32) -> Option<String> {
+        let lines = self.sources.file(&self.session.scope.lines, file)?;
+        (number as usize).checked_sub(1).and_then(|at| lines.get(at)).map(|text| text.trim().to_owned())
+    }
+
+    /// The code of the function of a call, where that was put in place of the call.
+    pub(super) fn inlined_block(&self, frame: &CallFrame) -> Option<BlockInfo> {
+        let bytes = self.session.scope.chip().word_bytes;
+        let byte = frame.call_word.saturating_mul(bytes);
+        self.session.scope.calls().inlined(byte).get(frame.inlined_skipped).map(|block| (*block).clone())
     }
 
     /// A call as gdb writes it, with its parameters where the program tells of them; else its place.
     fn frame_line(&self, level: usize, frame: &CallFrame) -> String {
         let place = self.describe_call(frame);
+        let innermost = level == self.hidden;
+        let level = level.saturating_sub(self.hidden);
         match self.is_described(frame) {
-            true if level == 0 => format!("#0  {place}\n"),
+            true if innermost => format!("#0  {place}\n"),
             true if frame.inlined_skipped > 0 => format!("#{level}  {place}\n"),
             true => {
                 let address = self.session.scope.chip().code_address(frame.word);

@@ -13,9 +13,33 @@ const LINES_SHOWN: u32 = 10;
 const MAX_FUNCTION_DISTANCE: u32 = 24;
 
 pub(super) fn disas(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    let (place, count) = match args.rsplit_once(char::is_whitespace) {
+    // `/s`, `/m` and `/r` of gdb: lines of the source, bytes of the code.
+    let (flags, args) = match args.strip_prefix('/') {
+        Some(rest) => rest.split_once(char::is_whitespace).unwrap_or((rest, "")),
+        None => ("", args),
+    };
+    if let Some(flag) = flags.chars().find(|flag| !matches!(flag, 's' | 'm' | 'r')) {
+        return Err(format!("`/{flag}` is unknown; /s shows lines of the source"));
+    }
+    let lined = flags.contains(['s', 'm']);
+    if let Some((first, last)) = args.split_once(',') {
+        let first = shell.parse_location(first)?.first().copied().unwrap_or_default();
+        let last = last.trim();
+        let end = match last.strip_prefix('+') {
+            Some(bytes) => {
+                let words = shell.parse_count(bytes)? / u64::from(shell.session.scope.chip().code_address(1).max(1));
+                first.saturating_add(u32::try_from(words).unwrap_or(u32::MAX))
+            }
+            None => shell.parse_location(last)?.first().copied().unwrap_or_default(),
+        };
+        let (text, next) = shell.listing((first, end), u32::MAX, lined);
+        shell.set_disassembled(next);
+        out.push_str(&text);
+        return Ok(());
+    }
+    let (place, count) = match args.trim().rsplit_once(char::is_whitespace) {
         Some((place, count)) if count.parse::<u32>().is_ok() => (place.trim(), count.parse().unwrap_or(LINES_SHOWN)),
-        _ => (args, LINES_SHOWN),
+        _ => (args.trim(), LINES_SHOWN),
     };
     let word = if !place.is_empty() {
         shell.parse_location(place)?.first().copied().unwrap_or_default()
@@ -24,7 +48,7 @@ pub(super) fn disas(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     } else {
         shell.function_start()
     };
-    let (text, next) = shell.instructions(word, count);
+    let (text, next) = shell.listing((word, u32::MAX), count, lined);
     shell.set_disassembled(next);
     out.push_str(&text);
     Ok(())
@@ -50,13 +74,25 @@ impl DebugShell {
 
     /// Some instructions as text, and the word behind them.
     pub(super) fn instructions(&self, from: u32, count: u32) -> (String, u32) {
+        self.listing((from, u32::MAX), count, false)
+    }
+
+    /// Some instructions up to a word, with their source lines where they are wanted, and the word behind them.
+    fn listing(&self, (from, limit): (u32, u32), count: u32, lined: bool) -> (String, u32) {
         let (chip, source) = (self.session.scope.chip(), self.session.scope.source());
         let (mut text, mut word, pc) = (String::new(), from, self.session.machine().pc());
         let end = chip.flash_bytes / chip.word_bytes.max(1);
+        let end = end.min(limit);
+        let mut last = None;
         for _ in 0..count {
             if word >= end {
                 break;
             }
+            let line = source.line_at(word).filter(|_| lined).map(|line| (line.file.to_string(), line.line));
+            if let Some((file, number)) = line.clone().filter(|_| line != last) {
+                text.push_str(&format!("{file}:{number}\n"));
+            }
+            last = line;
             let labels = source.names.symbols.iter();
             let labels = labels.filter(|s| s.space == chip.code_space && s.addr == word * chip.word_bytes);
             labels.for_each(|label| text.push_str(&format!("{}:\n", label.name)));
@@ -150,6 +186,11 @@ impl DebugShell {
             _ => {}
         }
         if let Some((first, last)) = args.split_once(',') {
+            if first.trim().is_empty() {
+                let (file, last) = self.parse_line(last.trim())?;
+                let first = last.saturating_sub(LINES_SHOWN - 1).max(1);
+                return Ok((file, first, last.saturating_sub(first).saturating_add(1)));
+            }
             let (file, first) = self.parse_line(first.trim())?;
             let last = match last.trim() {
                 "" => first + LINES_SHOWN - 1,

@@ -114,6 +114,7 @@ pub const COMMANDS: &[DebugCommand] = &[
     command(Points, "disable",        &["dis"],            "[NUMBER..]",           No, points::disable,     "points do not count"),
 
     command(Data, "print",            &["p"],         "[/FORMAT] EXPR",       No, data::print,         "the value of an expression: registers, memory, bits, pins, symbols, variables and operators of C (x.y, p->y, a[1], *p, &x, (char)x); /x /d /u /o /t /c /a; X = VALUE sets it"),
+    command(Data, "call",             &[],            "EXPR",                 No, data::call,          "the same; functions of the program are not called"),
     command(Data, "ptype",            &["pt"],        "EXPR or TYPE",         No, types::ptype,        "a type of C with its members"),
     command(Data, "whatis",           &["wha"],       "EXPR or TYPE",         No, types::whatis,       "the name of a type of C"),
     command(Data, "set",              &[],            "PLACE = EXPR",         No, data::set,           "give a place another value: set r16 = 5, set PB0 = 1, set VCC=4.5V, set buf = buf + 1"),
@@ -171,6 +172,22 @@ pub fn split_command(line: &str) -> Option<(&str, &str)> {
     Some((word, rest.trim()))
 }
 
+/// Commands of gdb that make no sense here, and what does.
+#[rustfmt::skip]
+const FOREIGN: &[(&str, &str)] = &[
+    ("target", "the machine is within this program; emu debug --gdb serves avr-gdb"),
+    ("file", "start emu debug with another file"), ("symbol-file", "start emu debug with --symbols"),
+    ("kill", "reset, run and quit are"), ("detach", "quit leaves"), ("attach", "the machine is within this program"),
+    ("shell", "the debugger starts no programs"), ("make", "the debugger starts no programs"),
+    ("thread", "a chip has no threads"), ("show", "info and help show what there is"),
+    ("pwd", "files are found from where emu was started"), ("cd", "files are found from where emu was started"),
+    ("directory", "files are found from where emu was started"), ("layout", "emu debug --tui is the full screen"),
+    ("tui", "emu debug --tui is the full screen"), ("define", "source carries out a file of commands"),
+    ("checkpoint", "save and load keep the machine, goto-cycle goes back"), ("return", "finish lets the function end"),
+    ("catch", "break on an interrupt's routine"), ("handle", "a chip has no signals"), ("signal", "a chip has no signals"),
+    ("python", "source carries out a file of commands"), ("thbreak", "tbreak is the same"),
+];
+
 /// The command that a word stands for: a name, another name, or the beginning of one name only.
 ///
 /// # Errors
@@ -183,6 +200,10 @@ pub fn find_command(word: &str) -> Result<&'static DebugCommand, String> {
     let all: Vec<&DebugCommand> = COMMANDS.iter().filter(|command| command.name.starts_with(word)).collect();
     match all.as_slice() {
         [command] => Ok(command),
+        [] if FOREIGN.iter().any(|(name, _)| *name == word) => {
+            let why = FOREIGN.iter().find(|(name, _)| *name == word).map_or("", |(_, why)| why);
+            Err(format!("`{word}` of gdb is no command here: {why}"))
+        }
         [] => {
             let names = COMMANDS.iter().flat_map(|command| command.aliases.iter().chain([&command.name]).copied());
             let near = nearest(word, names.filter(|name| name.len() > 1));

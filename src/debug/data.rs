@@ -8,7 +8,6 @@ use emu_debug::stimulus::{TimedDrive, parse_drive};
 
 use super::numbers::{ExamineFormat, hex};
 use super::shell::{CommandResult, DebugShell};
-use super::types;
 use crate::avr;
 
 /// Why an expression has no value now, where it is not what it is called.
@@ -57,47 +56,85 @@ pub struct ExamineState {
 }
 
 pub(super) fn print(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    let (format, text) = ExamineFormat::parse_front(args)?;
+    let (mut format, text) = ExamineFormat::parse_front(args)?;
+    let empty = shell.session.scope.values.is_empty();
+    let text = if text.is_empty() && !empty { "$" } else { text };
     if text.is_empty() {
         return Err("what is to be printed? print r16, print buf, print $cycle / 2".to_owned());
     }
-    if matches!(format.letter, Some('s' | 'i')) {
+    let typed = format.letter == Some('s') && shell.parse_expression(text).is_ok_and(|expr| expr.object().is_some());
+    if typed {
+        format.letter = None;
+    } else if matches!(format.letter, Some('s' | 'i')) {
         return examine(shell, args, out);
     }
-    // `print x = 5` sets it first.
-    let text = match split_assignment(text) {
-        Some((place, value)) => {
-            set(shell, &format!("{place} = {value}"), out)?;
-            place
-        }
-        None => text,
-    };
-    // `p *buffer@4`: so many of them side by side.
-    if let Some((first, count)) = text.rsplit_once('@')
-        && let DebugExpression::Object(object) = shell.parse_expression(first)?
-    {
-        let count = shell.parse_count(count)?;
-        let value = object.array_text(count, &shell.session.scope, shell.session.machine(), format.letter)?;
-        out.push_str(&format!("{text} = {value}\n"));
-        return Ok(());
-    }
-    let function = types::function_type(shell, text).filter(|_| format.letter.is_none());
-    let value = match function {
-        Some((kind, byte)) => format!("{{{kind}}} 0x{byte:x} <{text}>"),
-        None => shell.value_text(&shell.parse_expression(text)?, format),
-    };
-    out.push_str(&format!("{text} = {value}\n"));
+    let (value, kept) = shell.printed(text, format, out)?;
+    let number = shell.session.scope.values.push(kept);
+    out.push_str(&format!("${number} = {value}\n"));
     Ok(())
 }
 
-/// `PLACE = VALUE`; nothing where a `=` is part of an operator.
-fn split_assignment(text: &str) -> Option<(&str, &str)> {
+/// `call`: as print, but that nothing is printed for what has no value.
+pub(super) fn call(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    if args.is_empty() {
+        return Err("what is to be computed? call x = 5; functions of the program are not called".to_owned());
+    }
+    print(shell, args, out)
+}
+
+/// `PLACE = VALUE` and `PLACE += VALUE`: the place and the value as an expression; nothing where a `=` is part of an operator.
+fn split_assignment(text: &str) -> Option<(&str, String)> {
     let (place, value) = text.split_once('=')?;
-    let operator = value.starts_with('=') || place.ends_with(['=', '!', '<', '>']);
-    (!operator && !place.trim().is_empty()).then(|| (place.trim(), value.trim()))
+    if value.starts_with('=')
+        || place.ends_with(['=', '!', '<', '>']) && !place.ends_with("<<") && !place.ends_with(">>")
+    {
+        return None;
+    }
+    let operators = ["<<", ">>", "+", "-", "*", "/", "%", "&", "|", "^"];
+    let found = operators.iter().find_map(|sign| Some((place.strip_suffix(sign)?, sign)));
+    let (place, value) = match found {
+        Some((place, sign)) => (place.trim(), format!("{} {sign} ({})", place.trim(), value.trim())),
+        None => (place.trim(), value.trim().to_owned()),
+    };
+    (!place.is_empty()).then_some((place, value))
+}
+
+/// `x++`, `--x`: the place, the sign, and whether it comes before the value is read.
+fn counted(text: &str) -> Option<(&str, char, bool)> {
+    ['+', '-'].into_iter().find_map(|sign| {
+        let twice = format!("{sign}{sign}");
+        let before = text.strip_prefix(&twice).map(|place| (place.trim(), sign, true));
+        before.or_else(|| Some((text.strip_suffix(&twice)?.trim(), sign, false)))
+    })
 }
 
 impl DebugShell {
+    /// The value of an expression as text, and for the value history; `x = 5` and `x++` set it first.
+    fn printed(&mut self, text: &str, format: ExamineFormat, out: &mut String) -> Result<(String, Option<DebugExpression>), String> {
+        if let Some((place, sign, first)) = counted(text).filter(|(place, ..)| self.parse_expression(place).is_ok()) {
+            let old = self.single(place, format)?;
+            set(self, &format!("{place} = {place} {sign} 1"), out)?;
+            return if first { self.single(place, format) } else { Ok(old) };
+        }
+        if let Some((place, value)) = split_assignment(text) {
+            set(self, &format!("{place} = {value}"), out)?;
+            return self.single(place, format);
+        }
+        // `p *buffer@4`: so many of them side by side.
+        if let Some((first, count)) = text.rsplit_once('@')
+            && let DebugExpression::Object(object) = self.parse_expression(first)?
+        {
+            let count = self.parse_count(count)?;
+            return Ok((object.array_text(count, &self.session.scope, self.session.machine(), format.letter)?, None));
+        }
+        self.single(text, format)
+    }
+
+    fn single(&self, text: &str, format: ExamineFormat) -> Result<(String, Option<DebugExpression>), String> {
+        let expr = self.parse_expression(text)?;
+        Ok((self.value_text(&expr, format), expr.kept(self.session.machine())))
+    }
+
     /// The value of an expression: in hex and as a number, as far as those differ, or as a format has it.
     pub(super) fn value_text(&self, expr: &DebugExpression, format: ExamineFormat) -> String {
         let target = self.session.machine();
@@ -171,8 +208,14 @@ impl DebugShell {
     fn examine_start(&self, text: &str, format: ExamineFormat) -> Result<ExamineState, String> {
         let chip = self.session.scope.chip();
         if format.letter == Some('i') {
-            let words = self.parse_location(text)?;
-            let word = words.first().copied().unwrap_or_default();
+            let word = match self.parse_location(text) {
+                Ok(words) => words.first().copied().unwrap_or_default(),
+                // The value of a pointer to a function.
+                Err(why) => {
+                    let value = self.integer_value(text).ok().and_then(|value| u32::try_from(value).ok());
+                    value.and_then(|address| self.program_word(address)).ok_or(why)?
+                }
+            };
             return Ok(ExamineState { space: chip.code_space, addr: chip.code_address(word), format });
         }
         let (scope, target) = (&self.session.scope, self.session.machine());
@@ -189,7 +232,7 @@ impl DebugShell {
                 _ => Err(format!("`{text}` is in no memory")),
             };
         }
-        let typed = expr.is_some_and(|expr| expr.object().is_some());
+        let typed = expr.as_ref().and_then(DebugExpression::object).is_some_and(|object| !object.is_function());
         let text = if typed { text } else { text.trim_start_matches('&') };
         if let Ok(AddressRange { space, start, .. }) = scope.parse_range(text)
             && !typed
@@ -323,8 +366,14 @@ pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
         shell.note_once("note: that setting of gdb makes no difference here", out);
         return Ok(());
     }
-    let (name, value) = args.split_once('=').ok_or_else(wanted)?;
-    let (name, value) = (name.trim(), value.trim());
+    if let Some((place, sign, _)) = counted(args) {
+        return set(shell, &format!("{place} = {place} {sign} 1"), out);
+    }
+    let (name, value) = split_assignment(args).ok_or_else(wanted)?;
+    let value = value.as_str();
+    if let Some(own) = name.strip_prefix('$').filter(|_| shell.parse_expression(name).map_or(true, |expr| expr.is_constant())) {
+        return shell.remember(own, value);
+    }
     // An input of a ladder program is its pin: the memory where it is latched is written anew by every scan.
     let own = shell.view.as_ref().map_or_else(|| name.to_owned(), |view| view.pin_assignment(name));
     let name = own.as_str();
@@ -361,13 +410,33 @@ pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
     if place.is_none() && expr.object().is_none() {
         return Err(format!("`{name}` is no place that can be set"));
     }
-    let value = shell.expression_value(value)?;
-    shell.session.assign(&expr, value)?;
+    let is_code = |expr: &DebugExpression| expr.object().is_some_and(|of| of.is_function() || of.is_function_pointer());
+    let evaluate = match is_code(&expr) && shell.parse_expression(value).is_ok_and(|value| is_code(&value)) {
+        // A pointer to a function counts words.
+        true => ExpressionValue::Whole(shell.integer_value(value)? / i64::from(chip.word_bytes.max(1))),
+        false => shell.expression_value(value)?,
+    };
+    shell.session.assign(&expr, evaluate)?;
     shell.registers = shell.core_registers();
     if place == Some(ExpressionPlace::Pc) {
         shell.report_position(out);
     }
     Ok(())
+}
+
+impl DebugShell {
+    /// `set $i = 5`: a variable of the user.
+    fn remember(&mut self, name: &str, value: &str) -> CommandResult {
+        let is_name = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+            && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        if !is_name {
+            return Err(format!("`${name}` cannot be set; a variable of yours has a name: set $i = 0"));
+        }
+        let kept = self.parse_expression(value)?.kept(self.session.machine());
+        let kept = kept.ok_or_else(|| format!("`{value}` has no value now"))?;
+        self.session.scope.values.set(name, kept);
+        Ok(())
+    }
 }
 
 /// The supply is meant, under one of its names.

@@ -5,7 +5,7 @@ use emu_core::chip::{Chip, ChipFamily};
 use super::numbers::hex;
 use super::shell::{CommandResult, DebugShell};
 use super::stop::level;
-use super::{calls, points, rungs, types};
+use super::{about, calls, points, rungs, types};
 
 /// Something that `info` tells of.
 struct InfoTopic {
@@ -36,6 +36,16 @@ const TOPICS: &[InfoTopic] = &[
     InfoTopic { name: "symbol",      help: "what has its name at an address: info symbol 0x86",       write: types::info_symbol },
     InfoTopic { name: "functions",   help: "symbols of program memory; with a text those that have it", write: |shell, args, out| types::info_kind(shell, args, true, out) },
     InfoTopic { name: "variables",   help: "symbols of other memories; with a text those that have it", write: |shell, args, out| types::info_kind(shell, args, false, out) },
+    InfoTopic { name: "types",       help: "types of C; with a text those that have it",              write: about::types },
+    InfoTopic { name: "scope",       help: "variables that have a place at a location: info scope price", write: about::scope },
+    InfoTopic { name: "address",     help: "where a variable or function is: info address x",         write: about::address },
+    InfoTopic { name: "files",       help: "the program and the memories of the chip",                write: about::files },
+    InfoTopic { name: "target",      help: "the same",                                                write: about::files },
+    InfoTopic { name: "program",     help: "where the program is",                                    write: about::program },
+    InfoTopic { name: "all-registers", help: "registers of the core and of the chip",                 write: about::all_registers },
+    InfoTopic { name: "sharedlibrary", help: "there are none",                                        write: |_, _, out| about::none("shared libraries", out) },
+    InfoTopic { name: "threads",     help: "there are none",                                          write: |_, _, out| about::none("threads", out) },
+    InfoTopic { name: "signals",     help: "there are none",                                          write: |_, _, out| about::none("signals", out) },
     InfoTopic { name: "symbols",     help: "symbols of the program; with a text those that have it",  write: symbols },
     InfoTopic { name: "display",     help: "what every stop shows",                                   write: |shell, _, out| { shell.show_displays(out); Ok(()) } },
 ];
@@ -87,7 +97,7 @@ pub(super) fn list_topics(out: &mut String) {
     TOPICS.iter().for_each(|topic| out.push_str(&format!("  info {:<12} {}\n", topic.name, topic.help)));
 }
 
-fn registers(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+pub(super) fn registers(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if !args.is_empty() {
         for name in args.split_whitespace() {
             let name = name.trim_start_matches('$');
@@ -111,7 +121,7 @@ fn registers(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandRes
 }
 
 /// Texts in columns, row by row.
-fn columns(values: &[String], count: usize, out: &mut String) {
+pub(super) fn columns(values: &[String], count: usize, out: &mut String) {
     let width = values.iter().map(|value| value.chars().count()).max().unwrap_or(0) + 2;
     for row in values.chunks(count) {
         let line: String = row.iter().map(|value| format!("{value:<width$}")).collect();

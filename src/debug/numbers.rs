@@ -43,6 +43,7 @@ impl ExamineFormat {
         }
         for letter in text[digits..].chars() {
             match letter {
+                'z' => format.letter = Some('x'),
                 'x' | 'd' | 'u' | 'o' | 't' | 'c' | 'a' | 's' | 'i' => format.letter = Some(letter),
                 'b' => format.unit = Some(1),
                 'h' => format.unit = Some(2),

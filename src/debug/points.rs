@@ -62,9 +62,24 @@ pub(super) fn watch(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
         return Err("what is to be watched? memory, a register, a bit, a pin: watch buf".to_owned());
     }
     let what = parse_watch(shell, text)?;
+    // A variable of a call ends with it.
+    let end = shell.parse_expression(text).is_ok_and(|expr| expr.is_local()).then(|| shell.call_end()).flatten();
     let id = add_point(shell, what, text, condition, false)?;
+    if let Some(point) = shell.session.points.get_mut(id) {
+        point.call_end = end;
+    }
     out.push_str(&format!("Watchpoint {id}: {text}\n"));
     Ok(())
+}
+
+impl DebugShell {
+    /// Where the caller of the call that is looked at goes on, and its stack pointer.
+    fn call_end(&self) -> Option<(u32, u32)> {
+        let frames = self.calls();
+        let own = frames.get(self.level)?;
+        let outer = frames.iter().skip(self.level + 1);
+        outer.map(|frame| (frame.word, frame.sp)).find(|end| *end != (own.word, own.sp))
+    }
 }
 
 /// A pin by its edges, anything else by its value; `PB5=1` waits for a level.
@@ -127,6 +142,26 @@ fn find_point(shell: &DebugShell, number: &str) -> Result<u32, String> {
     id.ok_or_else(|| format!("there is no point {number}; `info break` lists them"))
 }
 
+/// Points by their numbers: `1 2`, `1-3`.
+fn numbers(shell: &DebugShell, args: &str) -> Result<Vec<u32>, String> {
+    let mut found = Vec::new();
+    for word in args.split_whitespace() {
+        let range = word.split_once('-').and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
+        match range {
+            Some((first, last)) => {
+                let ids = shell.session.points.all().iter().map(|point| point.id);
+                let before = found.len();
+                found.extend(ids.filter(|id: &u32| (first..=last).contains(id)));
+                if found.len() == before {
+                    return Err(format!("there is no point {word}; `info break` lists them"));
+                }
+            }
+            None => found.push(find_point(shell, word)?),
+        }
+    }
+    Ok(found)
+}
+
 pub(super) fn condition(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (id, text) = parse_point_number(shell, args)?;
     let at = shell.session.points.get(id).and_then(|point| match &point.trigger {
@@ -175,8 +210,7 @@ pub(super) fn delete(shell: &mut DebugShell, args: &str, _: &mut String) -> Comm
     if args.is_empty() {
         shell.session.points.clear();
     }
-    let ids = args.split_whitespace().map(|number| find_point(shell, number)).collect::<Result<Vec<_>, _>>()?;
-    ids.into_iter().for_each(|id| _ = shell.session.points.remove(id));
+    numbers(shell, args)?.into_iter().for_each(|id| _ = shell.session.points.remove(id));
     Ok(())
 }
 
@@ -206,7 +240,7 @@ pub(super) fn disable(shell: &mut DebugShell, args: &str, _: &mut String) -> Com
 fn set_enabled(shell: &mut DebugShell, args: &str, on: bool) -> CommandResult {
     let ids: Vec<u32> = match args {
         "" => shell.session.points.all().iter().map(|point| point.id).collect(),
-        _ => args.split_whitespace().map(|number| find_point(shell, number)).collect::<Result<_, _>>()?,
+        _ => numbers(shell, args)?,
     };
     for id in ids {
         if let Some(point) = shell.session.points.get_mut(id) {

@@ -2,98 +2,15 @@
 
 use emu_core::cpu::{LAST_CYCLE, ResetCause};
 use emu_core::image::TypeId;
-use emu_debug::debug::{UserAction, CallFlow, RunGoal, HaltResult, ExpressionPlace, DebugSession, PointTrigger, HaltReason};
+use emu_debug::debug::{UserAction, CallFrame, DebugExpression, RunGoal, HaltResult, ExpressionPlace, DebugSession, PointTrigger, HaltReason};
 use emu_debug::stimulus::parse_pin_level;
 
 use super::ladder::chip_pin_text;
 use super::shell::{CommandResult, DebugShell};
+use super::steps::{CallDepth, LineStep, line, line_step};
 use crate::avr;
 
 const NO_LINES: &str = "note: there are no source lines here, so step and next go by instructions";
-
-/// How deep the machine is in calls, as seen from where it started, and whether it is in a service routine that began since.
-#[derive(Debug, Clone, Copy, Default)]
-struct CallDepth {
-    calls: i64,
-    /// Calls within a service routine, itself counted.
-    service: u64,
-}
-
-impl CallDepth {
-    /// After an instruction, or the entry of an interrupt.
-    fn update(&mut self, flow: CallFlow, entry: bool) {
-        match (self.service, flow) {
-            (service, _) if entry => self.service = service + 1,
-            (0, CallFlow::Call) => self.calls += 1,
-            (0, CallFlow::Return) => self.calls -= 1,
-            (_, CallFlow::Call) => self.service += 1,
-            (_, CallFlow::Return) => self.service -= 1,
-            _ => {}
-        }
-    }
-
-    /// It stands where it started, or below.
-    fn is_back_at_start(self) -> bool {
-        self.calls <= 0 && self.service == 0
-    }
-}
-
-/// The line that an instruction belongs to.
-fn line(session: &DebugSession) -> Option<(String, u32)> {
-    let source = session.scope.source();
-    let line = source.line_at(session.machine().pc())?;
-    Some((line.file.to_string(), line.line))
-}
-
-/// The code of a line begins where the machine is.
-fn begins_line(session: &DebugSession) -> bool {
-    let (source, pc) = (session.scope.source(), session.machine().pc());
-    source.line_at(pc).is_some_and(|line| line.addr == pc.saturating_mul(session.scope.chip().word_bytes))
-}
-
-/// One step of a source line; `over`: calls are passed. Without lines one instruction.
-fn line_step(session: &mut DebugSession, over: bool, forward_only: bool, go_on: &mut dyn FnMut() -> bool) -> HaltResult {
-    let (mut start, from) = (line(session), session.machine().pc());
-    let (mut depth, mut last) = (CallDepth::default(), from);
-    // Where the prologue of the function ends that it has come into, and how deep that is.
-    let mut entered: Option<(u32, i64)> = None;
-    session.step_until(LAST_CYCLE, true, go_on, &mut |session, flow, entry| {
-        depth.update(flow, entry);
-        if depth.service > 0 {
-            return false;
-        }
-        if let Some((word, calls)) = entered.filter(|(_, calls)| depth.calls >= *calls) {
-            return depth.calls == calls && session.machine().pc() == word;
-        }
-        if depth.calls > 0 && over {
-            return false;
-        }
-        // A jump to itself: nothing but service routines leads out of it, and those return.
-        let before = std::mem::replace(&mut last, session.machine().pc());
-        if !entry && flow == CallFlow::Plain && before == last {
-            return true;
-        }
-        let here = line(session);
-        // A call into code without lines is passed.
-        if depth.calls > 0 && start.is_some() && here.is_none() {
-            return false;
-        }
-        // Back in the middle of the line that has called, it goes on to the end of that, as in gdb.
-        if depth.calls < 0 && flow == CallFlow::Return && here.is_some() && here != start && !begins_line(session) {
-            start = here;
-            return false;
-        }
-        if depth.calls > 0 && flow == CallFlow::Call && here.is_some() {
-            let pc = session.machine().pc();
-            entered = session.scope.word_after_prologue(pc).map(|word| (word, depth.calls));
-            if entered.is_some() {
-                return false;
-            }
-        }
-        let passed = start.is_none() || here != start || flow == CallFlow::Call && !over;
-        passed && (!forward_only || depth.calls < 0 || session.machine().pc() > from)
-    })
-}
 
 /// Does something up to `count` times, as long as nothing else stops it; only the last is told.
 fn repeat_run(
@@ -116,6 +33,23 @@ fn repeat_run(
     Ok(())
 }
 
+/// Steps of source lines.
+fn line_steps(shell: &mut DebugShell, args: &str, kind: LineStep, out: &mut String) -> CommandResult {
+    let count = shell.parse_count(args)?;
+    let mut hidden = shell.hidden;
+    shell.go_hidden(out, |session, go_on| {
+        let mut halt = HaltResult { reason: HaltReason::Done };
+        for _ in 0..count {
+            halt = line_step(session, kind, &mut hidden, go_on);
+            if halt.reason != HaltReason::Done {
+                return (halt, None);
+            }
+        }
+        (halt, Some(hidden))
+    });
+    Ok(())
+}
+
 fn note_missing_lines(shell: &mut DebugShell, out: &mut String) {
     if line(&shell.session).is_none() {
         shell.note_once(NO_LINES, out);
@@ -124,12 +58,12 @@ fn note_missing_lines(shell: &mut DebugShell, out: &mut String) {
 
 pub(super) fn step(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     note_missing_lines(shell, out);
-    repeat_run(shell, args, out, |session, go_on| line_step(session, false, false, go_on))
+    line_steps(shell, args, LineStep::Into, out)
 }
 
 pub(super) fn next(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     note_missing_lines(shell, out);
-    repeat_run(shell, args, out, |session, go_on| line_step(session, true, false, go_on))
+    line_steps(shell, args, LineStep::Finished, out)
 }
 
 pub(super) fn stepi(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
@@ -161,22 +95,34 @@ pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> Comma
     if !shell.may_return() {
         return Err("there is nothing to finish: the stack tells of no call".to_owned());
     }
-    if shell.level > 0 {
-        // As in gdb: up to where the call that is looked at goes on.
-        let target = shell.calls().get(shell.level + 1).map(|frame| (frame.word, frame.sp));
-        let (word, sp) = target.ok_or("the outermost call does not return")?;
-        let reached = move |session: &DebugSession| session.machine().pc() == word && session.machine().reg("SP") == Some(sp);
-        shell.run_and_report(out, |session, go_on| session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| reached(session)));
+    let return_addresses = shell.calls();
+    let frame = return_addresses.get(shell.level).cloned().ok_or("there is no such call any more; bt lists them")?;
+    if let Some(block) = shell.inlined_block(&frame) {
+        // Out of a function that was put in place of its call is behind its code.
+        let left = move |session: &DebugSession| {
+            let byte = session.machine().pc().saturating_mul(session.scope.chip().word_bytes);
+            session.machine().reg("SP").is_some_and(|sp| sp >= frame.sp) && !block.has_code_at(byte)
+        };
+        shell.run_and_report(out, |session, go_on| session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| left(session)));
         return Ok(());
     }
-    let kind = shell.result_type();
-    let halt = shell.run_and_report(out, |session, go_on| run_out_of_subroutine(session, go_on, &mut |_| false));
-    if let (HaltReason::Done, Some(kind)) = (halt.reason, kind)
-        && let Some(object) = shell.session.scope.calls().result(kind)
-    {
-        let value = object.text(&shell.session.scope, shell.session.machine(), None);
-        out.push_str(&format!("Value returned is {value}\n"));
+    let is_main = shell.session.scope.calls().frame_name(shell.session.machine(), &frame).is_some_and(|own| own.0 == "main");
+    if is_main {
+        return Err("main is the outermost call: it does not return".to_owned());
     }
+    let kind = shell.result_type(&frame);
+    if shell.level > shell.hidden {
+        // As in gdb: up to where the call that is looked at goes on.
+        let target = return_addresses.get(shell.level + 1).map(|frame| (frame.word, frame.sp));
+        let (word, sp) = target.ok_or("the outermost call does not return")?;
+        let reached = move |session: &DebugSession| session.machine().pc() == word && session.machine().reg("SP") == Some(sp);
+        let halt = shell
+            .run_and_report(out, |session, go_on| session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| reached(session)));
+        shell.returned(&halt, kind, out);
+        return Ok(());
+    }
+    let halt = shell.run_and_report(out, |session, go_on| run_out_of_subroutine(session, go_on, &mut |_| false));
+    shell.returned(&halt, kind, out);
     Ok(())
 }
 
@@ -223,8 +169,7 @@ pub(super) fn jump(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
 pub(super) fn until(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     if args.is_empty() {
         note_missing_lines(shell, out);
-        shell.run_and_report(out, |session, go_on| line_step(session, true, true, go_on));
-        return Ok(());
+        return line_steps(shell, "", LineStep::Forward, out);
     }
     let words = shell.parse_line_location(args)?;
     let inside = !shell.return_addresses().is_empty();
@@ -242,7 +187,10 @@ pub(super) fn continue_running(shell: &mut DebugShell, args: &str, out: &mut Str
         let here = |what: &PointTrigger| matches!(what, PointTrigger::Code(words) if words.contains(&pc));
         let id = shell.session.points.enabled().find(|point| here(&point.trigger)).map(|point| point.id);
         let point = id.and_then(|id| shell.session.points.get_mut(id));
-        point.ok_or("a count is for a breakpoint that has stopped it here; there is none")?.ignore = count - 1;
+        match point {
+            Some(point) => point.ignore = count - 1,
+            None => out.push_str("note: no breakpoint has stopped it here, so the count makes no difference\n"),
+        }
     }
     shell.run_and_report(out, |session, go_on| session.run(&RunGoal::default(), go_on));
     Ok(())
@@ -299,10 +247,21 @@ impl DebugShell {
         u64::try_from(value).map_err(|_| format!("cycle {value} is before power-up"))
     }
 
-    /// The type of what the function returns that the machine is in; nothing where it is not known, or `void`.
-    fn result_type(&self) -> Option<TypeId> {
-        let byte = self.session.machine().pc().saturating_mul(self.session.scope.chip().word_bytes);
+    /// The type of what the function of a call returns; nothing where it is not known, or `void`.
+    fn result_type(&self, frame: &CallFrame) -> Option<TypeId> {
+        let byte = frame.call_word.saturating_mul(self.session.scope.chip().word_bytes);
         self.session.scope.calls().info.function_at(byte)?.result
+    }
+
+    /// Prints what a function has returned.
+    fn returned(&mut self, halt: &HaltResult, kind: Option<TypeId>, out: &mut String) {
+        let object = kind.and_then(|kind| self.session.scope.calls().result(kind));
+        let Some(object) = object.filter(|_| halt.reason == HaltReason::Done) else { return };
+        let machine = self.session.machine();
+        let value = object.text(&self.session.scope, machine, None);
+        let kept = DebugExpression::Object(Box::new(object)).kept(machine);
+        let number = self.session.scope.values.push(kept);
+        out.push_str(&format!("Value returned is ${number} = {value}\n"));
     }
 
     /// The same as [`Shell::location`], but that a number alone is a line where the program has lines, as in gdb.

@@ -61,6 +61,10 @@ pub struct DebugShell {
     pub(super) reported_to: u64,
     /// The call that is looked at, 0 the innermost: `up` and `down`.
     pub(super) level: usize,
+    /// Functions put in place of their calls that begin here and are not entered yet: their calls are no part of the stack.
+    pub(super) hidden: usize,
+    /// That of the stop to come, where the step knows it.
+    pub(super) next_hidden: Option<usize>,
     /// Where `list` goes on, and where it began.
     pub(super) listed: Option<(String, u32)>,
     /// Where `x` goes on.
@@ -105,6 +109,8 @@ impl DebugShell {
             registers: Vec::new(),
             reported_to: 0,
             level: 0,
+            hidden: 0,
+            next_hidden: None,
             listed: None,
             examined: None,
             disassembly: None,
@@ -263,9 +269,19 @@ impl DebugShell {
         out: &mut String,
         run: impl FnOnce(&mut DebugSession, &mut dyn FnMut() -> bool) -> HaltResult,
     ) -> HaltResult {
+        self.go_hidden(out, |session, keep_running| (run(session, keep_running), None))
+    }
+
+    /// The same for a step that knows before which calls of functions put in their place it ends.
+    pub(super) fn go_hidden(
+        &mut self,
+        out: &mut String,
+        run: impl FnOnce(&mut DebugSession, &mut dyn FnMut() -> bool) -> (HaltResult, Option<usize>),
+    ) -> HaltResult {
         let points = self.session.points.clone();
         let interrupt = Arc::clone(&self.interrupt);
-        let halt = run(&mut self.session, &mut || !interrupt.load(Ordering::SeqCst));
+        let (halt, hidden) = run(&mut self.session, &mut || !interrupt.load(Ordering::SeqCst));
+        self.next_hidden = hidden;
         self.report_stop(&halt, &points, out);
         halt
     }

@@ -21,7 +21,11 @@ impl DebugShell {
         let hits: &[PointHit] = if let HaltReason::Points(hits) = &halt.reason { hits } else { &[] };
         let commands: Vec<String> =
             hits.iter().filter_map(|hit| before.get(hit.id)).flat_map(|point| point.commands.clone()).collect();
+        if self.next_hidden.is_none() && self.is_of_inlined(hits, before) {
+            self.next_hidden = Some(0);
+        }
         if commands.first().is_some_and(|first| first == SILENT) {
+            self.place_level();
             self.registers = self.core_registers();
         } else {
             out.push_str(&self.reason(halt, before));
@@ -32,7 +36,7 @@ impl DebugShell {
 
     /// Where the machine stands, since when, and what is displayed.
     pub(super) fn report_position(&mut self, out: &mut String) {
-        (self.listed, self.level) = (None, 0);
+        self.place_level();
         self.place(out);
         out.push_str(&self.time());
         if let Some(resets) = self.session.resets_since(self.reported_to) {
@@ -46,6 +50,26 @@ impl DebugShell {
         }
         self.reported_to = self.session.machine().cycle();
         self.show_displays(out);
+    }
+
+    /// Looks at the innermost call from now on.
+    fn place_level(&mut self) {
+        let byte = self.session.machine().pc().saturating_mul(self.session.scope.chip().word_bytes);
+        self.hidden = self.next_hidden.take().unwrap_or_else(|| self.session.scope.calls().call_sites(byte));
+        (self.listed, self.level) = (None, self.hidden);
+    }
+
+    /// A breakpoint of a function that was put in place of its call, or of a line in it, has stopped the machine: it is in that.
+    fn is_of_inlined(&self, hits: &[PointHit], before: &DebugPoints) -> bool {
+        let (scope, pc) = (&self.session.scope, self.session.machine().pc());
+        let blocks = scope.calls().inlined(pc.saturating_mul(scope.chip().word_bytes));
+        let line = scope.source().line_text(pc).unwrap_or_default();
+        let is_own = |text: &str| {
+            let name = text.rsplit(':').next().unwrap_or(text);
+            text == line || blocks.iter().any(|block| block.inlined.as_deref() == Some(name))
+        };
+        let points = hits.iter().filter_map(|hit| before.get(hit.id));
+        points.filter(|point| matches!(point.trigger, PointTrigger::Code(_))).any(|point| is_own(&point.text))
     }
 
     /// The machine is another one now: what was known of the one before is forgotten, and how it stands is told.
@@ -92,6 +116,9 @@ impl DebugShell {
                 let how = if hit.write == Some(true) { "written" } else { "read" };
                 format!("Watchpoint {id}: {} {how}, {}, by {}", point.text, value(hit.new), by())
             }
+            PointTrigger::Change(_) if point.call_end.is_some() && hit.old.is_none() && hit.new.is_none() => format!(
+                "Watchpoint {id} deleted because the program has left the block in\nwhich its expression is valid."
+            ),
             PointTrigger::Change(_) => format!("Watchpoint {id}: {} {} -> {}", point.text, value(hit.old), value(hit.new)),
             PointTrigger::Pin(pin, _) => {
                 let name = self.session.scope.chip().pins.get(usize::from(*pin)).map_or("?", |pin| pin.name);
@@ -104,6 +131,18 @@ impl DebugShell {
     fn place(&mut self, out: &mut String) {
         let word = self.session.machine().pc();
         let source = self.session.scope.source();
+        // Before a function that was put in place of its call it is at the line of the call.
+        let call = self.current_line().filter(|_| self.hidden > 0);
+        if let Some((file, number)) = call {
+            let chip = self.session.scope.chip();
+            let name = source.names.nearest_symbol(word.saturating_mul(chip.word_bytes)).unwrap_or_default();
+            let place = format!("0x{:04x} ({name}, {file}:{number})", chip.code_address(word));
+            out.push_str(&format!("{place}: {}\n", self.instruction(word).text));
+            if let Some(text) = self.source_text(&file, number) {
+                out.push_str(&format!("{number:>5}  {text}\n"));
+            }
+            return;
+        }
         out.push_str(&format!("{}: {}\n", source.describe_word(word), self.instruction(word).text));
         if let Some(line) = source.line_at(word).cloned()
             && let Some(text) = self.sources.text(&self.session.scope.lines, &line)

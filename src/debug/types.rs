@@ -20,26 +20,15 @@ fn parse_object_or_type(shell: &DebugShell, text: &str) -> Result<ObjectExpr, St
     }
 }
 
-/// `int (int)`, where a text is the name of a function.
-pub(super) fn function_type(shell: &DebugShell, name: &str) -> Option<(String, u32)> {
-    let calls = shell.session.scope.calls();
-    let function = calls.info.functions.iter().find(|function| function.name == name)?;
-    let first = function.block.ranges.iter().map(|range| range.start).min()?;
-    Some((calls.function_type(function), first))
-}
-
 pub(super) fn ptype(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    let whole = match function_type(shell, args) {
-        Some((kind, _)) => kind,
-        None => parse_object_or_type(shell, args)?.type_definition(),
-    };
-    out.push_str(&format!("type = {whole}\n"));
+    out.push_str(&format!("type = {}\n", parse_object_or_type(shell, args)?.type_definition()));
     Ok(())
 }
 
 pub(super) fn whatis(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    let kind = match function_type(shell, args) {
-        Some((kind, _)) => kind,
+    // Of the name of a type it is what that stands for.
+    let kind = match shell.session.scope.type_named(args) {
+        Some(named) => named.aliased_kind(),
         None => parse_object_or_type(shell, args)?.type_name(),
     };
     out.push_str(&format!("type = {kind}\n"));
@@ -73,9 +62,10 @@ pub(super) fn info_symbol(shell: &mut DebugShell, args: &str, out: &mut String) 
     };
     let in_code = || code().map(|name| (name, chip.code_space));
     let in_ram = || Some((scope.source().names.containing_symbol(chip.ram_space, address)?, chip.ram_space));
-    // What has the type of a pointer points to data.
-    let typed = shell.parse_expression(args).is_ok_and(|expr| expr.object().is_some());
-    let found = if typed { in_ram().or_else(in_code) } else { in_code().or_else(in_ram) };
+    // What has the type of a pointer points to data, but for one to a function.
+    let is_data = |of: &ObjectExpr| !of.is_function() && !of.is_function_pointer();
+    let data = shell.parse_expression(args).is_ok_and(|expr| expr.object().is_some_and(is_data));
+    let found = if data { in_ram().or_else(in_code) } else { in_code().or_else(in_ram) };
     match found {
         Some((name, space)) => out.push_str(&format!("{} in {space}\n", spaced(&name))),
         None => out.push_str(&format!("No symbol matches {args}.\n")),
@@ -175,10 +165,7 @@ pub(super) fn info_kind(shell: &DebugShell, args: &str, code: bool, out: &mut St
         .filter(|symbol| fresh(&symbol.name))
         .filter(|symbol| is(symbol.space) && symbol.name.contains(args));
     let line = |name: &str, space: &str, addr: u32| {
-        let kind = match code {
-            true => function_type(shell, name).map(|(kind, _)| kind),
-            false => shell.parse_expression(name).ok().and_then(|expr| Some(expr.object()?.type_name())),
-        };
+        let kind = shell.parse_expression(name).ok().and_then(|expr| Some(expr.object()?.type_name()));
         let kind = kind.map_or(String::new(), |kind| format!("  {kind}"));
         format!("{space}:0x{:04x}  {name}{kind}\n", addr / chip.bytes_per_address(space).max(1))
     };

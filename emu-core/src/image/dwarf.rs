@@ -72,7 +72,9 @@ pub(super) fn read_line_table(file: &str, bytes: &[u8]) -> LineTable {
         let cause = "the debugging information is stabs, so source lines are not known".to_owned();
         warn(OTHER_FORMAT, cause, "compile with -gdwarf-4 in place of -g")
     });
-    LineTable::from_lines(reader.lines, reader.folders, damaged.into_iter().chain(other).collect())
+    let mut found = LineTable::from_lines(reader.lines, reader.folders, damaged.into_iter().chain(other).collect());
+    (found.doubled, found.parts) = (reader.doubled, reader.parts);
+    found
 }
 
 /// No lines, and why.
@@ -92,9 +94,22 @@ struct LineProgram<'b> {
     units: Vec<Unit<DwarfSlice<'b>>>,
 }
 
+/// A row of a line program.
+#[derive(Debug, Clone, Copy)]
+struct InstructionRow {
+    addr: u64,
+    file: u64,
+    line: u32,
+    is_statement: bool,
+}
+
 #[derive(Default)]
 struct DwarfLineReader {
     lines: Vec<SourceLine>,
+    /// Byte addresses at which two lines begin: no code belongs to the first.
+    doubled: BTreeSet<u32>,
+    /// Byte addresses of rows that begin no statement.
+    parts: BTreeSet<u32>,
     /// Names of files that occurred.
     names: HashMap<String, Arc<str>>,
     /// The folders of their compilations.
@@ -149,7 +164,8 @@ impl DwarfLineReader {
         let LineProgram { program, folder, ranges, told, .. } = program;
         let mut files: HashMap<u64, Option<Arc<str>>> = HashMap::new();
         let mut rows = program.rows();
-        let mut last: Option<(u64, u64, u32)> = None;
+        let mut last: Option<InstructionRow> = None;
+        let mut parts = false;
         let mut sequence: Option<LowSequence> = None;
         while let Some((header, row)) = rows.next_row()? {
             let Some(left) = most.checked_sub(1) else {
@@ -158,9 +174,19 @@ impl DwarfLineReader {
             };
             *most = left;
             let (addr, index) = (row.address(), row.file_index());
+            let line = row.line().map_or(0, |line| u32::try_from(line.get()).unwrap_or(0));
+            let is_same = last.is_some_and(|last| (last.file, last.line) == (index, line));
+            // Parts of one line are one row where the compiler has numbered them, as gdb has it.
+            parts = row.discriminator() != 0 || is_same && parts;
+            if is_same && parts && !row.end_sequence() {
+                continue;
+            }
+            if last.is_some_and(|last| last.addr == addr) && !is_same && !row.end_sequence() {
+                self.doubled.extend(u32::try_from(addr));
+            }
             let current = sequence.get_or_insert_with(|| LowSequence::new(addr));
             current.end = addr;
-            if let Some((start, file, line)) = last.take().filter(|(start, ..)| *start < addr) {
+            if let Some(InstructionRow { addr: start, file, line, is_statement }) = last.take().filter(|last| last.addr < addr) {
                 let known = !told || ranges.iter().any(|range| range.contains(&start));
                 let name = files.entry(file).or_insert_with(|| self.file_name(dwarf, header, file, &folder));
                 if let (true, Some(file), Ok(at), Ok(len)) =
@@ -169,11 +195,12 @@ impl DwarfLineReader {
                     let (kind, file) = (source_kind(file), Arc::clone(file));
                     let into = if current.is_low() { &mut current.lines } else { &mut self.lines };
                     into.push(SourceLine { addr: at, kind, file, line, len });
+                    self.parts.extend((!is_statement).then_some(at));
                 }
             }
             // Of several rows at one address the last is that of the code.
-            let line = row.line().map_or(0, |line| u32::try_from(line.get()).unwrap_or(0));
-            last = (!row.end_sequence()).then_some((addr, index, line));
+            let is_statement = row.is_stmt();
+            last = (!row.end_sequence()).then_some(InstructionRow { addr, file: index, line, is_statement });
             if row.end_sequence() {
                 low.extend(sequence.take().filter(|sequence| !sequence.lines.is_empty()));
             }

@@ -1,5 +1,6 @@
 //! Source lines of a program: which line the code at an address was made of, and where the code of a line begins.
 
+use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};
 
 use diag::Diagnostic;
@@ -59,6 +60,10 @@ pub(super) struct LineTable {
     folders: Vec<(Arc<str>, String)>,
     /// What could not be read.
     warnings: Vec<Diagnostic>,
+    /// Byte addresses at which two lines begin: no code belongs to the first.
+    pub(super) doubled: BTreeSet<u32>,
+    /// Byte addresses of rows that begin no statement.
+    pub(super) parts: BTreeSet<u32>,
 }
 
 impl LineTable {
@@ -68,7 +73,7 @@ impl LineTable {
         lines.dedup();
         let mut kinds: Vec<SourceKind> = [SourceKind::C, SourceKind::Asm, SourceKind::Listing].into();
         kinds.retain(|kind| lines.iter().any(|line| line.kind == *kind));
-        LineTable { lines, kinds, folders, warnings }
+        LineTable { lines, kinds, folders, warnings, doubled: BTreeSet::new(), parts: BTreeSet::new() }
     }
 }
 
@@ -115,6 +120,18 @@ impl SourceLines {
     #[must_use]
     pub fn all_lines(&self) -> &[SourceLine] {
         &self.line_table().lines
+    }
+
+    /// Two lines begin at a byte address: a function that begins there has a prologue without code.
+    #[must_use]
+    pub fn is_doubled(&self, byte: u32) -> bool {
+        self.line_table().doubled.contains(&byte)
+    }
+
+    /// The line that begins at a byte address begins a statement there, as far as the compiler says so: a step may end there.
+    #[must_use]
+    pub fn begins_statement(&self, byte: u32) -> bool {
+        !self.line_table().parts.contains(&byte)
     }
 
     /// What was found damaged in the debugging information; empty while nobody has asked for a line.

@@ -65,6 +65,9 @@ impl NameScope {
     /// The second row of the table of lines of a function, of whatever line, where `byte` is its first address.
     fn second_row(&self, function: &FunctionInfo, byte: u32) -> Option<u32> {
         let code = function.block.ranges.iter().find(|range| range.start == byte)?;
+        if self.lines.is_doubled(byte) {
+            return Some(byte);
+        }
         let first = self.lines.line_at(byte, byte)?;
         let rows = self.lines.all_lines().iter().filter(|line| line.kind == first.kind && code.contains(&line.addr));
         rows.map(|line| line.addr).find(|addr| *addr > byte)

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use emu_core::chip::ChipFamily;
-use emu_core::image::{AVR_DATA, BaseEncoding, ByteLocation, CType, DebugInfo, VariableInfo};
+use emu_core::image::{AVR_DATA, BaseEncoding, ByteLocation, CType, DebugInfo, FunctionInfo, VariableInfo};
 
 use super::expression_value::ExpressionValue;
 use super::call_stack::{CallFrame, CallStack, MachineFrame, memory_at};
@@ -37,6 +37,10 @@ enum ObjectBase {
     Value(Box<DebugExpression>),
     /// The address of an object.
     AddressOf(Box<ObjectExpr>),
+    /// The code of a function, from a byte address on.
+    Function(u32),
+    /// Bytes as they were when the value history took them.
+    Kept(Vec<ObjectByteLocation>),
 }
 
 /// An object of C, or a value with a type.
@@ -76,6 +80,44 @@ impl ObjectExpr {
         ObjectExpr::of(calls, ObjectBase::Value(Box::new(value)), kind)
     }
 
+    /// A function of the program.
+    pub(super) fn function(calls: CallStack, function: &FunctionInfo) -> Option<ObjectExpr> {
+        let first = function.block.ranges.iter().map(|range| range.start).min()?;
+        Some(ObjectExpr::of(calls, ObjectBase::Function(first), CTypeRef::new(Some(function.of))))
+    }
+
+    /// Its value now, for good: what the value history keeps.
+    pub(super) fn kept(&self, target: &dyn DynMachine) -> ObjectExpr {
+        let base = match self.code_address(target).and_then(|byte| u32::try_from(byte).ok()) {
+            Some(byte) => ObjectBase::Function(byte),
+            None => ObjectBase::Kept(self.byte_locations(target).iter().map(|cell| cell.frozen(target)).collect()),
+        };
+        ObjectExpr { base, offset: 0, indices: Vec::new(), ..self.clone() }
+    }
+
+    /// It is a function.
+    #[must_use]
+    pub fn is_function(&self) -> bool {
+        matches!(self.resolved_type(), Some(CType::Function { .. }))
+    }
+
+    /// It is a pointer to a function, which counts program words.
+    #[must_use]
+    pub fn is_function_pointer(&self) -> bool {
+        let to = self.element_type().filter(|_| !self.is_array());
+        to.is_some_and(|to| matches!(self.info().resolve_type(to), Some(CType::Function { .. })))
+    }
+
+    /// The byte address of a function; nothing where it is none.
+    pub(super) fn code_address(&self, target: &dyn DynMachine) -> Option<i64> {
+        match &self.base {
+            _ if !self.is_function() => None,
+            ObjectBase::Function(byte) => Some((*byte).into()),
+            ObjectBase::At(addr) => addr.value(target),
+            _ => None,
+        }
+    }
+
     fn of(calls: CallStack, base: ObjectBase, kind: CTypeRef) -> ObjectExpr {
         ObjectExpr { calls, base, ctype: kind, offset: 0, indices: Vec::new(), bits: None }
     }
@@ -101,6 +143,8 @@ impl ObjectExpr {
         match self.resolved_type()? {
             CType::Pointer { to, .. } => Some(CTypeRef::new(*to)),
             CType::Array { .. } => self.info().element_type(self.ctype),
+            // `*f` is the function again.
+            CType::Function { .. } => Some(self.ctype),
             _ => None,
         }
     }
@@ -119,6 +163,9 @@ impl ObjectExpr {
         let kind = self
             .element_type()
             .ok_or_else(|| format!("`{}` is no pointer and no array", self.info().type_name(self.ctype)))?;
+        if self.is_function() {
+            return Ok(self.clone());
+        }
         let size = self.info().size_of(kind);
         if index == DebugExpression::Number(0) && !self.is_array() {
             return Ok(ObjectExpr::at(self.calls.clone(), DebugExpression::Object(Box::new(self.clone())), kind));
@@ -147,7 +194,7 @@ impl ObjectExpr {
 
     /// `p + n`, `p - n` for pointers and arrays; nothing where it is neither.
     pub(super) fn offset_by(&self, operator: BinaryOperator, by: &DebugExpression) -> Option<ObjectExpr> {
-        let kind = self.element_type()?;
+        let kind = self.element_type().filter(|_| !self.is_function() && !self.is_function_pointer())?;
         let size = self.info().size_of(kind).unwrap_or(1).max(1);
         let kind = CTypeRef { pointer_depth: kind.pointer_depth + 1, ..kind };
         let from = if self.is_array() { self.address().ok()? } else { self.clone() };
@@ -159,7 +206,7 @@ impl ObjectExpr {
     /// # Errors
     /// It is a value, or a bit field.
     pub(super) fn address(&self) -> Result<ObjectExpr, String> {
-        if self.bits.is_some() || matches!(self.base, ObjectBase::Value(_) | ObjectBase::AddressOf(_)) {
+        if self.bits.is_some() || matches!(self.base, ObjectBase::Value(_) | ObjectBase::AddressOf(_) | ObjectBase::Kept(_)) {
             return Err("it has no address".to_owned());
         }
         let kind = CTypeRef { pointer_depth: self.ctype.pointer_depth + 1, ..self.ctype };
@@ -235,6 +282,11 @@ impl ObjectExpr {
                 let value = value.to_le_bytes();
                 (0..bytes as usize).map(|n| value.get(n).copied().map_or(ObjectByteLocation::Missing, ObjectByteLocation::Value)).collect()
             }
+            ObjectBase::Function(_) => missing(),
+            ObjectBase::Kept(all) => {
+                let at = |n: u32| all.get(usize::try_from(first.checked_add(n.into())?).ok()?);
+                (0..bytes).map(|n| at(n).copied().unwrap_or(ObjectByteLocation::Missing)).collect()
+            }
             ObjectBase::Variable { variable, known, level } => {
                 let frame = match known.is_empty() {
                     true => self.calls.frame(target, 0),
@@ -276,7 +328,12 @@ impl ObjectExpr {
     pub fn number(&self, target: &dyn DynMachine) -> Option<i64> {
         match &self.base {
             ObjectBase::Value(value) => {
-                let value = value.evaluate(target)?;
+                // A cast of a function, or of a pointer to one, keeps its bits.
+                let code_space = value.object().filter(|of| of.is_function() || of.is_function_pointer());
+                let value = match (code_space, value.evaluate(target)?) {
+                    (Some(_), byte) => ExpressionValue::Whole(byte.to_integer() / i64::from(target.chip().word_bytes.max(1))),
+                    (None, value) => value,
+                };
                 if self.is_real() {
                     return Some(value.to_bits(self.bytes()?));
                 }
@@ -304,6 +361,11 @@ impl ObjectExpr {
         match self.resolved_type() {
             Some(CType::Array { .. }) => self.first_address(target).map(ExpressionValue::Whole),
             Some(CType::Record { .. }) => None,
+            Some(CType::Function { .. }) => self.code_address(target).map(ExpressionValue::Whole),
+            _ if self.is_function_pointer() => {
+                let words = self.number(target)?;
+                Some(ExpressionValue::Whole(words.saturating_mul(target.chip().word_bytes.into())))
+            }
             _ if self.is_real() => ExpressionValue::from_bits(self.number(target)?, self.bytes()?),
             _ => self.number(target).map(ExpressionValue::Whole),
         }
@@ -317,12 +379,19 @@ impl ObjectExpr {
 
     /// A value that nothing can change.
     pub(super) fn is_constant(&self) -> bool {
-        matches!(&self.base, ObjectBase::Value(value) if value.is_constant())
+        match &self.base {
+            ObjectBase::Value(value) => value.is_constant(),
+            ObjectBase::Function(_) | ObjectBase::Kept(_) => true,
+            _ => false,
+        }
     }
 
     /// The address of its first byte: in data memory without the offset of the ELF file.
     fn first_address(&self, target: &dyn DynMachine) -> Option<i64> {
         let chip = target.chip();
+        if let Some(byte) = self.code_address(target) {
+            return Some(byte / i64::from(chip.word_bytes.max(1)));
+        }
         match self.byte_locations(target).first()? {
             ObjectByteLocation::Memory(space, addr) if *space == chip.ram_space && (*addr >= 32 || chip.family != ChipFamily::Avr) => {
                 Some((*addr).into())
@@ -370,6 +439,7 @@ impl ObjectExpr {
             Some(CType::Record { keyword, .. }) => {
                 return Err(format!("a {keyword} gets no single value; set its members"));
             }
+            Some(CType::Function { .. }) => return Err("a function gets no value".to_owned()),
             Some(CType::Array { .. }) => return Err("an array gets no single value; set its elements".to_owned()),
             _ => {}
         }
@@ -413,7 +483,7 @@ impl ObjectExpr {
     /// It has one value, but lies in no place of up to four bytes.
     pub(super) fn is_wider_than_place(&self, target: &dyn DynMachine) -> bool {
         match self.resolved_type() {
-            Some(CType::Record { .. } | CType::Array { .. }) => true,
+            Some(CType::Record { .. } | CType::Array { .. } | CType::Function { .. }) => true,
             Some(CType::Base { encoding: BaseEncoding::Float, .. }) => true,
             _ => self.bytes().is_none_or(|bytes| bytes > 4) || self.place(target).is_none(),
         }
@@ -433,6 +503,17 @@ impl ObjectExpr {
         self.bits
     }
 
+    /// A variable that only a call in progress has, or computed from one.
+    pub(super) fn is_local(&self) -> bool {
+        let own = match &self.base {
+            ObjectBase::Variable { variable, known, .. } => !known.is_empty() && !variable.is_everywhere(),
+            ObjectBase::At(of) | ObjectBase::Value(of) => of.is_local(),
+            ObjectBase::AddressOf(of) => of.is_local(),
+            ObjectBase::Function(_) | ObjectBase::Kept(_) => false,
+        };
+        own || self.indices.iter().any(|(index, _)| index.is_local())
+    }
+
     /// The address that it is computed from, or that of its base.
     pub(super) fn is_of_time(&self) -> bool {
         match &self.base {
@@ -443,6 +524,14 @@ impl ObjectExpr {
 }
 
 impl ObjectByteLocation {
+    /// The byte now, for good.
+    fn frozen(self, target: &dyn DynMachine) -> ObjectByteLocation {
+        match self {
+            ObjectByteLocation::Memory(space, addr) => target.peek(space, addr).map_or(ObjectByteLocation::Missing, ObjectByteLocation::Value),
+            other => other,
+        }
+    }
+
     /// The byte now.
     #[must_use]
     pub fn value(self, target: &dyn DynMachine) -> Option<u8> {

@@ -9,25 +9,41 @@ const MAX_DEPTH: u32 = 32;
 
 /// The name of a type around the name of what has it: `int (*f)(void)`.
 pub(super) fn declaration(info: &DebugInfo, kind: CTypeRef, inner: &str) -> String {
+    of_kind(info, kind, inner, Style::AddressNames)
+}
+
+/// A type without its names, with the members of a struct or union and the constants of an enumeration, as `ptype` has it.
+pub(super) fn type_definition(info: &DebugInfo, kind: CTypeRef) -> String {
+    of_kind(info, kind, "", Style::Whole)
+}
+
+/// What is written for a type that has a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Style {
+    /// The name.
+    AddressNames,
+    /// What it stands for.
+    Whole,
+}
+
+fn of_kind(info: &DebugInfo, kind: CTypeRef, inner: &str, style: Style) -> String {
     if kind.pointer_depth > 0 {
         let pointed = CTypeRef { pointer_depth: kind.pointer_depth - 1, ..kind };
-        let behind =
-            pointed.pointer_depth == 0 && matches!(info.resolve_type(pointed), Some(CType::Array { .. } | CType::Function { .. }));
-        let own = is_direct(info, pointed) && behind;
-        return declaration(info, pointed, &if own { format!("(*{inner})") } else { format!("*{inner}") });
+        let own = pointed.pointer_depth == 0 && is_direct(info, pointed.id, style);
+        return of_kind(info, pointed, &if own { format!("(*{inner})") } else { format!("*{inner}") }, style);
     }
     if kind.indexed_dimensions > 0
         && let Some((of, counts)) = info.array(kind)
     {
-        return of_type(info, of, &format!("{inner}{}", dimensions(counts)), MAX_DEPTH);
+        return of_type(info, of, &format!("{inner}{}", dimensions(counts)), (style, MAX_DEPTH));
     }
-    of_type(info, kind.id, inner, MAX_DEPTH)
+    of_type(info, kind.id, inner, (style, MAX_DEPTH))
 }
 
-/// It is an array or a function itself, not a name of one.
-fn is_direct(info: &DebugInfo, kind: CTypeRef) -> bool {
-    let is = |id: TypeId| matches!(info.type_info(id), Some(CType::Array { .. } | CType::Function { .. }));
-    kind.pointer_depth == 0 && kind.id.is_some_and(is)
+/// It is written as an array or a function, not by a name: a pointer to it has parentheses.
+fn is_direct(info: &DebugInfo, id: Option<TypeId>, style: Style) -> bool {
+    let id = if style == Style::Whole { info.resolve_typedefs(id) } else { id };
+    matches!(id.and_then(|id| info.type_info(id)), Some(CType::Array { .. } | CType::Function { .. }))
 }
 
 fn dimensions(counts: &[Option<u32>]) -> String {
@@ -38,33 +54,39 @@ fn joined(word: &str, inner: &str) -> String {
     if inner.is_empty() { word.to_owned() } else { format!("{word} {inner}") }
 }
 
-fn of_type(info: &DebugInfo, id: Option<TypeId>, inner: &str, depth: u32) -> String {
+fn of_type(info: &DebugInfo, id: Option<TypeId>, inner: &str, (style, depth): (Style, u32)) -> String {
     let Some(kind) = id.and_then(|id| info.type_info(id)).filter(|_| depth > 0) else { return joined("void", inner) };
-    let below = |id, inner: &str| of_type(info, id, inner, depth - 1);
+    let below = |id, inner: &str| of_type(info, id, inner, (style, depth - 1));
     match kind {
+        CType::Named { of, .. } if style == Style::Whole => below(*of, inner),
         CType::Base { name, .. } | CType::Named { name, .. } => joined(name, inner),
+        CType::Record { .. } | CType::Enum { .. } if style == Style::Whole => joined(&body(info, kind, depth), inner),
         CType::Record { keyword, name, .. } => joined(&tag(keyword, name.as_deref()), inner),
         CType::Enum { name, .. } => joined(&tag("enum", name.as_deref()), inner),
-        CType::Pointer { to, .. } => {
-            let direct = to.and_then(|to| info.type_info(to));
-            match direct {
-                Some(CType::Array { .. } | CType::Function { .. }) => below(*to, &format!("(*{inner})")),
-                _ => below(*to, &format!("*{inner}")),
+        CType::Pointer { to, .. } => match is_direct(info, *to, style) {
+            true => below(*to, &format!("(*{inner})")),
+            false => below(*to, &format!("*{inner}")),
+        },
+        CType::Qualified { word, of } => {
+            let of = if style == Style::Whole { info.resolve_typedefs(*of) } else { *of };
+            match of.and_then(|of| info.type_info(of)) {
+                // Of a pointer it comes behind the star.
+                Some(CType::Pointer { to, .. }) => {
+                    let own = format!("* {}", joined(word, inner));
+                    below(*to, &if is_direct(info, *to, style) { format!("({own})") } else { own })
+                }
+                // What qualifies an array qualifies its elements.
+                _ => match below(of, inner) {
+                    own if own.starts_with(&format!("{word} ")) => own,
+                    own => format!("{word} {own}"),
+                },
             }
         }
-        CType::Qualified { word, of } => match of.and_then(|of| info.type_info(of)) {
-            // Of a pointer it comes behind the star.
-            Some(CType::Pointer { to, .. }) => below(*to, &format!("* {}", joined(word, inner))),
-            _ => format!("{word} {}", below(*of, inner)),
-        },
-        CType::Array { of, counts } => {
-            let space = if inner.is_empty() || inner.starts_with('[') { " " } else { "" };
-            let text = format!("{inner}{}", dimensions(counts));
-            let found = below(*of, &text);
-            if space.is_empty() { found } else { found.replace("  ", " ") }
-        }
+        CType::Array { of, counts } => below(*of, &format!("{inner}{}", dimensions(counts))),
         CType::Function { result, parameters } => {
-            let list: Vec<String> = parameters.iter().map(|of| below(*of, "")).collect();
+            // Parameters keep their names.
+            let own = |of: &Option<TypeId>| of_type(info, *of, "", (Style::AddressNames, depth - 1));
+            let list: Vec<String> = parameters.iter().map(own).collect();
             let list = if list.is_empty() { "void".to_owned() } else { list.join(", ") };
             below(*result, &format!("{inner}({list})"))
         }
@@ -78,42 +100,25 @@ fn tag(keyword: &str, name: Option<&str>) -> String {
     }
 }
 
-/// A type with the members of a struct or union and the constants of an enumeration, without its names, as `ptype` has it.
-pub(super) fn type_definition(info: &DebugInfo, kind: CTypeRef) -> String {
-    if kind.pointer_depth > 0 {
-        let inner = type_definition(info, CTypeRef { pointer_depth: kind.pointer_depth - 1, ..kind });
-        return starred(&inner);
-    }
-    body(info, kind.id, MAX_DEPTH)
-}
-
-fn starred(inner: &str) -> String {
-    if inner.ends_with('*') { format!("{inner}*") } else { format!("{inner} *") }
-}
-
-fn body(info: &DebugInfo, id: Option<TypeId>, depth: u32) -> String {
-    let Some(kind) = id.and_then(|id| info.type_info(id)).filter(|_| depth > 0) else { return "void".to_owned() };
+/// A struct or union with its members, an enumeration with its constants.
+fn body(info: &DebugInfo, kind: &CType, depth: u32) -> String {
     match kind {
-        CType::Named { of, .. } => body(info, *of, depth - 1),
-        CType::Qualified { word, of } => match info.resolve_typedefs(*of).and_then(|of| info.type_info(of)) {
-            Some(CType::Pointer { .. }) => format!("{} {word}", body(info, *of, depth - 1)),
-            _ => format!("{word} {}", body(info, *of, depth - 1)),
-        },
-        CType::Pointer { to, .. } => match info.resolve_typedefs(*to).and_then(|to| info.type_info(to)) {
-            Some(CType::Array { .. } | CType::Function { .. }) => of_type(info, id, "", MAX_DEPTH),
-            _ => starred(&body(info, *to, depth - 1)),
-        },
-        CType::Array { of, counts } => format!("{} {}", body(info, *of, depth - 1), dimensions(counts)),
         CType::Record { keyword, name, members, .. } => {
             let mut text =
                 format!("{} {{\n", name.as_ref().map_or((*keyword).to_owned(), |name| format!("{keyword} {name}")));
             for member in members {
-                let own = match (&member.name, member.member_type.and_then(|of| info.type_info(of))) {
-                    (None, Some(CType::Record { .. })) => body(info, member.member_type, depth - 1).replace('\n', "\n    "),
-                    (name, _) => of_type(info, member.member_type, name.as_deref().unwrap_or_default(), MAX_DEPTH),
+                let of = member.member_type.and_then(|of| info.type_info(of));
+                let own = match (&member.name, of) {
+                    (None, Some(of @ CType::Record { .. })) if depth > 0 => {
+                        body(info, of, depth - 1).replace('\n', "\n    ")
+                    }
+                    (name, _) => of_type(info, member.member_type, name.as_deref().unwrap_or_default(), (Style::AddressNames, MAX_DEPTH)),
                 };
                 let bits = member.bit_range.map_or(String::new(), |(_, size)| format!(" : {size}"));
                 text.push_str(&format!("    {own}{bits};\n"));
+            }
+            if members.is_empty() {
+                text.push_str("    <no data fields>\n");
             }
             text + "}"
         }
@@ -128,7 +133,7 @@ fn body(info: &DebugInfo, id: Option<TypeId>, depth: u32) -> String {
             let head = name.as_ref().map_or("enum".to_owned(), |name| format!("enum {name}"));
             format!("{head} {{{}}}", each.join(", "))
         }
-        CType::Base { .. } | CType::Function { .. } => of_type(info, id, "", MAX_DEPTH),
+        _ => String::new(),
     }
 }
 
@@ -163,7 +168,10 @@ pub(super) fn find_type(info: &DebugInfo, text: &str) -> Option<CTypeRef> {
         CType::Enum { name: Some(name), .. } => words == ["enum", name.as_str()],
         _ => false,
     };
-    let found = info.types().find(|(_, kind)| is(kind)).map(|(id, _)| id)?;
+    // Start-up code has types of its own that are called as those of headers are.
+    let found = || info.types().filter(|(_, kind)| is(kind));
+    let find_type = found().find(|(_, kind)| matches!(kind, CType::Named { .. }));
+    let found = find_type.or_else(|| found().next()).map(|(id, _)| id)?;
     Some(CTypeRef { id: Some(found), pointer_depth: stars, indexed_dimensions: 0 })
 }
 

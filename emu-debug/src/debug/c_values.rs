@@ -30,11 +30,24 @@ impl ObjectExpr {
     #[must_use]
     pub fn text(&self, scope: &NameScope, target: &dyn DynMachine, letter: Option<char>) -> String {
         let shown = CValueFormatter { scope, info: self.info(), target, letter };
+        if let Some(byte) = self.code_address(target) {
+            let place = shown.code(byte).unwrap_or_else(|| format!("0x{byte:x}"));
+            return match letter {
+                None => format!("{{{}}} {place}", self.type_name()),
+                Some(_) => place,
+            };
+        }
         let cells = self.byte_locations(target);
         let value = shown.value(self.ctype, self.bit_field(), &cells, MAX_DEPTH);
         let is_pointer = self.ctype.pointer_depth > 0 || matches!(self.resolved_type(), Some(CType::Pointer { .. }));
-        // Of a text its place and its characters say enough.
-        match is_pointer && letter.is_none() && !value.starts_with('<') && !value.ends_with('"') {
+        // Of a `char *` its place and its characters say enough.
+        let is_char = || {
+            let named = self.ctype.pointer_depth == 0
+                && matches!(self.ctype.id.and_then(|id| self.info().type_info(id)), Some(CType::Named { .. }));
+            let to = self.element_type().map(|to| c_types::declaration(self.info(), to, "")).unwrap_or_default();
+            !named && to.trim_start_matches("const ").trim_start_matches("volatile ") == "char"
+        };
+        match is_pointer && letter.is_none() && !value.starts_with('<') && !(value.ends_with('"') && is_char()) {
             true => format!("({}) {value}", self.type_name()),
             false => value,
         }
@@ -53,9 +66,18 @@ impl ObjectExpr {
     ) -> Result<String, String> {
         let first = self.address()?;
         let count = i64::try_from(count).unwrap_or(i64::MAX).min(MAX_ELEMENTS as i64);
-        let each: Result<Vec<String>, String> =
-            (0..count).map(|n| Ok(first.element(super::DebugExpression::Number(n))?.text(scope, target, letter))).collect();
-        let parts = collapse_repeats(&each?, |same, count| format!("{same} <repeats {count} times>"));
+        let elements: Result<Vec<ObjectExpr>, String> =
+            (0..count).map(|n| first.element(super::DebugExpression::Number(n))).collect();
+        let (elements, shown) = (elements?, CValueFormatter { scope, info: self.info(), target, letter });
+        let bytes = || elements.iter().map(|own| own.byte_locations(target).first()?.value(target)).collect::<Option<Vec<u8>>>();
+        if shown.is_text(self.ctype)
+            && let Some(bytes) = bytes()
+        {
+            return Ok(text(&bytes, false));
+        }
+        let each: Vec<String> =
+            elements.iter().map(|own| shown.value(own.ctype, None, &own.byte_locations(target), MAX_DEPTH)).collect();
+        let parts = collapse_repeats(&each, |same, count| format!("{same} <repeats {count} times>"));
         Ok(format!("{{{}}}", parts.join(", ")))
     }
 
@@ -76,6 +98,15 @@ impl ObjectExpr {
     #[must_use]
     pub fn type_name(&self) -> String {
         c_types::declaration(self.info(), self.ctype, "")
+    }
+
+    /// The name of its type; of a `typedef` what that stands for, as `whatis` has it of the name of a type.
+    #[must_use]
+    pub fn aliased_kind(&self) -> String {
+        match self.ctype.id.filter(|_| self.ctype.pointer_depth == 0).and_then(|id| self.info().type_info(id)) {
+            Some(CType::Named { of, .. }) => c_types::declaration(self.info(), CTypeRef::new(*of), ""),
+            _ => self.type_name(),
+        }
     }
 
     /// Its type with all members.
@@ -141,19 +172,24 @@ impl CValueFormatter<'_> {
         self.single(kind, bits, cells)
     }
 
+    /// Elements of this type in a row are a text.
+    fn is_text(&self, element: CTypeRef) -> bool {
+        let is_char = matches!(
+            self.info.resolve_type(element),
+            Some(CType::Base { bytes: 1, encoding: BaseEncoding::SignedChar | BaseEncoding::UnsignedChar, .. })
+        );
+        is_char && self.letter.is_none()
+    }
+
     fn array(&self, kind: CTypeRef, count: Option<u32>, cells: &[ObjectByteLocation], depth: u32) -> String {
         let Some(element) = self.info.element_type(kind) else { return "{...}".to_owned() };
         let size = self.info.size_of(element).unwrap_or(0) as usize;
         if size == 0 {
             return "{...}".to_owned();
         }
-        let is_char = size == 1
-            && self.letter.is_none()
-            && matches!(
-                self.info.resolve_type(element),
-                Some(CType::Base { encoding: BaseEncoding::SignedChar | BaseEncoding::UnsignedChar, .. })
-            );
-        if is_char && let Some(bytes) = cells.iter().map(|cell| cell.value(self.target)).collect::<Option<Vec<u8>>>() {
+        if self.is_text(element)
+            && let Some(bytes) = cells.iter().map(|cell| cell.value(self.target)).collect::<Option<Vec<u8>>>()
+        {
             // The 0 at its end goes without saying.
             let shown = match bytes.split_last() {
                 Some((0, before)) if !before.is_empty() => before,
@@ -196,6 +232,7 @@ impl CValueFormatter<'_> {
         let size = bits.map_or(bytes.len() as u32, |(_, size)| size.div_ceil(8));
         if let Some(letter) = self.letter {
             return match letter {
+                'a' if self.points_to_code(kind) => self.code_word(value),
                 'a' => self.code(value).unwrap_or_else(|| format!("0x{value:x}")),
                 _ => crate::number_formats::format_number(value, letter, size).unwrap_or_else(|| value.to_string()),
             };
@@ -225,12 +262,7 @@ impl CValueFormatter<'_> {
     /// An address, with what is there where that has a name or is a text.
     fn pointer(&self, value: i64, to: CTypeRef) -> String {
         match self.info.resolve_type(to) {
-            Some(CType::Function { .. }) => {
-                let chip = self.scope.chip();
-                // A pointer to a function counts words.
-                let byte = value.saturating_mul(chip.word_bytes.into());
-                return self.code(byte).unwrap_or_else(|| format!("0x{byte:x}"));
-            }
+            Some(CType::Function { .. }) => return self.code_word(value),
             Some(CType::Base { bytes: 1, encoding: BaseEncoding::SignedChar | BaseEncoding::UnsignedChar, .. })
                 if value != 0 =>
             {
@@ -250,6 +282,23 @@ impl CValueFormatter<'_> {
             _ => {}
         }
         format!("0x{value:x}{}", self.object(value))
+    }
+
+    fn points_to_code(&self, kind: CTypeRef) -> bool {
+        let to = match kind.pointer_depth.checked_sub(1) {
+            Some(pointer_depth) => CTypeRef { pointer_depth, ..kind },
+            None => match self.info.resolve_type(kind) {
+                Some(CType::Pointer { to, .. }) => CTypeRef::new(*to),
+                _ => return false,
+            },
+        };
+        matches!(self.info.resolve_type(to), Some(CType::Function { .. }))
+    }
+
+    /// What a pointer to a function points to: it counts words.
+    fn code_word(&self, value: i64) -> String {
+        let byte = value.saturating_mul(self.scope.chip().word_bytes.into());
+        self.code(byte).unwrap_or_else(|| format!("0x{byte:x}"))
     }
 
     fn object(&self, value: i64) -> String {

@@ -8,7 +8,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use emu_core::chip::{Chip, ChipFamily};
-use emu_core::image::{AVR_DATA, BlockInfo, DebugInfo, FrameView, FunctionInfo, TypeId, UnwoundFrame};
+use emu_core::image::{AVR_DATA, BlockInfo, DebugInfo, FrameView, TypeId, UnwoundFrame};
 
 use super::expression::DebugExpression;
 use super::call_flow::{CallFlow, call_flow};
@@ -119,16 +119,6 @@ impl CallStack {
         self.functions.iter().filter(|(words, _)| words.contains(&word)).max_by_key(|(words, _)| words.start)
     }
 
-    /// The type of a function, as gdb writes it: `int (const struct order *)`.
-    #[must_use]
-    pub fn function_type(&self, function: &FunctionInfo) -> String {
-        let name = |id| super::c_types::declaration(&self.info, CTypeRef::new(id), "");
-        let own = function.block.variables.iter().filter(|variable| variable.parameter);
-        let parameters: Vec<String> = own.map(|variable| name(variable.variable_type)).collect();
-        let parameters = if parameters.is_empty() { "void".to_owned() } else { parameters.join(", ") };
-        format!("{} ({parameters})", name(function.result))
-    }
-
     /// What a function has just returned, whose result is of a type: a number of up to eight bytes, in r25 downwards, the first byte in
     /// a register of even number (AVR-GCC, "Calling convention").
     #[must_use]
@@ -168,6 +158,18 @@ impl CallStack {
     pub fn inlined(&self, byte: u32) -> Vec<&BlockInfo> {
         let around = self.info.function_at(byte).map_or(Vec::new(), |function| function.block.blocks_around(byte));
         around.into_iter().filter(|block| block.inlined.is_some()).collect()
+    }
+
+    /// How many functions put in place of their calls begin at a byte address: a debugger that stops there may stand before those calls.
+    #[must_use]
+    pub fn call_sites(&self, byte: u32) -> usize {
+        let around = self.info.function_at(byte).map_or(Vec::new(), |function| function.block.blocks_around(byte));
+        let begins = |block: &BlockInfo| {
+            let first = block.ranges.iter().map(|range| range.start).min();
+            first == Some(byte) || byte.checked_sub(1).is_some_and(|before| !block.has_code_at(before))
+        };
+        let inlined = around.into_iter().filter(|block| block.inlined.is_some());
+        inlined.take_while(|block| begins(block)).count()
     }
 
     /// The name of the function of a frame, and the file and line of the call in it, where that was put in place of a call.

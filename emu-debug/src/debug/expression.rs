@@ -100,6 +100,17 @@ impl DebugExpression {
         }
     }
 
+    /// A variable is in it that only a call in progress has.
+    #[must_use]
+    pub fn is_local(&self) -> bool {
+        match self {
+            DebugExpression::Number(_) | DebugExpression::Real(_) | DebugExpression::Place(_) => false,
+            DebugExpression::Object(object) => object.is_local(),
+            DebugExpression::At(_, of) | DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => of.is_local(),
+            DebugExpression::Binary(_, a, b) => a.is_local() || b.is_local(),
+        }
+    }
+
     /// Time alone changes its value.
     #[must_use]
     pub fn depends_only_on_time(&self) -> bool {

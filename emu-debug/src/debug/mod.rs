@@ -12,6 +12,7 @@
 //!   object.rs   variables and values of C        parse.rs    expressions out of their text
 //!   kinds.rs    questions about types of C      amount.rs   values: whole numbers, and those with a point
 //!   spots.rs    where breakpoints of functions and lines lie
+//!   values.rs   the value history, and variables of the user
 //!   ctext.rs    those as text                    ctype.rs    types of C as text
 //! ```
 //!
@@ -43,6 +44,7 @@ mod session;
 mod breakpoint_locations;
 mod step_until;
 mod dyn_machine;
+mod values;
 
 pub use expression_value::ExpressionValue;
 pub use backwards::PassedPosition;
@@ -58,3 +60,4 @@ pub use points::{AccessKind, DebugPoint, DebugPoints, PointTrigger};
 pub use scope::NameScope;
 pub use session::{RunGoal, HaltResult, PointHit, SessionOptions, DebugSession, HaltReason};
 pub use dyn_machine::{ObserveLevel, MachineWithDevices, DynProbe, DynMachine};
+pub use values::Values;

@@ -11,6 +11,9 @@ use crate::text_escapes::unescape;
 /// Deepest nesting, so that no text can exhaust the stack.
 const MAX_DEPTH: u32 = 100;
 
+/// Why a call has no value.
+const CALLS: &str = "the debugger calls no functions of the program: that would change the machine; set a breakpoint in it, or `jump` there";
+
 /// Most operators, for the same reason: a row of them is a tree as deep as it is long.
 const MAX_OPERATORS: u32 = 1_000;
 
@@ -159,6 +162,11 @@ impl<'a> DebugExpressionParser<'a> {
     fn postfix(&mut self, mut of: DebugExpression) -> Result<DebugExpression, String> {
         loop {
             of = match of {
+                DebugExpression::Object(object) if self.rest.starts_with('(') => {
+                    let is_code = object.is_function() || object.is_function_pointer();
+                    return Err(if is_code { CALLS.to_owned() } else { format!("`{}` is no function", self.text) });
+                }
+                DebugExpression::Number(_) if self.rest.starts_with('(') => return Err(CALLS.to_owned()),
                 of if self.rest.starts_with('[') => {
                     self.take("[");
                     let index = self.binary(0)?;
@@ -254,6 +262,10 @@ impl<'a> DebugExpressionParser<'a> {
         if let Some(object) = self.here.and_then(|here| self.scope.find_variable(here, head)) {
             self.rest = self.rest[head.len()..].trim_start();
             return Ok(DebugExpression::Object(Box::new(object)));
+        }
+        if let Some(value) = self.scope.values.named(head) {
+            self.rest = self.rest[head.len()..].trim_start();
+            return value;
         }
         self.rest = rest.trim_start();
         if name == "sizeof" {

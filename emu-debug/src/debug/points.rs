@@ -52,11 +52,20 @@ pub struct DebugPoint {
     pub ignore: u64,
     /// Hits so far, those passed over counted too; going backwards counts none.
     pub hits: u64,
+    /// Where the call goes on that has called the one whose variables it watches, and the stack pointer there: it is deleted then.
+    pub call_end: Option<(u32, u32)>,
     /// Commands that the command line carries out when it has stopped the machine.
     pub commands: Vec<String>,
 }
 
 impl DebugPoint {
+    /// The call whose variables it watches has just returned.
+    #[must_use]
+    pub fn has_left(&self, target: &dyn DynMachine) -> bool {
+        self.call_end
+            .is_some_and(|(word, sp)| target.pc() == word && target.reg("SP").is_some_and(|present| present >= sp))
+    }
+
     /// The condition, if there is one, holds now. One that has no value (a pin that floats) holds: better to stop than to miss it.
     #[must_use]
     pub fn condition_holds(&self, target: &dyn DynMachine) -> bool {
@@ -85,6 +94,7 @@ impl DebugPoints {
             condition_text: String::new(),
             ignore: 0,
             hits: 0,
+            call_end: None,
             commands: Vec::new(),
         });
         self.last_id
@@ -129,6 +139,6 @@ impl DebugPoints {
 pub(super) fn breakpoint_words(points: &DebugPoints) -> impl Iterator<Item = u32> + '_ {
     points.enabled().flat_map(|point| match &point.trigger {
         PointTrigger::Code(words) => words.clone(),
-        _ => Vec::new(),
+        _ => point.call_end.iter().map(|(word, _)| *word).collect(),
     })
 }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock};
 
 use emu_core::chip::{Chip, ChipFamily};
-use emu_core::image::{BlockInfo, CONSTANT_SPACE, FrameView as _, SourceLines, SymbolAt, VariableInfo, VariableLocation};
+use emu_core::image::{BlockInfo, CONSTANT_SPACE, FrameView as _, SourceLines, SymbolAt, VariableInfo};
 
 use super::call_stack::{CallFrame, CallStack, MachineFrame};
 use super::expression::DebugExpression;
@@ -12,13 +12,11 @@ use super::c_objects::ObjectExpr;
 use super::parse_expression;
 use super::expression_place::ExpressionPlace;
 use super::dyn_machine::DynMachine;
+use super::values::Values;
 use crate::bit_space;
 use crate::address_names::{AddressNames, AddressRange, split_memory};
 use crate::program_source::ProgramSource;
 use crate::stimulus;
-
-/// Begins a location that is an address (DWARF 5, section 7.7.1, `DW_OP_addr`).
-const DW_OP_ADDR: u8 = 0x03;
 
 /// Everything that has a name.
 #[derive(Debug, Clone)]
@@ -30,6 +28,8 @@ pub struct NameScope {
     pub lines: SourceLines,
     /// Symbols of a ladder program, and where the chip keeps them.
     pub ladder: Vec<(String, ExpressionPlace)>,
+    /// Values that were printed, and variables of the user: `$1`, `$i`.
+    pub values: Values,
     calls: OnceLock<CallStack>,
 }
 
@@ -51,7 +51,14 @@ impl NameScope {
     /// What a chip has names for, and nothing else.
     #[must_use]
     pub fn new(chip: &'static Chip) -> NameScope {
-        NameScope { chip, symbols: Vec::new(), lines: SourceLines::default(), ladder: Vec::new(), calls: OnceLock::new() }
+        NameScope {
+            chip,
+            symbols: Vec::new(),
+            lines: SourceLines::default(),
+            ladder: Vec::new(),
+            values: Values::default(),
+            calls: OnceLock::new(),
+        }
     }
 
     /// The chip.
@@ -141,8 +148,10 @@ impl NameScope {
         if is_chip || self.ladder.iter().any(|(known, _)| known == name) {
             return None;
         }
-        let found = info.global(name, here.byte)?;
-        Some(ObjectExpr::variable(here.calls.clone(), found, Vec::new(), 0))
+        if let Some(found) = info.global(name, here.byte) {
+            return Some(ObjectExpr::variable(here.calls.clone(), found, Vec::new(), 0));
+        }
+        ObjectExpr::function(here.calls.clone(), info.function(name, here.byte)?)
     }
 
     /// `$pc`, `$sp` and `$r16` of a frame that has called another; a constant of an enumeration, which no symbol hides.
@@ -174,8 +183,7 @@ impl NameScope {
         let mut blocks = vec![&function.block];
         while let Some(block) = blocks.pop() {
             if let Some(found) = block.variables.iter().find(|variable| variable.name == name) {
-                let everywhere = matches!(&found.location, VariableLocation::Expression(bytes) if bytes.first() == Some(&DW_OP_ADDR));
-                let known = if everywhere { Vec::new() } else { function.block.ranges.clone() };
+                let known = if found.is_everywhere() { Vec::new() } else { function.block.ranges.clone() };
                 return Some(DebugExpression::Object(Box::new(ObjectExpr::variable(here.calls.clone(), found, known, 0))));
             }
             blocks.extend(&block.blocks);
@@ -216,6 +224,19 @@ impl NameScope {
         let object = |(variable, known): (&VariableInfo, &Vec<std::ops::Range<u32>>)| {
             let object = ObjectExpr::variable(here.calls.clone(), variable, known.clone(), level);
             (variable.name.clone(), object)
+        };
+        all.map(object).collect()
+    }
+
+    /// Parameters and variables of the function at a program word, those of the innermost block first.
+    #[must_use]
+    pub fn variables_at(&self, word: u32) -> Vec<(String, ObjectExpr)> {
+        let byte = word.saturating_mul(self.chip.word_bytes);
+        let here = FrameContext { calls: self.calls().clone(), byte, level: 0, inlined_skipped: 0, frame: None };
+        let blocks = self.blocks(&here);
+        let all = blocks.iter().flat_map(|(block, known)| block.variables.iter().map(move |own| (own, known)));
+        let object = |(own, known): (&VariableInfo, &Vec<std::ops::Range<u32>>)| {
+            (own.name.clone(), ObjectExpr::variable(here.calls.clone(), own, known.clone(), 0))
         };
         all.map(object).collect()
     }

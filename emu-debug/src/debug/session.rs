@@ -405,15 +405,25 @@ impl DebugSession {
         changes: &[(u32, Option<i64>, Option<i64>)],
         stop: StopReason,
     ) -> Vec<PointHit> {
-        let target = &*self.current.machine;
-        let mut hits = candidate_hits(&self.points, target, sights, changes, stop);
+        let machine = &*self.current.machine;
+        let mut hits = candidate_hits(&self.points, machine, sights, changes, stop);
+        let left =
+            self.points.enabled().filter(|point| stop == (StopReason::Breakpoint { pc: machine.pc() }) && point.has_left(machine));
+        let left: Vec<u32> = left.map(|point| point.id).collect();
         hits.retain(|hit| {
-            let Some(point) = self.points.get_mut(hit.id).filter(|point| point.condition_holds(target)) else { return false };
+            if left.contains(&hit.id) {
+                return false;
+            }
+            let Some(point) = self.points.get_mut(hit.id).filter(|point| point.condition_holds(machine)) else { return false };
             point.hits += 1;
             let passes = point.ignore > 0;
             point.ignore = point.ignore.saturating_sub(1);
             !passes
         });
+        for &id in &left {
+            self.points.remove(id);
+            hits.push(PointHit { id, old: None, new: None, write: None, pc: machine.pc() });
+        }
         for hit in &hits {
             if self.points.get(hit.id).is_some_and(|point| point.temporary) {
                 self.points.remove(hit.id);

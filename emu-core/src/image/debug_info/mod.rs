@@ -171,6 +171,17 @@ pub struct BlockInfo {
     pub blocks: Vec<BlockInfo>,
 }
 
+/// Begins a location that is an address (DWARF 5, section 7.7.1, `DW_OP_addr`).
+const DW_OP_ADDR: u8 = 0x03;
+
+impl VariableInfo {
+    /// It has one place for good, whatever function is running.
+    #[must_use]
+    pub fn is_everywhere(&self) -> bool {
+        matches!(&self.location, VariableLocation::Expression(bytes) if bytes.first() == Some(&DW_OP_ADDR))
+    }
+}
+
 /// A function.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FunctionInfo {
@@ -178,6 +189,8 @@ pub struct FunctionInfo {
     pub name: String,
     /// What it returns; nothing is `void`.
     pub result: Option<TypeId>,
+    /// Its type, a [`CType::Function`].
+    pub of: TypeId,
     /// Its code, and its parameters and variables.
     pub block: BlockInfo,
     /// The base of its frame.
@@ -296,6 +309,14 @@ impl DebugInfo {
         let unit = self.function_at(byte).map(|function| function.unit);
         let named = || self.globals.iter().filter(|variable| variable.name == name);
         named().find(|variable| Some(variable.unit) == unit).or_else(|| named().next())
+    }
+
+    /// A function: one of the unit of the code at a byte address first.
+    #[must_use]
+    pub fn function(&self, name: &str, byte: u32) -> Option<&FunctionInfo> {
+        let unit = self.function_at(byte).map(|function| function.unit);
+        let named = || self.functions.iter().filter(|function| function.name == name);
+        named().find(|function| Some(function.unit) == unit).or_else(|| named().next())
     }
 }
 

@@ -151,7 +151,7 @@ impl DebugInfoReader {
                 let frame_base = self.location(of, entry, gimli::DW_AT_frame_base);
                 let name = known.name.unwrap_or_else(|| type_reference(known.origin));
                 let unit = self.info.units.len() - 1;
-                OpenEntry::Function(FunctionInfo { name, result: known.of, block, frame_base, unit })
+                OpenEntry::Function(FunctionInfo { name, result: known.of, of: id, block, frame_base, unit })
             }
             gimli::DW_TAG_lexical_block => {
                 OpenEntry::Block(BlockInfo { ranges: self.ranges(of, entry), ..BlockInfo::default() })
@@ -360,6 +360,10 @@ impl DebugInfoReader {
             }
         }
         info.globals.iter_mut().for_each(|own| name(&mut own.name, &mut own.variable_type, &mut own.line));
+        for function in &info.functions {
+            let parameters = function.block.variables.iter().filter(|own| own.parameter).map(|own| own.variable_type).collect();
+            info.types.insert(function.of.0, CType::Function { result: function.result, parameters });
+        }
         // A linker that drops a function leaves its entry, at address 0.
         let kept = |function: &FunctionInfo| {
             let first = function.block.ranges.iter().map(|range| range.start).min();

@@ -1,0 +1,70 @@
+//! Values that a session remembers: the value history, and variables of the user.
+
+use std::collections::BTreeMap;
+
+use super::expression::DebugExpression;
+use super::dyn_machine::DynMachine;
+
+/// The value history, and the user's variables.
+#[derive(Debug, Clone, Default)]
+pub struct Values {
+    /// `$1`, `$2`, ..; nothing for a row of objects, which is no single value.
+    history: Vec<Option<DebugExpression>>,
+    variables: BTreeMap<String, DebugExpression>,
+}
+
+impl Values {
+    /// Appends a value to the history; returns its number, from 1.
+    pub fn push(&mut self, value: Option<DebugExpression>) -> usize {
+        self.history.push(value);
+        self.history.len()
+    }
+
+    /// The history has no value yet.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.history.is_empty()
+    }
+
+    /// Sets the variable `$name` of the user.
+    pub fn set(&mut self, name: &str, value: DebugExpression) {
+        self.variables.insert(name.to_owned(), value);
+    }
+
+    /// `$`, `$$`, `$$2`, `$1` or `$i`; nothing where the name is none of these.
+    ///
+    /// # Errors
+    /// The history has no such value: one sentence.
+    pub(super) fn named(&self, name: &str) -> Option<Result<DebugExpression, String>> {
+        let own = name.strip_prefix('$')?;
+        let count = self.history.len();
+        let number = match (own, own.strip_prefix('$')) {
+            ("", _) => Some(count),
+            (_, Some("")) => Some(count.saturating_sub(1)),
+            (_, Some(back)) => Some(count.saturating_sub(back.parse().ok()?)),
+            (own, None) => own.parse().ok(),
+        };
+        let Some(number) = number else { return self.variables.get(own).cloned().map(Ok) };
+        let found = number.checked_sub(1).and_then(|at| self.history.get(at));
+        Some(match found {
+            Some(Some(value)) => Ok(value.clone()),
+            Some(None) => Err(format!("`{name}` is a row of objects; print the first one and its count again")),
+            None if count == 0 => Err(format!("`{name}`: the value history is empty; print fills it")),
+            None => Err(format!("the value history has no `{name}`; it has $1 to ${count}")),
+        })
+    }
+}
+
+impl DebugExpression {
+    /// Its value now, for good; nothing where it has none.
+    #[must_use]
+    pub fn kept(&self, target: &dyn DynMachine) -> Option<DebugExpression> {
+        match self {
+            DebugExpression::Object(object) => Some(DebugExpression::Object(Box::new(object.kept(target)))),
+            other => Some(match other.evaluate(target)? {
+                super::ExpressionValue::Whole(value) => DebugExpression::Number(value),
+                super::ExpressionValue::Real(value, _) => DebugExpression::Real(value.to_bits()),
+            }),
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! Steps by source lines, in and over calls, as gdb makes them.
+
+use emu_core::cpu::LAST_CYCLE;
+use emu_debug::debug::{CallFlow, HaltResult, DebugSession, HaltReason};
+
+/// How deep the machine is in calls, as seen from where it started, and whether it is in a service routine that began since.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct CallDepth {
+    pub calls: i64,
+    /// Calls within a service routine, itself counted.
+    service: u64,
+}
+
+impl CallDepth {
+    /// After an instruction, or the entry of an interrupt.
+    pub fn update(&mut self, flow: CallFlow, entry: bool) {
+        match (self.service, flow) {
+            (service, _) if entry => self.service = service + 1,
+            (0, CallFlow::Call) => self.calls += 1,
+            (0, CallFlow::Return) => self.calls -= 1,
+            (_, CallFlow::Call) => self.service += 1,
+            (_, CallFlow::Return) => self.service -= 1,
+            _ => {}
+        }
+    }
+
+    /// It stands where it started, or below.
+    pub fn is_back_at_start(self) -> bool {
+        self.calls <= 0 && self.service == 0
+    }
+}
+
+/// The line that an instruction belongs to.
+pub(super) fn line(session: &DebugSession) -> Option<(String, u32)> {
+    let source = session.scope.source();
+    let line = source.line_at(session.machine().pc())?;
+    Some((line.file.to_string(), line.line))
+}
+
+/// How a step treats calls.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LineStep {
+    /// It enters them.
+    Into,
+    /// It passes them.
+    Finished,
+    /// It passes them, and never goes back in the function.
+    Forward,
+}
+
+/// What a step compares: the line that it leaves, the row of the table of lines, and the functions put in place of their calls around
+/// it, the outermost first.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Origin {
+    line: Option<(String, u32)>,
+    row: Option<u32>,
+    inlined: Vec<usize>,
+}
+
+/// Where the machine is now.
+struct Position {
+    line: Option<(String, u32)>,
+    row: Option<u32>,
+    /// The machine is at the first instruction of the row.
+    begins: bool,
+    /// A statement begins in it, too.
+    is_statement: bool,
+    inlined: Vec<usize>,
+    /// The innermost of these that begin here: their calls are still to come.
+    hidden: usize,
+    /// The lines of their calls, the outermost first.
+    calls: Vec<u32>,
+}
+
+impl Position {
+    fn of(session: &DebugSession) -> Position {
+        let (scope, pc) = (&session.scope, session.machine().pc());
+        let byte = pc.saturating_mul(scope.chip().word_bytes);
+        let row = scope.source().line_at(pc).map(|line| line.addr);
+        let blocks = scope.calls().inlined(byte);
+        Position {
+            line: line(session),
+            row,
+            begins: row == Some(byte),
+            is_statement: scope.lines.begins_statement(byte),
+            inlined: blocks.iter().rev().map(|block| std::ptr::from_ref(*block) as usize).collect(),
+            hidden: scope.calls().call_sites(byte),
+            calls: blocks.iter().rev().map(|block| block.call_site.1).collect(),
+        }
+    }
+
+    /// The functions put in place of their calls that it is in, of which `hidden` are still to be entered.
+    fn entered(&self, hidden: usize) -> &[usize] {
+        self.inlined.get(..self.inlined.len().saturating_sub(hidden)).unwrap_or_default()
+    }
+
+    /// The line of the first call that is still to come.
+    fn call(&self, hidden: usize) -> Option<u32> {
+        self.calls.get(self.inlined.len().checked_sub(hidden)?).copied().filter(|_| hidden > 0)
+    }
+
+    fn origin(&self, hidden: usize) -> Origin {
+        let line = self.line.clone().map(|(file, number)| (file, self.call(hidden).unwrap_or(number)));
+        Origin { line, row: self.row, inlined: self.entered(hidden).to_vec() }
+    }
+}
+
+/// What a position is to a step within one function.
+enum CodVerdict {
+    GoOn,
+    /// It goes on, and leaves this line from now on.
+    From(Origin),
+    /// It ends, before so many calls of functions that were put in their place.
+    StopReason(usize),
+}
+
+impl Origin {
+    fn verdict(&self, now: &Position, kind: LineStep, same_frame: bool) -> CodVerdict {
+        let over = kind != LineStep::Into;
+        let entered = now.entered(now.hidden);
+        if same_frame && entered == self.inlined && now.hidden > 0 {
+            // A function put in place of its call begins.
+            let is_own = self.line.as_ref().map(|line| line.1) == now.call(now.hidden);
+            return match (over, is_own) {
+                (true, true) => CodVerdict::GoOn,
+                (false, true) => CodVerdict::StopReason(now.hidden - 1),
+                (_, false) => CodVerdict::StopReason(now.hidden),
+            };
+        }
+        if same_frame && entered.len() > self.inlined.len() && entered.starts_with(&self.inlined) {
+            return if over { CodVerdict::GoOn } else { CodVerdict::StopReason(now.hidden) };
+        }
+        let Some((file, _)) = &now.line else { return CodVerdict::StopReason(now.hidden) };
+        match now.line != self.line && now.begins {
+            true if now.is_statement => CodVerdict::StopReason(now.hidden),
+            true if same_frame && entered == self.inlined => CodVerdict::GoOn,
+            // It is in another function, but at no place to stop: any line will do from now on.
+            true => CodVerdict::From(Origin { line: Some((file.clone(), 0)), ..now.origin(now.hidden) }),
+            // In the middle of a line it goes on to the end of that, as in gdb.
+            false => CodVerdict::From(now.origin(now.hidden)),
+        }
+    }
+}
+
+/// One step of a source line; without lines one instruction. `hidden`: functions put in place of their calls that begin where the
+/// machine is and are not entered yet.
+pub(super) fn line_step(
+    session: &mut DebugSession,
+    kind: LineStep,
+    hidden: &mut usize,
+    go_on: &mut dyn FnMut() -> bool,
+) -> HaltResult {
+    let over = kind != LineStep::Into;
+    if *hidden > 0 && !over {
+        *hidden -= 1;
+        return HaltResult { reason: HaltReason::Done };
+    }
+    let from = session.machine().pc();
+    let mut origin = Position::of(session).origin(*hidden);
+    let (mut depth, mut last, mut left) = (CallDepth::default(), from, false);
+    // Where the prologue of the function ends that it has come into, and how deep that is.
+    let mut entered: Option<(u32, i64)> = None;
+    session.step_until(LAST_CYCLE, true, go_on, &mut |session, flow, entry| {
+        depth.update(flow, entry);
+        if depth.service > 0 {
+            return false;
+        }
+        let pc = session.machine().pc();
+        let mut stop = |session: &DebugSession, sites: Option<usize>| {
+            let byte = pc.saturating_mul(session.scope.chip().word_bytes);
+            *hidden = sites.unwrap_or_else(|| session.scope.calls().call_sites(byte));
+            true
+        };
+        if let Some((word, calls)) = entered.filter(|(_, calls)| depth.calls >= *calls) {
+            return depth.calls == calls && pc == word && stop(session, None);
+        }
+        if depth.calls > 0 && over {
+            return false;
+        }
+        // A jump to itself: nothing but service routines leads out of it, and those return.
+        let before = std::mem::replace(&mut last, pc);
+        if !entry && flow == CallFlow::Plain && before == last {
+            return stop(session, None);
+        }
+        let here = line(session);
+        // A call into code without lines is passed.
+        if depth.calls > 0 && origin.line.is_some() && here.is_none() {
+            return false;
+        }
+        if depth.calls > 0 && flow == CallFlow::Call && here.is_some() {
+            entered = session.scope.word_after_prologue(pc).filter(|word| *word != pc).map(|word| (word, depth.calls));
+            return entered.is_none() && stop(session, None);
+        }
+        if origin.line.is_none() || depth.calls > 0 {
+            return (origin.line.is_none() || here != origin.line) && stop(session, None);
+        }
+        let now = Position::of(session);
+        left |= depth.calls < 0;
+        if depth.calls == 0 && now.row.is_some() && now.row == origin.row {
+            return false;
+        }
+        match origin.verdict(&now, kind, depth.calls == 0) {
+            CodVerdict::GoOn => false,
+            CodVerdict::From(next) => {
+                (origin, depth.calls) = (next, 0);
+                false
+            }
+            CodVerdict::StopReason(sites) => (kind != LineStep::Forward || left || pc > from) && stop(session, Some(sites)),
+        }
+    })
+}
