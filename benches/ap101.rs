@@ -14,7 +14,7 @@ use emu_ap101::chips::AP101;
 use emu_core::Cpu;
 use emu_core::cpu::LAST_CYCLE;
 use emu_core::image::{Image, Segment};
-use emu_core::pins::{PinLevel, CycleTime};
+use emu_core::pins::{CycleTime, PinLevel};
 
 /// Cycles of one measurement.
 const CYCLES: u64 = 1_000_000;
@@ -56,7 +56,8 @@ fn long() -> Vec<String> {
 }
 
 fn machine<'a>(lines: impl Iterator<Item = &'a str>, inputs: u16, outputs: u16) -> Ap101 {
-    let words = lines.map(|line| emu_asm::assemble_line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {error}")));
+    let words =
+        lines.map(|line| emu_asm::assemble_line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {error}")));
     let code = words.flatten().flat_map(u16::to_le_bytes).collect();
     let segments = vec![
         Segment { space: "code", addr: 0, bytes: code },

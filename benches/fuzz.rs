@@ -7,7 +7,7 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use emu_check::fuzz::{FAMILIES, CampaignPlan, generate_program, run_trial};
+use emu_check::fuzz::{CampaignPlan, FAMILIES, generate_program, run_trial};
 
 /// Programs of one measurement.
 const PROGRAMS: u64 = 40;

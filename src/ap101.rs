@@ -39,7 +39,8 @@ impl Ap101Flags {
         if self.inputs.is_some() && chip.family != ChipFamily::Ap101 {
             return Err(VerbFailure::Usage(format!("--inputs is for AP101; {} is none", chip.name)));
         }
-        let inputs = self.inputs.map(|when| if when == InputReading::Live { InputSampling::Live } else { InputSampling::Scan });
+        let inputs =
+            self.inputs.map(|when| if when == InputReading::Live { InputSampling::Live } else { InputSampling::Scan });
         Ok(Options { hz, inputs })
     }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use diag::{Diagnostic, Severity};
-use emu_asm::{AssembledProgram, IncludeFiles, AssembleOptions, SourceText};
+use emu_asm::{AssembleOptions, AssembledProgram, IncludeFiles, SourceText};
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::{Image, write_hex, write_hex_aligned};
 use serde_json::json;
@@ -14,7 +14,7 @@ use crate::args::McuFlags;
 use crate::codes::{NOT_IN_HEX, file_error};
 use crate::compile::default_image_name;
 use crate::fail::{VerbFailure, exit};
-use crate::report::{MessageStyle, FileTexts, report_diagnostics};
+use crate::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::{family, input, output};
 
 const EXAMPLES: &str = "\
@@ -57,6 +57,10 @@ pub struct AsmArgs {
     /// Look for included files here too, after the folder of the file that includes them. Repeatable.
     #[arg(short = 'I', long = "include", value_name = "FOLDER")]
     folders: Vec<PathBuf>,
+    /// Names that no line of an 8051 source gives are those of other modules, as with sdas8051 -g: 0 stands for them, and a warning
+    /// tells. Without it only names that `.globl` or `extrn` declares are.
+    #[arg(short = 'g', long)]
+    undefined_global: bool,
     /// One JSON document on standard output: size of every memory that is used, symbols, warnings.
     #[arg(long)]
     pub json: bool,
@@ -75,6 +79,12 @@ fn parse_define(text: &str) -> Result<(String, String), String> {
 /// Assembles a source. When anything fails no file is written.
 pub fn asm(args: &AsmArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let chip = args.mcu.choose_chip(&args.file)?.chip;
+    if args.undefined_global && chip.family != ChipFamily::Mcs51 {
+        return Err(VerbFailure::Usage(format!(
+            "--undefined-global is for sources of the 8051, not for the {}",
+            chip.name
+        )));
+    }
     if args.eeprom.is_some() && chip.eeprom_bytes == 0 {
         return Err(VerbFailure::Usage(format!("--eeprom is for chips with an EEPROM; {} has none", chip.name)));
     }
@@ -86,7 +96,12 @@ pub fn asm(args: &AsmArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     let all: Vec<_> = printed.into_iter().chain(outputs.iter().copied()).collect();
     output::check_distinct_outputs(&all)?;
     output::check_input_not_overwritten(&args.file, &all)?;
-    let mut assembled = assemble(&args.file, &input::read_bytes(&args.file)?, chip, &args.defines, &args.folders)?;
+    let options = AssembleOptions {
+        defines: args.defines.clone(),
+        undefined_global: args.undefined_global,
+        ..AssembleOptions::default()
+    };
+    let mut assembled = assemble(&args.file, &input::read_bytes(&args.file)?, chip, options, &args.folders)?;
     for (included, _) in assembled.texts.all() {
         output::check_input_not_overwritten(included, &all)?;
     }
@@ -111,8 +126,13 @@ pub fn is_source(file: &str) -> bool {
 }
 
 /// The image of a source, with its symbols and lines; warnings are told.
-pub fn assemble_image(file: &str, bytes: &[u8], chip: &'static Chip, terminal: &MessageStyle) -> Result<Image, VerbFailure> {
-    let mut assembled = assemble(file, bytes, chip, &[], &[])?;
+pub fn assemble_image(
+    file: &str,
+    bytes: &[u8],
+    chip: &'static Chip,
+    terminal: &MessageStyle,
+) -> Result<Image, VerbFailure> {
+    let mut assembled = assemble(file, bytes, chip, AssembleOptions::default(), &[])?;
     let image = std::mem::take(&mut assembled.image);
     report_warnings(terminal, assembled);
     Ok(image)
@@ -126,11 +146,11 @@ fn assemble(
     file: &str,
     bytes: &[u8],
     chip: &'static Chip,
-    defines: &[(String, String)],
+    options: AssembleOptions,
     folders: &[PathBuf],
 ) -> Result<AssembledProgram, VerbFailure> {
     let chip_named = Some((|name| family::parse_chip(name).ok()) as fn(&str) -> Option<&'static Chip>);
-    let options = AssembleOptions { defines: defines.to_vec(), find_chip: chip_named };
+    let options = AssembleOptions { find_chip: chip_named, ..options };
     emu_asm::assemble(&SourceText { name: file, bytes }, chip, &options, &mut IncludeFolders { folders })
         .map_err(|refused| VerbFailure::Refused(refused.diagnostics, texts(&refused.texts)))
 }
@@ -199,8 +219,9 @@ fn eeprom_of(image: &Image) -> String {
 
 /// Warns of memories that the source fills and that no file was written for: Intel HEX of an AVR is its flash alone.
 fn warn_unwritten_memories(assembled: &mut AssembledProgram, chip: &Chip, args: &AsmArgs) {
-    let written =
-        |space: &str| chip.hex_spaces.iter().any(|window| window.name == space) || space == EEPROM && args.eeprom.is_some();
+    let written = |space: &str| {
+        chip.hex_spaces.iter().any(|window| window.name == space) || space == EEPROM && args.eeprom.is_some()
+    };
     let mut missing: Vec<&str> = assembled.image.segments.iter().map(|segment| segment.space).collect();
     missing.dedup();
     missing.retain(|space| !written(space));
@@ -216,7 +237,8 @@ fn document(assembled: &AssembledProgram, chip: &Chip) -> serde_json::Value {
     let size = |name: &str| -> usize {
         assembled.image.segments.iter().filter(|s| s.space == name).map(|s| s.bytes.len()).sum()
     };
-    let memories = chip.hex_spaces.iter().map(|window| (window.name, size(window.name))).filter(|(_, bytes)| *bytes > 0);
+    let memories =
+        chip.hex_spaces.iter().map(|window| (window.name, size(window.name))).filter(|(_, bytes)| *bytes > 0);
     let memories: Vec<_> = memories.map(|(name, bytes)| json!({ "name": name, "bytes": bytes })).collect();
     let symbols = assembled.image.symbols.iter();
     let symbols: Vec<_> =

@@ -111,7 +111,9 @@ fn parse_i2c(text: &str) -> Result<ExternalDevice, String> {
     let (name, address) = text.split_once('@').map_or((text, None), |(name, address)| (name, Some(address)));
     let mut eeprom = Eeprom24::new(name).ok_or_else(|| unknown_device_message(name, Eeprom24::names().collect()))?;
     let typed = address.unwrap_or("0x50");
-    let address = address.map_or(Some(u32::from(ADDRESS)), address_names::parse_number).and_then(|value| u8::try_from(value).ok());
+    let address = address
+        .map_or(Some(u32::from(ADDRESS)), address_names::parse_number)
+        .and_then(|value| u8::try_from(value).ok());
     match address {
         Some(address) if eeprom.tie_address(address) => Ok(ExternalDevice::Eeprom(eeprom)),
         _ => Err(format!(
@@ -122,7 +124,9 @@ fn parse_i2c(text: &str) -> Result<ExternalDevice, String> {
 }
 
 fn parse_spi(name: &str) -> Result<ExternalDevice, String> {
-    Flash25::new(name).map(ExternalDevice::Flash).ok_or_else(|| unknown_device_message(name, Flash25::names().collect()))
+    Flash25::new(name)
+        .map(ExternalDevice::Flash)
+        .ok_or_else(|| unknown_device_message(name, Flash25::names().collect()))
 }
 
 /// Devices with the files of those that have one, by position.
@@ -159,10 +163,17 @@ impl AttachedStores {
     }
 
     /// The board, for a chip whose cycles are as long as `clock` says; refuses drives of pins that devices drive.
-    pub fn connect(&self, chip: &Chip, clock: CycleClock, drives: &[TimedDrive]) -> Result<AttachedDevices, VerbFailure> {
+    pub fn connect(
+        &self,
+        chip: &Chip,
+        clock: CycleClock,
+        drives: &[TimedDrive],
+    ) -> Result<AttachedDevices, VerbFailure> {
         let board = AttachedDevices::new(self.devices.clone(), clock);
         let taken = |drive: &&TimedDrive| match drive.drive {
-            ExternalDrive::Level(pin, _) | ExternalDrive::Volts(pin, _) | ExternalDrive::Counts(pin, _) => board.driven_pins().any(|driven| driven == pin),
+            ExternalDrive::Level(pin, _) | ExternalDrive::Volts(pin, _) | ExternalDrive::Counts(pin, _) => {
+                board.driven_pins().any(|driven| driven == pin)
+            }
             ExternalDrive::Supply(_) => false,
         };
         match drives.iter().find(taken).map(|drive| drive.drive) {
@@ -205,7 +216,9 @@ fn conflict(chip: &Chip, one: (&AttachedDevice, &WiredDevice), two: (&AttachedDe
             false => format!("{name} cannot be its {own}: it is the {other} of `{}`", two.0.text),
         });
     }
-    let (ExternalDevice::Eeprom(own), ExternalDevice::Eeprom(other)) = (&one.1.device, &two.1.device) else { return None };
+    let (ExternalDevice::Eeprom(own), ExternalDevice::Eeprom(other)) = (&one.1.device, &two.1.device) else {
+        return None;
+    };
     let bus = |fitted: &WiredDevice| fitted.wires.get(..2).map(<[_]>::to_vec);
     let both = (0..0x80).find(|&address| own.is_addressed_by(address) && other.is_addressed_by(address));
     let both = both.filter(|_| bus(one.1) == bus(two.1));

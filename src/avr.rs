@@ -2,7 +2,7 @@
 
 use clap::Args;
 use emu_avr::Options;
-use emu_avr::chips::{self, FuseLayout, AvrPart};
+use emu_avr::chips::{self, AvrPart, FuseLayout};
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
 use emu_core::image::Image;
@@ -105,7 +105,13 @@ impl AvrFlags {
 
     /// How the machine of `chip` with `image` is wired, with an oscillator of `clock` Hz if that is given; refuses flags that are
     /// not for the chip.
-    pub fn wiring(&self, chip: &Chip, image: &Image, clock: Option<u64>, start_up: bool) -> Result<AvrWiring, VerbFailure> {
+    pub fn wiring(
+        &self,
+        chip: &Chip,
+        image: &Image,
+        clock: Option<u64>,
+        start_up: bool,
+    ) -> Result<AvrWiring, VerbFailure> {
         let hz = clock.unwrap_or(chip.default_hz);
         let plain = Options { lock: self.lock, package: self.package(chip)?, ..Options::at_hz(hz) };
         let Some(part) = part(chip) else {
@@ -194,7 +200,8 @@ pub fn report_fuse_clock(chip: &Chip, wiring: &AvrWiring, clock: Option<u64>) {
 /// What can be done about a run that met erased memory, as the end of a hint; nothing on chips of other families.
 pub fn erased_memory_hint(chip: &Chip, image: &Image, wiring: &AvrWiring) -> String {
     let Some(part) = part(chip) else { return String::new() };
-    let first = image.segments.iter().filter(|segment| segment.space == chip.code_space).map(|segment| segment.addr).min();
+    let first =
+        image.segments.iter().filter(|segment| segment.space == chip.code_space).map(|segment| segment.addr).min();
     let fuses = wiring.options.fuses.unwrap_or(part.fuses.default_bytes);
     let begins = FuseLayout::is_programmed(fuses, part.fuses.bootrst);
     let loader = first.filter(|addr| *addr > 0 && !begins).and_then(|at| Some((at, part.boot_fuse(fuses, at)?)));

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use diag::{Diagnostic, Pos, Severity};
-use emu_check::{ReportEntry, CheckOptions, CheckOutcome, RefusedCheck, CheckSummary};
+use emu_check::{CheckOptions, CheckOutcome, CheckSummary, RefusedCheck, ReportEntry};
 use emu_core::chip::Chip;
 use indicatif::{ProgressBar, ProgressStyle};
 use ladder::LadderDialect;
@@ -23,7 +23,7 @@ use crate::fail::{VerbFailure, exit};
 use crate::family::{self, ChipChoice, ChipChoiceParser};
 use crate::input::{self, ReadProgram};
 use crate::output;
-use crate::report::{MessageStyle, FileTexts, report_diagnostics};
+use crate::report::{FileTexts, MessageStyle, report_diagnostics};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -131,7 +131,8 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
         scenario::check_flags(args, programs.len())?;
         let Some(read) = programs.first() else { return Ok(exit::USAGE) };
         let chips = chips_of(&chips, read)?;
-        let options: Vec<CheckOptions> = chips.iter().map(|chip| with_possible_clock(options(args, chip), read, all)).collect();
+        let options: Vec<CheckOptions> =
+            chips.iter().map(|chip| with_possible_clock(options(args, chip), read, all)).collect();
         return scenario::check(args, file, read, &options, all, terminal);
     }
     if let Some(via) = args.via {
@@ -164,7 +165,10 @@ pub fn check(args: &CheckArgs, terminal: &MessageStyle) -> Result<u8, VerbFailur
         let chips = chips_of(&chips, read)?;
         pairs.extend(chips.iter().map(|chip| (read, with_possible_clock(options(args, chip), read, all))));
     }
-    let bar = CheckProgress::new(terminal, (pairs.len() as u64).saturating_mul(args.scans.unwrap_or(CheckOptions::default().scans)));
+    let bar = CheckProgress::new(
+        terminal,
+        (pairs.len() as u64).saturating_mul(args.scans.unwrap_or(CheckOptions::default().scans)),
+    );
     let clocks: BTreeSet<String> = pairs.iter().filter_map(|(_, options)| lowered_clock_note(args, options)).collect();
     let outcomes: Vec<CheckOutcome> = pairs
         .par_iter()
@@ -272,7 +276,8 @@ fn check_foreign_image(
 
 /// The map in a file.
 fn read_map_file(file: &str) -> Result<ladder_compile::ImageMap, VerbFailure> {
-    emu_check::read_map(file, &input::read_bytes(file)?).map_err(|fault| VerbFailure::Refused(vec![fault], FileTexts::default()))
+    emu_check::read_map(file, &input::read_bytes(file)?)
+        .map_err(|fault| VerbFailure::Refused(vec![fault], FileTexts::default()))
 }
 
 fn options(args: &CheckArgs, chip: &str) -> CheckOptions {
@@ -301,7 +306,12 @@ fn lowered_clock_note(args: &CheckArgs, options: &CheckOptions) -> Option<String
 }
 
 /// One program on one chip: its report alone.
-fn report_single(args: &CheckArgs, outcome: CheckOutcome, programs: Vec<ReadProgram>, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+fn report_single(
+    args: &CheckArgs,
+    outcome: CheckOutcome,
+    programs: Vec<ReadProgram>,
+    terminal: &MessageStyle,
+) -> Result<u8, VerbFailure> {
     let texts = programs.into_iter().next().map(|read| read.texts).unwrap_or_default();
     let checked = match outcome {
         CheckOutcome::Checked(checked) => checked,
@@ -416,7 +426,8 @@ mod tests {
         };
         let program = |text: &str| ladder::parse(file, text).expect("a program").program;
         let options = CheckOptions { scans: 20, ..CheckOptions::default() };
-        let target = ladder_compile::CompileOptions { mcu: options.mcu.clone(), ..ladder_compile::CompileOptions::default() };
+        let target =
+            ladder_compile::CompileOptions { mcu: options.mcu.clone(), ..ladder_compile::CompileOptions::default() };
         let image =
             ladder_compile::compile(&program(&text(if broken { "1" } else { "0" })), &target).expect("an image");
         let report = emu_check::check_compiled(&program(&text("0")), &image, &options, &mut |_, _| {});

@@ -72,7 +72,8 @@ fn table(chip: &Chip) -> String {
 
 /// A package, and the numbers of its pins by their names.
 fn package(chip: &Chip, package: &ChipPackage) -> Value {
-    let number = |(id, def): (PinId, &PinDef)| package.pin_number(id).map(|number| (def.name.to_owned(), json!(number)));
+    let number =
+        |(id, def): (PinId, &PinDef)| package.pin_number(id).map(|number| (def.name.to_owned(), json!(number)));
     let pins: serde_json::Map<String, Value> = chip.present_pins().filter_map(number).collect();
     json!({ "name": package.name, "pins": pins })
 }

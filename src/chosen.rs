@@ -56,7 +56,10 @@ impl McuFlags {
         }
         match (named_chip(file, &bytes), default) {
             (Some(NamedChip { chip: Some(chip), place, .. }), _) => {
-                output::print_to_stderr(&format!("note: the chip is {} ({file}: {place}); --mcu CHIP overrides it\n", chip.name));
+                output::print_to_stderr(&format!(
+                    "note: the chip is {} ({file}: {place}); --mcu CHIP overrides it\n",
+                    chip.name
+                ));
                 Ok(chosen(chip))
             }
             (_, Some(chip)) => Ok(chosen(chip)),
@@ -198,7 +201,10 @@ impl ChosenChip {
             ));
         }
         if let Some(addr) = simavr.command {
-            output::print_to_stderr(&format!("note: {file} sends commands to simavr through {}: left out\n", register(addr)));
+            output::print_to_stderr(&format!(
+                "note: {file} sends commands to simavr through {}: left out\n",
+                register(addr)
+            ));
         }
     }
 

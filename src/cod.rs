@@ -4,8 +4,8 @@ use diag::Diagnostic;
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
 use emu_core::image::{SymbolFile, SymbolSpaces, load_messages, load_symbols};
-use emu_debug::cod::{CodRunLimits, CodOutcome, CodRefusal, CodScript, CodVerdict, run_script};
-use emu_debug::{TimedDrive, ProgramSource};
+use emu_debug::cod::{CodOutcome, CodRefusal, CodRunLimits, CodScript, CodVerdict, run_script};
+use emu_debug::{ProgramSource, TimedDrive};
 use serde_json::{Value, json};
 
 use crate::codes::{COD_MESSAGE, file_error};
@@ -30,7 +30,10 @@ pub fn read_script(name: &str, chip: &Chip) -> Result<CodScript, VerbFailure> {
     let refuse = |faults| VerbFailure::Refused(faults, FileTexts::default());
     let messages = load_messages(&file).map_err(refuse)?;
     let symbols = load_symbols(&[file], SymbolSpaces::PIC16).map_err(refuse)?;
-    let strange = symbols.processors_by_file.iter().filter_map(|(file, made_for)| input::other_processor_error(file, made_for, chip));
+    let strange = symbols
+        .processors_by_file
+        .iter()
+        .filter_map(|(file, made_for)| input::other_processor_error(file, made_for, chip));
     let strange: Vec<Diagnostic> = strange.collect();
     if !strange.is_empty() {
         return Err(refuse(strange));
@@ -101,7 +104,9 @@ pub fn run_and_judge<C: Cpu>(
 fn sentence<C: Cpu>(cpu: &C, outcome: &CodOutcome, source: &ProgramSource<'_>, drives: &[TimedDrive]) -> String {
     match &outcome.verdict {
         CodVerdict::Message { text, .. } => text.clone(),
-        CodVerdict::Limit { cycle } => format!("the limit came at cycle {cycle}, before any message halted the program"),
+        CodVerdict::Limit { cycle } => {
+            format!("the limit came at cycle {cycle}, before any message halted the program")
+        }
         CodVerdict::Halted { pc, cycle } => {
             let why = reset_hold(cpu, drives).map_or_else(String::new, |why| format!(": {why}"));
             format!("the program halted at {}, cycle {cycle}, without a message{why}", source.describe_word(*pc))
@@ -126,7 +131,12 @@ fn text<C: Cpu>(cpu: &C, outcome: &CodOutcome, source: &ProgramSource<'_>, drive
     format!("verdict    {verdict}\nmessage    {ended}\nchecked    {} assertions\n", outcome.assertions_checked)
 }
 
-fn document<C: Cpu>(cpu: &C, outcome: &CodOutcome, (source, hz): (&ProgramSource<'_>, u64), drives: &[TimedDrive]) -> Value {
+fn document<C: Cpu>(
+    cpu: &C,
+    outcome: &CodOutcome,
+    (source, hz): (&ProgramSource<'_>, u64),
+    drives: &[TimedDrive],
+) -> Value {
     let (reason, broken) = match &outcome.verdict {
         CodVerdict::Message { failed_assertion: broken, .. } => ("message", broken.as_ref()),
         CodVerdict::Limit { .. } => ("limit", None),

@@ -1,6 +1,6 @@
 //! The codes of the command line itself.
 
-use diag::{DiagnosticCode, Diagnostic, Pos, Severity};
+use diag::{Diagnostic, DiagnosticCode, Pos, Severity};
 
 /// A file could not be read.
 pub const UNREADABLE: &str = "CLI001";

@@ -5,12 +5,12 @@ use std::path::Path;
 use clap::{Args, ValueEnum};
 use emu_core::chip::Chip;
 use emu_debug::time;
-use ladder_compile::{CompiledProgram, ImageMap, CompileOptions, emit};
+use ladder_compile::{CompileOptions, CompiledProgram, ImageMap, emit};
 use serde_json::json;
 
 use crate::args::LadderFlags;
 use crate::fail::{VerbFailure, exit};
-use crate::report::{MessageStyle, FileTexts, report_diagnostics};
+use crate::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::{family, input, output};
 
 const EXAMPLES: &str = "\
@@ -164,7 +164,8 @@ pub fn compile(args: &CompileArgs, terminal: &MessageStyle) -> Result<u8, VerbFa
         Err(refusals) => return Err(VerbFailure::Refused(refusals, read.texts)),
     };
     read.note_other_chip(chip.name);
-    let mut map = serde_json::to_string_pretty(&compiled.map).map_err(|e| VerbFailure::write_failed("map", &e.into()))?;
+    let mut map =
+        serde_json::to_string_pretty(&compiled.map).map_err(|e| VerbFailure::write_failed("map", &e.into()))?;
     map.push('\n');
     let text = match args.emit {
         EmitKind::Asm => ladder_compile::assembly(&read.program, chip, &compiled.built, &compiled.map),
@@ -210,8 +211,10 @@ fn write_source(args: &CompileArgs, main: &str, terminal: &MessageStyle) -> Resu
     let emitted = match args.emit {
         EmitKind::Bytecode => emit::bytecode::emit(&read.program).map(|source| (source, Vec::new())),
         EmitKind::Arduino => {
-            let options =
-                emit::arduino::SketchOptions { pins: args.target.pins.clone(), debounce_ms: args.debounce.unwrap_or(0) };
+            let options = emit::arduino::SketchOptions {
+                pins: args.target.pins.clone(),
+                debounce_ms: args.debounce.unwrap_or(0),
+            };
             emit::arduino::emit(&read.program, &options).map(|sketch| (sketch.source, sketch.notes))
         }
         _ => emit::c::emit(&read.program).map(|source| (source, Vec::new())),

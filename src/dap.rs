@@ -10,7 +10,7 @@ use crate::codes::{PROTOCOL, file_error};
 use crate::debug::open::{self, DebugSubject};
 use crate::fail::{VerbFailure, exit};
 use crate::output;
-use crate::report::{MessageStyle, FileTexts};
+use crate::report::{FileTexts, MessageStyle};
 
 const EXAMPLES: &str = "\
 An editor starts it, and says in its `launch` request what is debugged; docs/dap.md shows how for VS Code, Neovim and Emacs.
@@ -63,7 +63,9 @@ pub fn dap(args: &DapArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
 /// Waits for the one client.
 fn accept_client(address: &str) -> Result<TcpStream, VerbFailure> {
     let whole = if address.starts_with(':') { format!("127.0.0.1{address}") } else { address.to_owned() };
-    let refused = |why: &io::Error| VerbFailure::invalid_flag_value("--listen <ADDRESS>", address, &format!("{why}; write :4711"));
+    let refused = |why: &io::Error| {
+        VerbFailure::invalid_flag_value("--listen <ADDRESS>", address, &format!("{why}; write :4711"))
+    };
     let listener = TcpListener::bind(&whole).map_err(|why| refused(&why))?;
     let own = listener.local_addr().map_err(|why| refused(&why))?;
     output::print_to_stderr(&format!("listening on {own}\n"));

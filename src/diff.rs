@@ -58,7 +58,10 @@ enum IgnoredField {
 }
 
 fn context(text: &str) -> Result<usize, String> {
-    text.parse().ok().filter(|n| *n <= MAX_CONTEXT).ok_or_else(|| format!("write a number of lines, 0 to {MAX_CONTEXT}"))
+    text.parse()
+        .ok()
+        .filter(|n| *n <= MAX_CONTEXT)
+        .ok_or_else(|| format!("write a number of lines, 0 to {MAX_CONTEXT}"))
 }
 
 /// Compares two traces.
@@ -124,7 +127,11 @@ fn report_equal(args: &DiffArgs, lines: u64) -> Result<u8, VerbFailure> {
 }
 
 /// A line that differs, and those behind it. What cannot be read there does not matter any more.
-fn lines_after(args: &DiffArgs, reader: &mut TraceReader, first: Option<TraceEntry>) -> Result<Vec<String>, VerbFailure> {
+fn lines_after(
+    args: &DiffArgs,
+    reader: &mut TraceReader,
+    first: Option<TraceEntry>,
+) -> Result<Vec<String>, VerbFailure> {
     let mut lines: Vec<String> = first.map(|entry| entry.raw).into_iter().collect();
     while !lines.is_empty() && lines.len() <= args.context {
         match reader.next() {

@@ -17,10 +17,10 @@ use serde_json::{Value, json};
 
 use crate::args::McuFlags;
 use crate::fail::{VerbFailure, exit};
-use crate::report::{MessageStyle, FileTexts, report_diagnostics};
+use crate::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::{input, output};
 use listing::SourceLineListing;
-use pieces::{ProgramMemory, CodePiece};
+use pieces::{CodePiece, ProgramMemory};
 use text::{AssemblableText, labels_at};
 
 const EXAMPLES: &str = "\
@@ -96,10 +96,9 @@ pub fn disasm(args: &DisasmArgs, terminal: &MessageStyle) -> Result<u8, VerbFail
 fn range(args: &DisasmArgs, source: &ProgramSource<'_>) -> Result<(u32, u32), VerbFailure> {
     let chip = source.names.chip;
     let first = |text: &str| source.parse_words(text).map(|words| words.into_iter().min().unwrap_or(0));
-    let from = args
-        .from
-        .as_ref()
-        .map_or(Ok(0), |text| first(text).map_err(|why| VerbFailure::invalid_flag_value("--from <ADDRESS>", text, &why)))?;
+    let from = args.from.as_ref().map_or(Ok(0), |text| {
+        first(text).map_err(|why| VerbFailure::invalid_flag_value("--from <ADDRESS>", text, &why))
+    })?;
     let to = args.to.as_ref().map_or(Ok(chip.flash_bytes / chip.word_bytes), |text| {
         let end = if text.contains(':') { first(text) } else { source.names.parse_program_end(text) };
         end.map_err(|why| VerbFailure::invalid_flag_value("--to <ADDRESS>", text, &why))
@@ -115,7 +114,8 @@ fn range(args: &DisasmArgs, source: &ProgramSource<'_>) -> Result<(u32, u32), Ve
 fn memories(chip: &Chip, image: &Image) -> Vec<Value> {
     let others = image.segments.iter().filter(|segment| segment.space != chip.code_space);
     let others = others.map(|segment| {
-        let size = chip.hex_spaces.iter().find(|space| space.name == segment.space).map_or(1, |space| space.word.max(1));
+        let size =
+            chip.hex_spaces.iter().find(|space| space.name == segment.space).map_or(1, |space| space.word.max(1));
         let words = segment.bytes.chunks(size as usize);
         let words = words.map(|word| word.iter().rev().fold(0, |high, &low| high << 8 | u32::from(low)));
         let words: Vec<u32> = words.collect();
@@ -124,7 +124,11 @@ fn memories(chip: &Chip, image: &Image) -> Vec<Value> {
     others.collect()
 }
 
-fn document(piece: &CodePiece, source: &ProgramSource<'_>, listing: Option<&mut SourceLineListing<'_>>) -> Option<Value> {
+fn document(
+    piece: &CodePiece,
+    source: &ProgramSource<'_>,
+    listing: Option<&mut SourceLineListing<'_>>,
+) -> Option<Value> {
     let CodePiece::Instruction(at, words, DisassembledInstruction { text, operands, .. }) = piece else { return None };
     let names = &source.names;
     let mut entry = json!({ "addr": names.chip.code_address(*at), "words": words, "text": text });

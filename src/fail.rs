@@ -5,7 +5,7 @@ use serde_json::json;
 
 use crate::codes::{UNWRITABLE, file_error, system_message};
 use crate::output;
-use crate::report::{MessageStyle, FileTexts, report_diagnostics};
+use crate::report::{FileTexts, MessageStyle, report_diagnostics};
 
 /// Exit codes.
 pub mod exit {
@@ -78,7 +78,9 @@ pub fn report_result(result: Result<u8, VerbFailure>, verb: &str, json: bool, te
             let lost = diagnostics.iter().any(|d| d.code == UNWRITABLE && d.file == "-");
             if !json || lost {
                 report_diagnostics(terminal, &diagnostics, &texts);
-            } else if let Err(VerbFailure::Refused(why, _)) = output::print_json(&json!({ "schema": 1, "errors": diagnostics })) {
+            } else if let Err(VerbFailure::Refused(why, _)) =
+                output::print_json(&json!({ "schema": 1, "errors": diagnostics }))
+            {
                 // Standard output takes nothing, so the document is told here, and why it is.
                 report_diagnostics(terminal, &diagnostics, &texts);
                 report_diagnostics(terminal, &why, FileTexts::NONE);

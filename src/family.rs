@@ -11,7 +11,7 @@ use emu_core::image::{Image, SymbolSpaces};
 use emu_core::pins::PinId;
 use emu_pic16::Pic16;
 
-pub use crate::chip_names::{ChipChoice, ChipChoiceParser, ChipParser, parse_chip, find_chip};
+pub use crate::chip_names::{ChipChoice, ChipChoiceParser, ChipParser, find_chip, parse_chip};
 
 /// All chips, family by family.
 pub fn chips() -> impl Iterator<Item = &'static Chip> {
@@ -56,7 +56,9 @@ pub fn receive_pin(chip: &Chip) -> Option<PinId> {
             lines.iter().find(|row| (row.0, row.1) == (unit_index::USART, periph::AvrLine::Rxd)).map(|row| row.2)
         }
         ChipFamily::Mcs51 => chip.pin("P3.0"),
-        ChipFamily::Pic16 => emu_pic16::chips::part(chip.name)?.line(emu_pic16::periph::map::Pic16Line::Rx).map(|line| line.pin),
+        ChipFamily::Pic16 => {
+            emu_pic16::chips::part(chip.name)?.line(emu_pic16::periph::map::Pic16Line::Rx).map(|line| line.pin)
+        }
         ChipFamily::Ap101 => None,
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use emu_check::fuzz::{self, FAMILIES, CampaignFinding, CampaignPlan, CampaignRecord, CampaignShard, ProgramTrial};
+use emu_check::fuzz::{self, CampaignFinding, CampaignPlan, CampaignRecord, CampaignShard, FAMILIES, ProgramTrial};
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
@@ -13,7 +13,7 @@ use crate::fail::{VerbFailure, exit};
 use crate::family::{ChipChoice, ChipChoiceParser};
 use crate::input;
 use crate::output;
-use crate::report::{MessageStyle, FileTexts};
+use crate::report::{FileTexts, MessageStyle};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -174,9 +174,11 @@ pub fn fuzz(args: &FuzzArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure>
 
 /// Adds records.
 fn merge(args: &FuzzArgs) -> Result<u8, VerbFailure> {
-    let records = args.merge.iter().map(|file| read_record(file)).collect::<Result<Vec<CampaignRecord>, VerbFailure>>()?;
+    let records =
+        args.merge.iter().map(|file| read_record(file)).collect::<Result<Vec<CampaignRecord>, VerbFailure>>()?;
     let first = args.merge.first().map_or("-", String::as_str);
-    let sum = CampaignRecord::merge_shards(records).map_err(|why| refused(first, why, "give each shard of one campaign once"))?;
+    let sum = CampaignRecord::merge_shards(records)
+        .map_err(|why| refused(first, why, "give each shard of one campaign once"))?;
     make_save_folder(args)?;
     save_record(args, &sum, &sum.findings)?;
     let code = finish(args, &sum)?;
@@ -254,7 +256,9 @@ fn resume_record(file: &str, wanted: CampaignRecord) -> Result<CampaignRecord, V
         let cause = "is the record of another campaign or shard".to_owned();
         return Err(refused(file, cause, "give the same flags as before, or another --out"));
     }
-    found.check_shards().map_err(|cause| refused(file, cause, "give the record as emu fuzz wrote it, or another --out"))?;
+    found
+        .check_shards()
+        .map_err(|cause| refused(file, cause, "give the record as emu fuzz wrote it, or another --out"))?;
     Ok(found)
 }
 

@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use clap::Parser;
 
-use crate::args::{CommandLine, ColorChoice};
+use crate::args::{ColorChoice, CommandLine};
 use crate::debug::commands;
 use crate::debug::open::{DebugSubject, open_session};
-use crate::debug::shell::{ShellFlow, DebugShell};
+use crate::debug::shell::{DebugShell, ShellFlow};
 use crate::report::MessageStyle;
 use crate::{diff, waveform};
 

@@ -8,14 +8,14 @@ use std::collections::BTreeMap;
 use diag::{Diagnostic, Pos, Severity};
 use emu_ap101::config;
 use emu_core::chip::{Chip, ChipFamily};
-use emu_core::image::{self, WordBits, ImageSpace};
+use emu_core::image::{self, ImageSpace, WordBits};
 use emu_pic16::chips::{self, Pic16Part};
 
 use crate::chosen::{NamedChip, chip_in_comment};
 use crate::codes::OTHER_CHIP;
 use crate::family;
 use crate::input::ELF_MAGIC;
-use crate::made_for::{by_signature, base_name, other_avr_diagnostic};
+use crate::made_for::{base_name, by_signature, other_avr_diagnostic};
 use diag::distance;
 
 /// Most chips that are listed.
@@ -131,7 +131,8 @@ struct HexContents {
 impl HexContents {
     /// What a HEX file has, if it is sound.
     fn of(file: &str, bytes: &[u8]) -> Option<HexContents> {
-        const WHOLE: ImageSpace = ImageSpace { name: "file", start: 0, len: u32::MAX, word: 1, word_bits: WordBits::All };
+        const WHOLE: ImageSpace =
+            ImageSpace { name: "file", start: 0, len: u32::MAX, word: 1, word_bits: WordBits::All };
         let loaded = image::load_hex(file, bytes, &[WHOLE]).ok()?;
         Some(HexContents { bytes: loaded.image.bytes_in(WHOLE.name).collect() })
     }
@@ -166,7 +167,9 @@ impl HexContents {
             ChipFamily::Pic16 => ChipGuess::Unknown,
             ChipFamily::Ap101 if self.starts_like_mcs51() => ChipGuess::Family(ChipFamily::Mcs51),
             ChipFamily::Ap101 if self.starts_like_avr() => ChipGuess::Family(ChipFamily::Avr),
-            ChipFamily::Avr | ChipFamily::Mcs51 | ChipFamily::Ap101 if self.is_pic16() => ChipGuess::Family(ChipFamily::Pic16),
+            ChipFamily::Avr | ChipFamily::Mcs51 | ChipFamily::Ap101 if self.is_pic16() => {
+                ChipGuess::Family(ChipFamily::Pic16)
+            }
             ChipFamily::Avr | ChipFamily::Mcs51 | ChipFamily::Ap101 => ChipGuess::Unknown,
         }
     }

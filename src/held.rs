@@ -2,7 +2,7 @@
 
 use emu_core::chip::ChipFamily;
 use emu_core::cpu::{Cpu, StopReason};
-use emu_core::pins::{PinLevel, CycleTime};
+use emu_core::pins::{CycleTime, PinLevel};
 use emu_debug::TimedDrive;
 use emu_debug::stimulus::{ExternalDrive, find_pin, supply_name};
 
@@ -31,7 +31,10 @@ pub fn reset_hold<C: Cpu>(cpu: &C, drives: &[TimedDrive]) -> Option<String> {
         ExternalDrive::Supply(millivolts) => Some((drive.at, millivolts)),
         _ => None,
     });
-    let supply = supplies.max_by_key(|(at, _)| *at).map(|(_, millivolts)| millivolts).filter(|&given| given < SUFFICIENT_SUPPLY_MV);
+    let supply = supplies
+        .max_by_key(|(at, _)| *at)
+        .map(|(_, millivolts)| millivolts)
+        .filter(|&given| given < SUFFICIENT_SUPPLY_MV);
     let goes_on = |with_pin: bool, with_supply: bool| {
         let mut copy = cpu.clone();
         if with_supply {

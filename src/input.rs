@@ -6,17 +6,17 @@ use std::io::{self, Read as _};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use diag::text::{strip_line_decorations, readable};
+use diag::text::{readable, strip_line_decorations};
 use diag::{Diagnostic, Severity};
 use emu_core::chip::Chip;
 use emu_core::image::{self, CONSTANT_SPACE, ElfMachine, Image, SourceLines, SymbolAt, SymbolFile, Symbols};
 use ladder::{LadderDialect, LadderProgram};
 
 use crate::ap101;
-use crate::codes::{SOURCE_AS_IMAGE, OTHER_PROCESSOR, OTHER_PROGRAM, UNREADABLE, file_error, system_message};
+use crate::codes::{OTHER_PROCESSOR, OTHER_PROGRAM, SOURCE_AS_IMAGE, UNREADABLE, file_error, system_message};
 use crate::fail::VerbFailure;
 use crate::guess::guess_chip;
-use crate::report::{MessageStyle, FileTexts, report_diagnostics};
+use crate::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::{asm, family, output};
 
 /// Largest file, in bytes.
@@ -173,7 +173,8 @@ pub fn read_image_with_symbols(
 /// What shows that symbols are of another program, or of one for another chip.
 fn foreign_symbol_warnings(found: &Symbols, files: &[String], image: &Image, chip: &Chip) -> Vec<Diagnostic> {
     let warning = |error: Diagnostic| Diagnostic { severity: Severity::Warning, ..error };
-    let processors = found.processors_by_file.iter().filter_map(|(file, made_for)| other_processor_error(file, made_for, chip));
+    let processors =
+        found.processors_by_file.iter().filter_map(|(file, made_for)| other_processor_error(file, made_for, chip));
     let mut warnings: Vec<Diagnostic> = processors.map(warning).collect();
     let names = found.symbols.iter().filter(|symbol| symbol.space == chip.code_space).map(|symbol| symbol.addr);
     let places: HashSet<u32> = names.chain(found.lines.iter().map(|line| line.addr)).collect();
@@ -238,7 +239,12 @@ impl ReadProgram {
 }
 
 /// Reads a ladder program; with `checked`, also looks for what cannot be meant.
-pub fn read_program(file: &str, dialect: Option<LadderDialect>, checked: bool, terminal: &MessageStyle) -> Result<ReadProgram, VerbFailure> {
+pub fn read_program(
+    file: &str,
+    dialect: Option<LadderDialect>,
+    checked: bool,
+    terminal: &MessageStyle,
+) -> Result<ReadProgram, VerbFailure> {
     let text = read_bytes(file)?;
     let parsed = ladder::parse_bytes(file, &text, ladder::ParseOptions { dialect });
     let texts = FileTexts::one(file, text);

@@ -80,7 +80,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use args::{CommandLine, CliVerb};
+use args::{CliVerb, CommandLine};
 use fail::{VerbFailure, exit};
 use report::MessageStyle;
 

@@ -52,7 +52,9 @@ pub fn document<C: Cpu>(story: &RunSummary<'_, C>) -> Value {
             "cycle": found.first,
         });
         let byte = found.pc * story.source.names.chip.word_bytes;
-        for (key, value) in [("symbol", story.source.names.nearest_symbol(byte)), ("line", story.source.line_text(found.pc))] {
+        for (key, value) in
+            [("symbol", story.source.names.nearest_symbol(byte)), ("line", story.source.line_text(found.pc))]
+        {
             if let Some(value) = value {
                 object[key] = json!(value);
             }

@@ -16,16 +16,19 @@ use emu_core::image::{Image, write_hex};
 use emu_debug::lockstep::gpsim::{self, GpsimPeer};
 use emu_debug::lockstep::s51::{self, S51Peer};
 use emu_debug::lockstep::simavr::{self, SimavrPeer};
-use emu_debug::lockstep::{CYCLES_NAME, ExecutedInstruction, LockstepEnd, LockstepOutcome, PeerSimulator, LockstepReport, PeerStart, CompareOptions, RegisterView, compare};
-use emu_debug::{CycleClock, AddressNames, ProgramSource, time};
+use emu_debug::lockstep::{
+    CYCLES_NAME, CompareOptions, ExecutedInstruction, LockstepEnd, LockstepOutcome, LockstepReport, PeerSimulator,
+    PeerStart, RegisterView, compare,
+};
+use emu_debug::{AddressNames, CycleClock, ProgramSource, time};
 use serde_json::{Value, json};
 
 use crate::args::McuFlags;
 use crate::codes::file_error;
 use crate::fail::{VerbFailure, exit};
-use crate::family::{MachineVisitor, MachineSetup, visit_machine};
+use crate::family::{MachineSetup, MachineVisitor, visit_machine};
 use crate::interrupts::listen_for_interrupts;
-use crate::report::{MessageStyle, FileTexts};
+use crate::report::{FileTexts, MessageStyle};
 use crate::{input, output, readings};
 
 const EXAMPLES: &str = "\
@@ -159,8 +162,9 @@ pub fn lockstep(args: &LockstepArgs, terminal: &MessageStyle) -> Result<u8, Verb
     let chosen = args.mcu.choose_chip(&args.image)?;
     let chip = chosen.chip;
     if args.against.package_and_family().1 != chip.family {
-        let fits =
-            [PeerChoice::S51, PeerChoice::Gpsim, PeerChoice::Simavr].into_iter().find(|peer| peer.package_and_family().1 == chip.family);
+        let fits = [PeerChoice::S51, PeerChoice::Gpsim, PeerChoice::Simavr]
+            .into_iter()
+            .find(|peer| peer.package_and_family().1 == chip.family);
         let hint = fits.map_or("no peer is known for it".to_owned(), |peer| format!("give --against {}", peer.name()));
         return Err(VerbFailure::Usage(format!("{} has no {}; {hint}", args.against.name(), chip.name)));
     }
@@ -199,7 +203,9 @@ impl MachineVisitor for OwnMachine<'_> {
         let (args, chip) = (self.args, cpu.chip());
         let clock = CycleClock { hz: self.hz, clocks_per_cycle: cpu.clocks_per_cycle() };
         let until = match (&args.time, args.cycles) {
-            (Some(text), _) => clock.parse_cycles(text).map_err(|why| VerbFailure::invalid_flag_value("--for <TIME>", text, &why))?,
+            (Some(text), _) => {
+                clock.parse_cycles(text).map_err(|why| VerbFailure::invalid_flag_value("--for <TIME>", text, &why))?
+            }
             (None, Some(n)) => n,
             (None, None) => u64::MAX,
         };
@@ -213,7 +219,8 @@ impl MachineVisitor for OwnMachine<'_> {
         };
         // Before there is a folder that a signal would leave behind.
         let interrupt = listen_for_interrupts();
-        let folder = TemporaryFolder::new().map_err(|error| VerbFailure::write_failed("the folder for the peer's files", &error))?;
+        let folder = TemporaryFolder::new()
+            .map_err(|error| VerbFailure::write_failed("the folder for the peer's files", &error))?;
         let hex = self.write_hex(chip, &folder.0)?;
         let peer = self.start_peer(&folder.0, &hex, &cpu, &interrupt);
         let ran = peer.and_then(|mut peer| compare(&mut cpu, &mut *peer, &terms));
@@ -222,9 +229,16 @@ impl MachineVisitor for OwnMachine<'_> {
             Err(error) if error.kind() == io::ErrorKind::Interrupted => LockstepReport::interrupted(cpu.cycle()),
             ran => ran.map_err(|error| self.peer_failure(&error))?,
         };
-        let source = ProgramSource { names: AddressNames { chip, symbols: &self.image.symbols }, lines: &self.image.lines };
+        let source =
+            ProgramSource { names: AddressNames { chip, symbols: &self.image.symbols }, lines: &self.image.lines };
         let peer = args.against;
-        let told = LockstepText { source, cpu: &cpu, peer: peer.name(), stand_in: peer.equivalent_chip(chip.name), report: &report };
+        let told = LockstepText {
+            source,
+            cpu: &cpu,
+            peer: peer.name(),
+            stand_in: peer.equivalent_chip(chip.name),
+            report: &report,
+        };
         if args.json {
             output::print_json(&told.document())?;
         } else {
@@ -299,10 +313,16 @@ impl OwnMachine<'_> {
         let ((program, package), _) = self.args.against.package_and_family();
         let (code, cause, hint) = match (error.kind(), &self.args.peer) {
             (io::ErrorKind::NotFound, None) => {
-                return VerbFailure::Usage(format!("{program} is not installed; Debian has it in the package {package}"));
+                return VerbFailure::Usage(format!(
+                    "{program} is not installed; Debian has it in the package {package}"
+                ));
             }
             (io::ErrorKind::NotFound | io::ErrorKind::PermissionDenied, Some(file)) => {
-                return VerbFailure::invalid_flag_value("--peer <FILE>", &file.display().to_string(), &crate::codes::system_message(error));
+                return VerbFailure::invalid_flag_value(
+                    "--peer <FILE>",
+                    &file.display().to_string(),
+                    &crate::codes::system_message(error),
+                );
             }
             (io::ErrorKind::Unsupported, _) => (
                 NO_CHIP,
@@ -373,7 +393,8 @@ impl<C: Cpu> LockstepText<'_, C> {
     }
 
     fn text(&self) -> String {
-        let LockstepReport { outcome, steps, cycle, last_instructions: last, sleeps_of_other_length: other_sleeps } = self.report;
+        let LockstepReport { outcome, steps, cycle, last_instructions: last, sleeps_of_other_length: other_sleeps } =
+            self.report;
         let peer = self.stand_in.map_or(self.peer.to_owned(), |other| format!("{} as {other}", self.peer));
         let (before, ours, theirs, what, moment) = match outcome {
             LockstepOutcome::Same { end } => {
@@ -381,7 +402,9 @@ impl<C: Cpu> LockstepText<'_, C> {
                     LockstepEnd::Limit => String::new(),
                     LockstepEnd::Interrupted => "; interrupted".to_owned(),
                     LockstepEnd::Stopped(StopReason::Halted) => "; the program has ended".to_owned(),
-                    LockstepEnd::Stopped(_) => format!("; no instruction at {}", self.source.describe_word(self.cpu.pc())),
+                    LockstepEnd::Stopped(_) => {
+                        format!("; no instruction at {}", self.source.describe_word(self.cpu.pc()))
+                    }
                 };
                 let slept = match other_sleeps {
                     0 => String::new(),
@@ -389,7 +412,9 @@ impl<C: Cpu> LockstepText<'_, C> {
                 };
                 return format!("agreed     with {peer} in {steps} instructions, {cycle} cycles{slept}{end}\n");
             }
-            LockstepOutcome::Differs { before, ours, theirs, differing_names: what, shared_interrupt: moment } => (before, ours, theirs, what, moment),
+            LockstepOutcome::Differs { before, ours, theirs, differing_names: what, shared_interrupt: moment } => {
+                (before, ours, theirs, what, moment)
+            }
         };
         let mut out = format!("differs    from {peer} after {steps} instructions: {}\n", what.join(", "));
         for (i, done) in last.iter().enumerate() {
@@ -420,7 +445,8 @@ impl<C: Cpu> LockstepText<'_, C> {
     }
 
     fn document(&self) -> Value {
-        let LockstepReport { outcome, steps, cycle, last_instructions: last, sleeps_of_other_length: other_sleeps } = self.report;
+        let LockstepReport { outcome, steps, cycle, last_instructions: last, sleeps_of_other_length: other_sleeps } =
+            self.report;
         let view = |view: &RegisterView| {
             let regs = view.regs.iter().map(|(name, value)| ((*name).to_owned(), json!(value)));
             json!({ "cycle": view.cycle, "registers": Value::Object(regs.collect()) })
@@ -431,10 +457,12 @@ impl<C: Cpu> LockstepText<'_, C> {
         };
         let difference = match outcome {
             LockstepOutcome::Same { .. } => Value::Null,
-            LockstepOutcome::Differs { before, ours, theirs, differing_names: what, shared_interrupt: moment } => json!({
-                "what": what, "interrupt": moment.map(|vector| self.vector(vector)), "before": view(before), "emu": view(ours), "peer": view(theirs),
-                "last": last.iter().map(done).collect::<Vec<_>>(),
-            }),
+            LockstepOutcome::Differs { before, ours, theirs, differing_names: what, shared_interrupt: moment } => {
+                json!({
+                    "what": what, "interrupt": moment.map(|vector| self.vector(vector)), "before": view(before), "emu": view(ours), "peer": view(theirs),
+                    "last": last.iter().map(done).collect::<Vec<_>>(),
+                })
+            }
         };
         json!({
             "schema": 1, "mcu": self.source.names.chip.name, "against": self.peer, "as": self.stand_in, "instructions": steps, "cycles": cycle,

@@ -4,10 +4,10 @@ use clap::Args;
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
-use emu_core::pins::{PinId, CycleTime};
-use emu_debug::stimulus::{ExternalDrive, parse_timed_drive, missing_pin_reason, parse_drive};
+use emu_core::pins::{CycleTime, PinId};
+use emu_debug::stimulus::{ExternalDrive, missing_pin_reason, parse_drive, parse_timed_drive};
 use emu_debug::text_escapes::unescape;
-use emu_debug::{CycleClock, TimedDrive, SerialLineSender, ProgramSource, time};
+use emu_debug::{CycleClock, ProgramSource, SerialLineSender, TimedDrive, time};
 
 use crate::args::McuFlags;
 use crate::attach::{self, AttachedDevice, AttachedStores};
@@ -152,11 +152,14 @@ impl MachineArgs {
             drives.push(TimedDrive { at: CycleTime::default(), drive: put });
         }
         for text in &self.at {
-            let own = text
-                .split_once(':')
-                .map(|(time, put)| format!("{time}:{}", avr::chip_pin_text(chip, &names.replace_channel_name(&alias(put)))));
+            let own = text.split_once(':').map(|(time, put)| {
+                format!("{time}:{}", avr::chip_pin_text(chip, &names.replace_channel_name(&alias(put))))
+            });
             let own = own.as_deref().unwrap_or(text);
-            drives.push(parse_timed_drive(chip, clock, own).map_err(|why| VerbFailure::invalid_flag_value("--at <TIME:PIN=LEVEL>", text, &why))?);
+            drives.push(
+                parse_timed_drive(chip, clock, own)
+                    .map_err(|why| VerbFailure::invalid_flag_value("--at <TIME:PIN=LEVEL>", text, &why))?,
+            );
         }
         let incoming = self.serial_drives(chip, clock, &drives)?;
         drives.extend(incoming);
@@ -164,7 +167,12 @@ impl MachineArgs {
     }
 
     /// What `--uart-in` does at the receive pin, which none of the `others` drives.
-    fn serial_drives(&self, chip: &Chip, clock: CycleClock, others: &[TimedDrive]) -> Result<Vec<TimedDrive>, VerbFailure> {
+    fn serial_drives(
+        &self,
+        chip: &Chip,
+        clock: CycleClock,
+        others: &[TimedDrive],
+    ) -> Result<Vec<TimedDrive>, VerbFailure> {
         if self.uart_in.is_empty() {
             return Ok(Vec::new());
         }
@@ -173,16 +181,19 @@ impl MachineArgs {
                 typed.split_once(':').ok_or_else(|| format!("`{typed}` gives no time; write 10ms:{typed}"))?;
             Ok((clock.parse_moment(time)?, unescape(text)?))
         };
-        let text = |typed: &String| text(typed).map_err(|why| VerbFailure::invalid_flag_value("--uart-in <TIME:TEXT>", typed, &why));
+        let text = |typed: &String| {
+            text(typed).map_err(|why| VerbFailure::invalid_flag_value("--uart-in <TIME:TEXT>", typed, &why))
+        };
         let texts = self.uart_in.iter().map(text).collect::<Result<Vec<_>, _>>()?;
         let pin = family::receive_pin(chip).ok_or_else(|| {
             VerbFailure::Usage(format!("--uart-in is for chips with a serial port; {} has none", chip.name))
         })?;
-        let drives =
-            |drive: &TimedDrive| matches!(drive.drive, ExternalDrive::Level(driven, _) | ExternalDrive::Volts(driven, _) if driven == pin);
+        let drives = |drive: &TimedDrive| matches!(drive.drive, ExternalDrive::Level(driven, _) | ExternalDrive::Volts(driven, _) if driven == pin);
         if others.iter().any(drives) {
             let name = chip.pins.get(usize::from(pin)).map_or("?", |pin| pin.name);
-            return Err(VerbFailure::Usage(format!("{name} is driven by --uart-in, so --set and --at cannot drive it")));
+            return Err(VerbFailure::Usage(format!(
+                "{name} is driven by --uart-in, so --set and --at cannot drive it"
+            )));
         }
         let baud = |why: String| VerbFailure::invalid_flag_value("--baud <RATE>", &self.baud.to_string(), &why);
         let sender = SerialLineSender::new(pin, self.baud).map_err(baud)?;
@@ -191,7 +202,11 @@ impl MachineArgs {
 }
 
 /// Refuses pins that the machine does not have because its image or `--package` says so: those that are driven, and the `others`.
-pub fn check_pins_exist<C: Cpu>(cpu: &C, drives: &[TimedDrive], others: impl Iterator<Item = PinId>) -> Result<(), VerbFailure> {
+pub fn check_pins_exist<C: Cpu>(
+    cpu: &C,
+    drives: &[TimedDrive],
+    others: impl Iterator<Item = PinId>,
+) -> Result<(), VerbFailure> {
     let driven = drives.iter().filter_map(|drive| match drive.drive {
         ExternalDrive::Level(pin, _) | ExternalDrive::Volts(pin, _) | ExternalDrive::Counts(pin, _) => Some(pin),
         ExternalDrive::Supply(_) => None,

@@ -89,7 +89,9 @@ pub fn base_name(name: &str) -> &str {
 fn is_superset_of(chip: &Chip, other: &Chip) -> bool {
     core_of(chip) == core_of(other)
         && chip.ram_start == other.ram_start
-        && (chip.flash_bytes >= other.flash_bytes && chip.ram_len >= other.ram_len && chip.eeprom_bytes >= other.eeprom_bytes)
+        && (chip.flash_bytes >= other.flash_bytes
+            && chip.ram_len >= other.ram_len
+            && chip.eeprom_bytes >= other.eeprom_bytes)
         && chip.vectors == other.vectors
         && other.regs.iter().all(|reg| chip.regs.contains(reg))
 }

@@ -63,7 +63,8 @@ impl Mcs51Flags {
 
 /// Says on standard error when the program reaches beyond the memory on the chip, so that two ports become its bus.
 pub fn warn_external_memory(chip: &Chip, image: &Image, options: &Options) {
-    let Some(part) = chips::part(chip.name).filter(|part| chip.family == ChipFamily::Mcs51 && part.has_bus && options.ea)
+    let Some(part) =
+        chips::part(chip.name).filter(|part| chip.family == ChipFamily::Mcs51 && part.has_bus && options.ea)
     else {
         return;
     };

@@ -34,7 +34,10 @@ pub fn print_json(document: &impl Serialize) -> Result<(), VerbFailure> {
 pub fn ensure_writable_folder(name: &str) -> Result<(), VerbFailure> {
     fs::create_dir_all(name).map_err(|error| {
         let cause = format!("the folder cannot be made: {}", codes::system_message(&error));
-        VerbFailure::Refused(vec![codes::file_error(codes::UNWRITABLE, name, cause, "check the path")], FileTexts::default())
+        VerbFailure::Refused(
+            vec![codes::file_error(codes::UNWRITABLE, name, cause, "check the path")],
+            FileTexts::default(),
+        )
     })?;
     // Dropped, it leaves nothing behind.
     PendingFile::new(&Path::new(name).join("emu.tmp").to_string_lossy()).map(drop)
@@ -57,7 +60,9 @@ impl PendingFile {
         let in_place = match output_target(name) {
             OutputTarget::File => None,
             OutputTarget::Stderr => Some(stderr(name).map_err(fail)?),
-            OutputTarget::InPlace | OutputTarget::Stdout => Some(File::options().append(true).open(name).map_err(fail)?),
+            OutputTarget::InPlace | OutputTarget::Stdout => {
+                Some(File::options().append(true).open(name).map_err(fail)?)
+            }
         };
         // Through a link its target is written, and the link stays.
         let place = fs::canonicalize(name).unwrap_or_else(|_| PathBuf::from(name));
@@ -69,7 +74,8 @@ impl PendingFile {
         }
         let (beside, file) = create_temporary(&place).map_err(fail)?;
         // From here on it disappears when anything fails.
-        let pending = PendingFile { file: Some(file), temporary_path: Some(beside), target_path: place, name: name.to_owned() };
+        let pending =
+            PendingFile { file: Some(file), temporary_path: Some(beside), target_path: place, name: name.to_owned() };
         pending.keep_permissions().map_err(fail)?;
         Ok(pending)
     }
@@ -144,7 +150,10 @@ pub fn write_files(files: &[(&str, &[u8])]) -> Result<(), VerbFailure> {
     for (name, bytes) in filed {
         let file = PendingFile::new(name)?;
         let mut writer = file.writer()?;
-        writer.write_all(bytes).and_then(|()| writer.flush()).map_err(|error| VerbFailure::write_failed(name, &error))?;
+        writer
+            .write_all(bytes)
+            .and_then(|()| writer.flush())
+            .map_err(|error| VerbFailure::write_failed(name, &error))?;
         pending.push(file);
     }
     for file in pending {

@@ -5,7 +5,7 @@ use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::Image;
 use emu_debug::{address_names, time};
 use emu_pic16::chips::{self, OscillatorMode, Pic16Part};
-use emu_pic16::{TimingCorner, Options};
+use emu_pic16::{Options, TimingCorner};
 
 use crate::fail::VerbFailure;
 use crate::output;

@@ -50,7 +50,12 @@ impl ReadingChoice {
     }
 }
 
-const fn row(family: ChipFamily, name: &'static str, choices: [&'static str; 2], field: ReadingField) -> [ReadingChoice; 2] {
+const fn row(
+    family: ChipFamily,
+    name: &'static str,
+    choices: [&'static str; 2],
+    field: ReadingField,
+) -> [ReadingChoice; 2] {
     let [no, yes] = choices;
     [
         ReadingChoice { name, choice: no, family, field, value: false },
@@ -119,7 +124,8 @@ fn parse_reading(text: &str) -> Result<ReadingChoice, String> {
 
 /// Refuses readings that are not for the chip's family, and two of one name.
 fn check_readings(readings: &[ReadingChoice], chip: &Chip) -> Result<(), VerbFailure> {
-    let twice = |(at, reading): &(usize, &ReadingChoice)| readings.iter().take(*at).any(|other| other.name == reading.name);
+    let twice =
+        |(at, reading): &(usize, &ReadingChoice)| readings.iter().take(*at).any(|other| other.name == reading.name);
     if let Some((_, reading)) = readings.iter().enumerate().find(twice) {
         return Err(VerbFailure::Usage(format!("--reading gives {} twice", reading.name)));
     }

@@ -21,7 +21,7 @@ use emu_debug::time;
 use crate::fail::VerbFailure;
 use crate::family::{self, visit_machine};
 use crate::lint::LintMode;
-use crate::machine::{MachineOptions, MachineArgs, WiredMachine};
+use crate::machine::{MachineArgs, MachineOptions, WiredMachine};
 use crate::report::MessageStyle;
 use crate::snapshots::{self, SnapshotWriter};
 use crate::{cod, input, output};
@@ -192,9 +192,10 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
     };
     let start_up = !machine.no_start_up && script.is_none();
     let symbols: Vec<String> = machine.symbols.iter().chain(cod).cloned().collect();
-    let wired = machine.wire_machine(chip, &MachineOptions { ram, bus: args.vcd.is_some(), clock, start_up }, || {
-        input::read_image_with_symbols(&args.image, &symbols, chip, terminal)
-    })?;
+    let wired =
+        machine.wire_machine(chip, &MachineOptions { ram, bus: args.vcd.is_some(), clock, start_up }, || {
+            input::read_image_with_symbols(&args.image, &symbols, chip, terminal)
+        })?;
     chosen.report_simavr_requests(&wired.image, args.vcd.is_some());
     let WiredMachine { image, mut setup, hz, avr, eeprom, devices: bench } = wired;
     // gpsim's own programs convert without a wait.
@@ -202,8 +203,20 @@ pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFai
     let shelf = SnapshotWriter { head: snapshots::snapshot_header(chip, &image, &setup), protected_files: taken };
     let snapshots = RunSnapshots::open(&args.snapshot, shelf.head.clone())?;
     let pic16 = setup.pic16;
-    let headless =
-        HeadlessRun { args, image: &image, script, hz, avr, pic16, eeprom, snapshots, snapshot_writer: shelf, devices: bench, to_stdout, terminal };
+    let headless = HeadlessRun {
+        args,
+        image: &image,
+        script,
+        hz,
+        avr,
+        pic16,
+        eeprom,
+        snapshots,
+        snapshot_writer: shelf,
+        devices: bench,
+        to_stdout,
+        terminal,
+    };
     visit_machine(chip, &image, &setup, headless)
 }
 

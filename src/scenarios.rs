@@ -1,10 +1,10 @@
 //! Files of scenarios and of waveforms, and what is told of the end of a scenario.
 
 use diag::Diagnostic;
-use scenario::{ScenarioOutcome, Scenario, ScenarioStep, StepAction, ScenarioVerdict, Waveform};
+use scenario::{Scenario, ScenarioOutcome, ScenarioStep, ScenarioVerdict, StepAction, Waveform};
 
 use crate::fail::{VerbFailure, exit};
-use crate::report::{MessageStyle, FileTexts, report_diagnostics};
+use crate::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::{input, output};
 
 /// A scenario that was read, and its text.
@@ -123,14 +123,24 @@ impl ScenarioFile {
 
     /// Tells the verdict beside that of a run, `of_run`, which counts where it is a fault of the program, where the
     /// scenario has passed, and where the run has failed before the scenario was over.
-    pub fn report_beside_run(&self, verdict: &ScenarioVerdict, (of_run, printed): (u8, bool), terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    pub fn report_beside_run(
+        &self,
+        verdict: &ScenarioVerdict,
+        (of_run, printed): (u8, bool),
+        terminal: &MessageStyle,
+    ) -> Result<u8, VerbFailure> {
         let code = self.report_verdict(&PlayedScenario { steps: self.steps(), verdict }, printed, terminal)?;
         let failed = of_run == exit::FAULT || of_run == exit::FAILED && code == exit::LIMIT;
         Ok(if failed || code == exit::OK { of_run } else { code })
     }
 
     /// Tells the verdict: as the result, or where something else is the result, to the user. Gives the exit code.
-    pub fn report_verdict(&self, played: &PlayedScenario<'_>, printed: bool, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    pub fn report_verdict(
+        &self,
+        played: &PlayedScenario<'_>,
+        printed: bool,
+        terminal: &MessageStyle,
+    ) -> Result<u8, VerbFailure> {
         if let Some(complaint) = played.verdict.to_diagnostic(&self.scenario.file) {
             report_diagnostics(terminal, &[complaint], &self.texts());
         }

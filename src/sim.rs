@@ -207,7 +207,8 @@ fn planned_changes(args: &SimArgs, evaluator: &Evaluator) -> Result<(u64, Vec<Sc
     };
     let scans = args.scans.or(last).unwrap_or(DEFAULT_SCANS).min(MAX_SCANS);
     for text in &args.set {
-        let what = SimInput::new(evaluator, text).map_err(|why| VerbFailure::invalid_flag_value("--set <NAME=VALUE>", text, &why))?;
+        let what = SimInput::new(evaluator, text)
+            .map_err(|why| VerbFailure::invalid_flag_value("--set <NAME=VALUE>", text, &why))?;
         changes.push(ScanChange { scan: 1, input: what });
     }
     for text in &args.at {

@@ -43,7 +43,12 @@ pub fn snapshot_header(chip: &Chip, image: &Image, setup: &MachineSetup) -> Snap
         RamInit::Random(seed) => format!("--ram random:{seed}"),
         RamInit::Zero => "--ram zero".to_owned(),
     });
-    SnapshotHeader { chip: chip.name.to_owned(), program: snapshot::image_hash(image), options: flags.join(" "), cycle: 0 }
+    SnapshotHeader {
+        chip: chip.name.to_owned(),
+        program: snapshot::image_hash(image),
+        options: flags.join(" "),
+        cycle: 0,
+    }
 }
 
 fn clock(hz: u64) -> String {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
-use emu_core::image::{AVR_AREAS, WordBits, Image, ImageSpace, load_hex, write_hex};
+use emu_core::image::{AVR_AREAS, Image, ImageSpace, WordBits, load_hex, write_hex};
 
 use crate::codes::{MEMORY_SIZE, file_error};
 use crate::fail::VerbFailure;
@@ -31,7 +31,9 @@ impl MemoryFile {
     /// Intel HEX where its name ends in .hex or .eep, else plain bytes; what it leaves out is erased.
     pub fn open(flag: &str, name: &str, size: usize) -> Result<(MemoryFile, Option<Vec<u8>>), VerbFailure> {
         if sink::output_target(name) != sink::OutputTarget::File {
-            return Err(VerbFailure::Usage(format!("{flag} wants the name of a file, since it is read and written back")));
+            return Err(VerbFailure::Usage(format!(
+                "{flag} wants the name of a file, since it is read and written back"
+            )));
         }
         let ending = Path::new(name).extension().map(|ending| ending.to_ascii_lowercase());
         let hex = ending.is_some_and(|ending| ending == "hex" || ending == "eep");
@@ -44,7 +46,9 @@ impl MemoryFile {
     pub fn keep(self, bytes: &[u8]) -> Result<(), VerbFailure> {
         let mut out = self.pending.writer()?;
         let text = if self.hex { write_hex(&[(0, bytes)]).into_bytes() } else { bytes.to_vec() };
-        out.write_all(&text).and_then(|()| out.flush()).map_err(|error| VerbFailure::write_failed(&self.name, &error))?;
+        out.write_all(&text)
+            .and_then(|()| out.flush())
+            .map_err(|error| VerbFailure::write_failed(&self.name, &error))?;
         drop(out);
         self.pending.complete()
     }

@@ -2,9 +2,9 @@
 
 use emu_core::chip::PinDef;
 use emu_core::cpu::{Cpu, ProgramFault};
-use emu_core::pins::{PinLevel, PinId};
+use emu_core::pins::{PinId, PinLevel};
 use emu_debug::text_escapes::escape;
-use emu_debug::{CycleClock, RunResult, RunPlan, AddressRange, RunEnd, ProgramSource};
+use emu_debug::{AddressRange, CycleClock, ProgramSource, RunEnd, RunPlan, RunResult};
 use serde_json::{Map, Value, json};
 
 use crate::{family, output};
@@ -223,7 +223,9 @@ pub fn json_document<C: Cpu>(story: &RunSummary<'_, C>) -> Value {
     }
     document["peek"] = Value::Object(peek.collect::<Map<_, _>>());
     if !story.peek.is_empty() {
-        let width = |(text, range): &(String, AddressRange)| (text.clone(), json!(story.source.names.chip.bytes_per_address(range.space)));
+        let width = |(text, range): &(String, AddressRange)| {
+            (text.clone(), json!(story.source.names.chip.bytes_per_address(range.space)))
+        };
         document["peek_width"] = Value::Object(story.peek.iter().map(width).collect());
     }
     if !contention.is_empty() {

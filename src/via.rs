@@ -38,7 +38,13 @@ struct ViaRefusal {
 
 /// Checks every program with every one of `options`, that is on every chip (`native`: once). With `all` a chip that cannot is
 /// listed, and no failure unless no chip can.
-pub fn check(via: SourceRoute, options: &[CheckOptions], programs: Vec<ReadProgram>, all: bool, json: bool) -> Result<u8, VerbFailure> {
+pub fn check(
+    via: SourceRoute,
+    options: &[CheckOptions],
+    programs: Vec<ReadProgram>,
+    all: bool,
+    json: bool,
+) -> Result<u8, VerbFailure> {
     let options = if via == SourceRoute::Native { options.get(..1).unwrap_or(options) } else { options };
     let mut document = ViaDocument { schema: 1, checks: Vec::new(), refused: Vec::new() };
     let mut lost = false;

@@ -3,8 +3,8 @@
 use std::io::{self, IsTerminal};
 
 use clap::Args;
-use emu_tui::panel::{PanelPace, LadderPanel, SPEEDS};
-use emu_tui::{ScreenView, ScreenStyle, Rect, ScriptStep, key, key_script, screen};
+use emu_tui::panel::{LadderPanel, PanelPace, SPEEDS};
+use emu_tui::{Rect, ScreenStyle, ScreenView, ScriptStep, key, key_script, screen};
 use ladder::LadderProgram;
 use ladder_eval::Evaluator;
 
@@ -100,7 +100,12 @@ pub fn show_panel(
 }
 
 /// Shows a full-screen view until it is left, or the picture that comes of keys. `flag` asked for it.
-pub fn show_view(app: &mut dyn ScreenView, played: &ScriptedKeys, flag: &str, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+pub fn show_view(
+    app: &mut dyn ScreenView,
+    played: &ScriptedKeys,
+    flag: &str,
+    terminal: &MessageStyle,
+) -> Result<u8, VerbFailure> {
     let look = ScreenStyle { color: terminal.screen };
     if let Some(steps) = &played.keys {
         let (width, height) = played.size.unwrap_or(DEFAULT_SIZE);

@@ -51,7 +51,10 @@ scan  1         11
         assert_eq!(draw_scan_bits(&[("Xa", 0), ("Yb", 2)], &rows), wanted);
         // 160 scans take two a column; what changes within one is hatched.
         let rows: Vec<Vec<Option<i32>>> = (0..160).map(|i| vec![Some(i % 2)]).collect();
-        assert_eq!(draw_scan_bits(&[("Ra", 0)], &rows).lines().nth(1), Some(format!("  Ra  {}", "▒".repeat(80)).as_str()));
+        assert_eq!(
+            draw_scan_bits(&[("Ra", 0)], &rows).lines().nth(1),
+            Some(format!("  Ra  {}", "▒".repeat(80)).as_str())
+        );
         assert_eq!(draw_scan_bits(&[], &[]), "scan\n");
     }
 }

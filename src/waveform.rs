@@ -10,7 +10,7 @@ use clap::Args;
 use crate::fail::{VerbFailure, exit};
 use crate::output;
 use diag::nearest;
-use read::{WaveSignal, WaveFile};
+use read::{WaveFile, WaveSignal};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -66,7 +66,9 @@ pub fn wave(args: &WaveArgs) -> Result<u8, VerbFailure> {
     }
     let waves = read::read(&args.file, &args.only)?;
     let time = |flag: &str, text: &Option<String>| {
-        let time = text.as_ref().map(|text| waves.scale.ticks(text).map_err(|why| VerbFailure::invalid_flag_value(flag, text, &why)));
+        let time = text
+            .as_ref()
+            .map(|text| waves.scale.ticks(text).map_err(|why| VerbFailure::invalid_flag_value(flag, text, &why)));
         time.transpose()
     };
     let from = time("--from <TIME>", &args.from)?.unwrap_or(waves.start);
@@ -110,7 +112,11 @@ fn chosen_signals<'a>(args: &WaveArgs, waves: &'a WaveFile) -> Result<Vec<&'a Wa
         if found.is_empty() {
             let names = waves.signals.iter().map(|signal| signal.name.as_str());
             let hint = nearest(pattern, names).map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-            return Err(VerbFailure::invalid_flag_value("--only <NAME>", pattern, &format!("there is no such signal{hint}")));
+            return Err(VerbFailure::invalid_flag_value(
+                "--only <NAME>",
+                pattern,
+                &format!("there is no such signal{hint}"),
+            ));
         }
         chosen.extend(found);
     }
@@ -118,8 +124,10 @@ fn chosen_signals<'a>(args: &WaveArgs, waves: &'a WaveFile) -> Result<Vec<&'a Wa
         chosen.extend(&waves.signals);
     }
     if chosen.len() > MAX_SIGNALS {
-        let why =
-            format!("{} signals are more than the {MAX_SIGNALS} that are drawn at once; name some with --only", chosen.len());
+        let why = format!(
+            "{} signals are more than the {MAX_SIGNALS} that are drawn at once; name some with --only",
+            chosen.len()
+        );
         return Err(VerbFailure::Usage(why));
     }
     Ok(chosen)

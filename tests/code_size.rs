@@ -64,7 +64,8 @@ fn half_of_ldmicro() {
         let text = fs::read_to_string(folder.join(format!("{name}.ld"))).expect("a program");
         let program = ladder::parse(name, &text).unwrap_or_else(|faults| panic!("{name}: {faults:?}")).program;
         let options = emu_check::CheckOptions { mcu: (*mcu).to_owned(), ..emu_check::CheckOptions::default() };
-        let target = ladder_compile::CompileOptions { mcu: options.mcu.clone(), ..ladder_compile::CompileOptions::default() };
+        let target =
+            ladder_compile::CompileOptions { mcu: options.mcu.clone(), ..ladder_compile::CompileOptions::default() };
         let compiled = ladder_compile::compile(&program, &target).unwrap_or_else(|faults| panic!("{name}: {faults:?}"));
         let report = emu_check::check(&program, &options, &mut |_, _| {}).unwrap_or_else(|f| panic!("{name}: {f:?}"));
         assert!(report.agreed, "{}", report.text());

@@ -65,7 +65,10 @@ fn ended<C: Cpu>(cpu: &C) -> (u64, u64, u32, Vec<Option<u32>>) {
 /// Instructions that were executed, and which of their ways were gone.
 fn seen<C: Cpu>(cpu: &C, coverage: &CodeCoverage, image: &Image) -> Vec<(u32, bool, Option<[bool; 2]>)> {
     let reached = coverage.covered_instructions(cpu.chip(), image);
-    reached.iter().map(|one| (one.instruction.pc, one.count > 0, one.counts_by_outcome.map(|ways| ways.map(|n| n > 0)))).collect()
+    reached
+        .iter()
+        .map(|one| (one.instruction.pc, one.count > 0, one.counts_by_outcome.map(|ways| ways.map(|n| n > 0))))
+        .collect()
 }
 
 fn looked_at<C: Cpu>(name: &str, start: &C, image: &Image) {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use emu_core::chip::Chip;
-use emu_core::image::{WordBits, ElfMachine, Image, Segment, ImageSpace, load, write_hex};
+use emu_core::image::{ElfMachine, Image, ImageSpace, Segment, WordBits, load, write_hex};
 use emu_core::rng::Rng;
 
 /// Images a chip; more of them by EMU_DISASM_ROUNDS.
@@ -36,7 +36,9 @@ fn bytes(chip: &Chip, image: &Image) -> Vec<Segment> {
     let mut segments = image.segments.clone();
     segments.retain(|segment| segment.space != chip.ram_space);
     for segment in &mut segments {
-        if let Some(ImageSpace { word_bits: WordBits::Low(bits), .. }) = chip.hex_spaces.iter().find(|space| space.name == segment.space) {
+        if let Some(ImageSpace { word_bits: WordBits::Low(bits), .. }) =
+            chip.hex_spaces.iter().find(|space| space.name == segment.space)
+        {
             let mask = ((1u16 << bits) - 1).to_le_bytes();
             segment.bytes.iter_mut().zip(mask.iter().cycle()).for_each(|(byte, mask)| *byte &= mask);
         }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use emu_8051::{Mcs51, chips};
 use emu_core::image::{load_hex, write_hex};
-use emu_core::{Cpu, ChipEvent, PinId, Probe, RamInit};
+use emu_core::{ChipEvent, Cpu, PinId, Probe, RamInit};
 
 fn example(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/8051").join(name)

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use emu_core::image::load_hex;
-use emu_core::{Cpu, ChipEvent, PinId, Probe, RamInit, StopReason};
+use emu_core::{ChipEvent, Cpu, PinId, Probe, RamInit, StopReason};
 use emu_pic16::{Pic16, chips};
 
 fn example(name: &str) -> PathBuf {
@@ -84,7 +84,8 @@ fn the_hex_files_belong_to_their_sources() {
             let made = emu_asm::assemble_text(chip, &String::from_utf8_lossy(&bytes));
             let made = made.unwrap_or_else(|e| panic!("{}:\n{e}", path.display()));
             let hex = path.with_extension("hex");
-            let there = load_hex("", &std::fs::read(&hex).expect("a HEX file"), chip.hex_spaces).expect("a good HEX file");
+            let there =
+                load_hex("", &std::fs::read(&hex).expect("a HEX file"), chip.hex_spaces).expect("a good HEX file");
             assert_eq!(made.segments, there.image.segments, "{}", hex.display());
             count += 1;
         }

@@ -5,8 +5,8 @@ mod table;
 
 use emu_avr::{Avr, chips};
 use emu_core::pins::PinId;
-use emu_core::{Cpu, PinLevel, RamInit, StopReason, CycleTime, image};
-use ladder_compile::{CompiledProgram, ImageMap, CompileOptions, CellLocation, compile};
+use emu_core::{Cpu, CycleTime, PinLevel, RamInit, StopReason, image};
+use ladder_compile::{CellLocation, CompileOptions, CompiledProgram, ImageMap, compile};
 use table::Column;
 
 /// A chip that stops at the start and the end of its scans.

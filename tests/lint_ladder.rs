@@ -4,7 +4,7 @@ use emu_avr::{Avr, chips};
 use emu_core::lint::Lint;
 use emu_core::pins::PinId;
 use emu_core::rng::Rng;
-use emu_core::{Cpu, PinLevel, Probe, RamInit, StopReason, CycleTime, image};
+use emu_core::{Cpu, CycleTime, PinLevel, Probe, RamInit, StopReason, image};
 use ladder_compile::{CompileOptions, compile};
 
 /// Every lint with its cycle and place.

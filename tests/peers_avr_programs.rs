@@ -171,7 +171,8 @@ fn programs_that_only_compute_write_each_byte_at_simavrs_cycle() {
         for level in LEVELS {
             let elf = build(name, level, &["-DSINK"]);
             let bytes = fs::read(&elf).expect("the image");
-            let loaded = load(name, &bytes, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine)).expect("an image");
+            let loaded =
+                load(name, &bytes, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine)).expect("an image");
             let mut avr = Avr::new(chip, &loaded.image, RamInit::Random(1));
             let mut sink = Sink::default();
             assert_eq!(avr.run(CYCLES, &mut sink), StopReason::Halted, "{name} {level}");

@@ -212,7 +212,10 @@ mod tests {
 
     #[test]
     fn people_see_code_page_1252() {
-        assert_eq!(to_display_text(&decode_text(b"sem\xE1foro \x80 \x95 \xFF")), "sem\u{e1}foro \u{20ac} \u{2022} \u{ff}");
+        assert_eq!(
+            to_display_text(&decode_text(b"sem\xE1foro \x80 \x95 \xFF")),
+            "sem\u{e1}foro \u{20ac} \u{2022} \u{ff}"
+        );
         assert_eq!(to_code_page("\u{21b}"), None, "a letter that the code page lacks");
     }
 

@@ -12,7 +12,7 @@ use data::{
     REGS_AT89S, REGS_BUS, REGS_T2MOD, REGS_TIMER2, dip40, regs,
 };
 use emu_core::chip::{Chip, ChipFamily, NamedAddress};
-use emu_core::image::{WordBits, ImageSpace};
+use emu_core::image::{ImageSpace, WordBits};
 
 /// Timer 2 of a chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,7 +54,12 @@ pub(crate) const LATER_VECTORS_BACK: u32 = 5;
 /// All chips of this crate.
 pub const MCS51_PARTS: &[Mcs51Part] = &[
     Mcs51Part {
-        chip: Chip { name: "8031", title: "8031: no ROM, 128 bytes RAM, 40 pins, NMOS", on_chip_flash_bytes: 0, ..I8051.chip },
+        chip: Chip {
+            name: "8031",
+            title: "8031: no ROM, 128 bytes RAM, 40 pins, NMOS",
+            on_chip_flash_bytes: 0,
+            ..I8051.chip
+        },
         ..I8051
     },
     I8051,

@@ -6,16 +6,16 @@ use emu_core::chip::Chip;
 use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause, StopReason, rewrite_bit};
 use emu_core::engine::{self, CpuEngine, RunState};
 use emu_core::image::Image;
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
 use emu_core::state::SnapshotDamaged;
 
 use crate::chips::{self, Mcs51Part};
 use crate::core_state::CoreRegisters;
+use crate::executor::{ADDRESS_SPACE, Executor};
 use crate::operands::RamBit;
 use crate::predecode::{CodeMemory, XdataBus};
 use crate::soc::Mcs51Soc;
-use crate::executor::{ADDRESS_SPACE, Executor};
 
 /// How a machine is wired and how the manual is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -324,7 +324,7 @@ impl Cpu for Mcs51 {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
-        *self = self.from_snapshot(bytes)?;
+        *self = self.restored(bytes)?;
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use emu_core::countdown::Countdown;
 use emu_core::cpu::{Bus, Cpu, NEVER, Probe, ResetCause, StopReason};
-use emu_core::engine::{CpuEngine, RunState, InstructionMark};
+use emu_core::engine::{CpuEngine, InstructionMark, RunState};
 use emu_core::pins::ChipEvent;
 
 use crate::chips::{LATER_VECTORS_BACK, VECTOR_WORDS};

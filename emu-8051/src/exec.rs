@@ -5,8 +5,8 @@
 
 use emu_core::machine::{BitOps, BodyMachine, WideOps, WordOps};
 
-use crate::operands::{Imm16, RamBit, Rel, Ri};
 pub(crate) use crate::operand_place::{AccPlace, BitOperandPlace, CarryPlace, OperandPlace, OperandSource};
+use crate::operands::{Imm16, RamBit, Rel, Ri};
 
 /// What MCS-51 bodies need beyond [`Machine`].
 pub(crate) trait Mcs51Machine: BodyMachine {

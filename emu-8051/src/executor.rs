@@ -3,16 +3,16 @@
 //! [`Turn`] holds the hot state as plain locals whose address never escapes, so that it lives in host registers; RAM lies
 //! beside it. Everything a body calls is inlined; slow paths get scalars.
 
-use emu_core::cpu::{Bus, Probe, BusEffect};
+use emu_core::cpu::{Bus, BusEffect, Probe};
 use emu_core::dispatch;
-use emu_core::machine::{ByteValue, BodyMachine, WideValue};
+use emu_core::machine::{BodyMachine, ByteValue, WideValue};
 
+use crate::core_state::CoreRegisters;
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
-use crate::core_state::CoreRegisters;
 use crate::isa::{Kind, Mcs51Op, mcs51_table};
 use crate::operands::{Abs, BitAddr, Dir, Imm, Imm16, Page, RamBit, Rel, Ri, Rn};
-use crate::soc::{Mcs51Soc, BusTransfer};
+use crate::soc::{BusTransfer, Mcs51Soc};
 
 /// Bytes of program memory, and of external RAM.
 pub(crate) const ADDRESS_SPACE: usize = 0x1_0000;
@@ -407,7 +407,10 @@ macro_rules! burst_loop {
     ($turn:ident, $ops:ident) => {{
         let m = &mut $turn;
         let op: &Mcs51Op = &$ops[m.core.pc as u16 as usize];
-        if P::INSN && op.kind as u8 != Kind::Breakpoint as u8 && m.probe.on_instruction(m.core.clock.now(), m.core.pc & 0xFFFF) {
+        if P::INSN
+            && op.kind as u8 != Kind::Breakpoint as u8
+            && m.probe.on_instruction(m.core.clock.now(), m.core.pc & 0xFFFF)
+        {
             m.core.stop_requested = true;
             m.core.clock.expire();
             break;

@@ -5,7 +5,8 @@
 
 use emu_core::chip::InstructionSet;
 use emu_core::table::{
-    SyntaxAlias, EncodeError, FlowKind, DisassembledInstruction, PredecodedOp, Operand, InstructionRow, InstructionLocation, instruction_bits, disassemble as disassemble_line, instruction_words,
+    DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, Operand, PredecodedOp,
+    SyntaxAlias, disassemble as disassemble_line, instruction_bits, instruction_words,
 };
 
 use crate::operands::{Abs, BitAddr, Dir, Imm, Imm16, Page, Rel, Ri, Rn};
@@ -258,12 +259,21 @@ pub(crate) use mcs51_table;
 mcs51_table!(emu_core::define_isa {});
 
 /// The table as tools see it. Erased program memory is all ones, which happens to be `mov R7,A`.
-pub const ISA: InstructionSet =
-    InstructionSet { disassemble, erased_word: 0xFF, rows: ROWS, word_bits: WORD_BITS, aliases: ALIASES, locate, is_missing: |_| false, flow };
+pub const ISA: InstructionSet = InstructionSet {
+    disassemble,
+    erased_word: 0xFF,
+    rows: ROWS,
+    word_bits: WORD_BITS,
+    aliases: ALIASES,
+    locate,
+    is_missing: |_| false,
+    flow,
+};
 
 /// What the instruction of a row may do to the order in which a program runs. Only one jump to a relative target has no condition.
 fn flow(row: usize) -> FlowKind {
-    let relative = |row: &InstructionRow| row.operands.iter().any(|slot| slot.kind.name == Rel::KIND.name && !slot.kind.wide);
+    let relative =
+        |row: &InstructionRow| row.operands.iter().any(|slot| slot.kind.name == Rel::KIND.name && !slot.kind.wide);
     match (KINDS.get(row), ROWS.get(row)) {
         (Some(Kind::Reti), _) => FlowKind::EndsInterrupt,
         (Some(Kind::Sjmp), _) => FlowKind::Straight,

@@ -12,14 +12,14 @@ pub mod operands;
 pub mod periph;
 pub mod soc;
 
-mod cpu_engine;
-mod cpu;
-mod exec;
 mod core_state;
+mod cpu;
+mod cpu_engine;
+mod exec;
+mod executor;
 mod operand_place;
 mod predecode;
 mod recorder;
 mod state;
-mod executor;
 
-pub use cpu::{Mcs51, Options, Mcs51Readings};
+pub use cpu::{Mcs51, Mcs51Readings, Options};

@@ -4,7 +4,7 @@
 //! of the first two a body calls *is* the port rule (user's manual, "Read-modify-write feature").
 
 use crate::exec::Mcs51Machine;
-use crate::operands::{BitAddr, Dir, Imm, RamByte, RamBit, Ri, Rn};
+use crate::operands::{BitAddr, Dir, Imm, RamBit, RamByte, Ri, Rn};
 
 /// A byte that can be read.
 pub(crate) trait OperandSource: Copy {

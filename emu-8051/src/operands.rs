@@ -4,7 +4,7 @@
 
 use std::fmt::Write;
 
-use emu_core::table::{RamOperand, PredecodedOp, Operand, OperandKind, InstructionLocation};
+use emu_core::table::{InstructionLocation, Operand, OperandKind, PredecodedOp, RamOperand};
 
 use crate::chips::{BITS, SFRS};
 

@@ -4,13 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use emu_core::engine::InstructionMark;
 use emu_core::state::MemoryChanges;
-use emu_core::table::{PredecodedOp, InstructionLocation};
+use emu_core::table::{InstructionLocation, PredecodedOp};
 
+use crate::executor::ADDRESS_SPACE;
 use crate::isa::{Kind, Mcs51Op, ROWS, SHAPES, find_row};
 use crate::operands::{BitAddr, Dir, RamBit};
 use crate::recorder::{InstructionRecord, record_instruction};
 use crate::soc::volatile_register;
-use crate::executor::ADDRESS_SPACE;
 
 /// How the machine treats MOVX.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -77,7 +77,16 @@ impl CodeMemory {
         let ops = || Box::new([erased; ADDRESS_SPACE]);
         let (marked, plain) = ([ops(), ops()], ops());
         let (loops, traps, changes) = (BTreeMap::new(), BTreeSet::new(), MemoryChanges::NONE);
-        let mut code = CodeMemory { bytes, ops: marked, ops_unmarked: plain, loops, breakpoints: traps, xdata_bus: external, size, changes };
+        let mut code = CodeMemory {
+            bytes,
+            ops: marked,
+            ops_unmarked: plain,
+            loops,
+            breakpoints: traps,
+            xdata_bus: external,
+            size,
+            changes,
+        };
         code.predecode(0, used as u32);
         code.predecode(size, ADDRESS_SPACE as u32);
         code
@@ -182,7 +191,12 @@ impl CodeMemory {
         // A jump into the middle of an instruction would find others there.
         let strays = targets.iter().any(|target| (head..=end).contains(target) && !starts.contains(target));
         let whole = starts.last() == Some(&end) && !strays;
-        (whole && !looks.iter().any(|&addr| volatile_register(addr))).then_some(LoopPlan { head, registers_read: looks, clears_watchdog: renews, counted_byte: None })
+        (whole && !looks.iter().any(|&addr| volatile_register(addr))).then_some(LoopPlan {
+            head,
+            registers_read: looks,
+            clears_watchdog: renews,
+            counted_byte: None,
+        })
     }
 
     /// The loop from `head` to the DJNZ `op` at `end`, when nothing but NOPs stands between.
@@ -193,7 +207,12 @@ impl CodeMemory {
             _ => return None,
         };
         let idle = (head..end).all(|pc| decode(self.bytes_at(pc), pc, self.xdata_bus).kind == Kind::Nop);
-        idle.then_some(LoopPlan { head, registers_read: Vec::new(), clears_watchdog: false, counted_byte: Some(counter) })
+        idle.then_some(LoopPlan {
+            head,
+            registers_read: Vec::new(),
+            clears_watchdog: false,
+            counted_byte: Some(counter),
+        })
     }
 }
 

@@ -196,12 +196,16 @@ impl Mcs51Machine for InstructionRecord {
 mod tests {
     use super::*;
     use crate::isa::{KINDS, ROWS, SHAPES};
-    use emu_core::table::{PredecodedOp, InstructionLocation};
+    use emu_core::table::{InstructionLocation, PredecodedOp};
 
     #[test]
     fn the_columns_say_what_the_bodies_do() {
         for ((row, &kind), &shape) in ROWS.iter().zip(KINDS).zip(SHAPES) {
-            let op = row.predecode(kind, row.pattern.value, &InstructionLocation { len: row.len(), ..InstructionLocation::default() });
+            let op = row.predecode(
+                kind,
+                row.pattern.value,
+                &InstructionLocation { len: row.len(), ..InstructionLocation::default() },
+            );
             for kind in [Some(kind), shape].into_iter().flatten() {
                 let record = record_instruction(PredecodedOp { kind, ..op });
                 let column = ['C', 'A', 'O'].map(|c| row.flags.contains(c));

@@ -8,9 +8,9 @@
 
 use std::collections::VecDeque;
 
-use emu_core::cpu::{Bus, NEVER, ResetCause, BusEffect};
+use emu_core::cpu::{Bus, BusEffect, NEVER, ResetCause};
 use emu_core::external_io::{DriveQueue, EventLog};
-use emu_core::pins::{ChipEvent, PinLevel, PinState, PinId, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel, PinState};
 
 mod baud;
 mod bus;
@@ -21,16 +21,16 @@ mod regs;
 mod state;
 
 use crate::chips::{self, Mcs51Part};
-use crate::cpu::{Options, Mcs51Readings};
-use crate::periph::map::{sfr, pin};
-use crate::periph::ports::{PINS, Mcs51Ports};
+use crate::cpu::{Mcs51Readings, Options};
+use crate::periph::map::{pin, sfr};
+use crate::periph::ports::{Mcs51Ports, PINS};
 use crate::periph::serial::{SerialEdge, SerialLine, SerialPort, SerialStep};
 use crate::periph::timer::Mcs51Timers;
 use crate::periph::timer2::Mcs51Timer2;
 use baud::BaudClock;
 pub use bus::BusTransfer;
 use irq::InterruptSystem;
-use power::{PowerState, Mcs51Watchdog};
+use power::{Mcs51Watchdog, PowerState};
 
 /// The chip without its core and memories.
 #[derive(Debug, Clone)]
@@ -290,7 +290,11 @@ impl Mcs51Soc {
             self.next_interrupt_boundary = 0;
         }
         for edge in step.edges() {
-            if edge.at.cycle <= t && edge.at.phase == 0 { self.apply_serial_edge(edge) } else { self.edges.push_back(edge) }
+            if edge.at.cycle <= t && edge.at.phase == 0 {
+                self.apply_serial_edge(edge)
+            } else {
+                self.edges.push_back(edge)
+            }
         }
         if let Some(byte) = step.sent_byte {
             self.log.record(ChipEvent::Sent { at: CycleTime::at(t + self.stopped_cycles), uart: 0, byte });
@@ -352,7 +356,8 @@ impl Bus for Mcs51Soc {
             self.sync_timers(self.to_oscillator_time(now));
         }
         let hold = self.readings.read_holds_interrupts && matches!(addr, sfr::IE | sfr::IP);
-        let wake = BusEffect(if due { BusEffect::RECHECK.0 } else { 0 } | if hold { BusEffect::HOLD_INTERRUPTS.0 } else { 0 });
+        let wake =
+            BusEffect(if due { BusEffect::RECHECK.0 } else { 0 } | if hold { BusEffect::HOLD_INTERRUPTS.0 } else { 0 });
         (self.read_sfr(addr), wake)
     }
 
@@ -393,7 +398,8 @@ impl Bus for Mcs51Soc {
         self.update_deadline();
         self.next_interrupt_boundary = self.next_interrupt(t);
         // The core need not look before it does so anyhow.
-        let sooner = self.next_due().min(self.next_interrupt_boundary.saturating_add(self.stopped_cycles)) < self.core_deadline;
+        let sooner =
+            self.next_due().min(self.next_interrupt_boundary.saturating_add(self.stopped_cycles)) < self.core_deadline;
         let seen = sooner || due || self.log.len() != logged || addr == sfr::PCON;
         match addr {
             sfr::IE | sfr::IP => BusEffect(BusEffect::RECHECK.0 | BusEffect::HOLD_INTERRUPTS.0),

@@ -6,8 +6,8 @@ use emu_core::cpu::Cpu;
 use emu_core::engine::RunState;
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape, load_state, save_state};
 
-use crate::cpu::Mcs51;
 use crate::core_state::CoreRegisters;
+use crate::cpu::Mcs51;
 use crate::executor::ADDRESS_SPACE;
 
 impl Mcs51 {
@@ -20,7 +20,7 @@ impl Mcs51 {
     }
 
     /// This machine as the bytes have it.
-    pub(crate) fn from_snapshot(&self, bytes: &[u8]) -> Result<Mcs51, SnapshotDamaged> {
+    pub(crate) fn restored(&self, bytes: &[u8]) -> Result<Mcs51, SnapshotDamaged> {
         let mut copy = self.clone();
         load_state(&mut copy, bytes)?;
         // A state that no machine comes to may be one that it cannot save.

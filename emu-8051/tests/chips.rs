@@ -169,7 +169,11 @@ fn memories() {
         wanted.extend(p.has_bus.then_some(("xdata", 65536, 1)));
         assert_eq!(c.spaces, wanted, "{name}");
         assert_eq!((c.code_space, c.ram_space, c.reg_space), ("code", "idata", "sfr"), "{name}");
-        assert_eq!((c.flash_bytes, c.ram_start, c.ram_len, c.eeprom_bytes, c.word_bytes), (code, 0, p.iram_bytes, 0, 1), "{name}");
+        assert_eq!(
+            (c.flash_bytes, c.ram_start, c.ram_len, c.eeprom_bytes, c.word_bytes),
+            (code, 0, p.iram_bytes, 0, 1),
+            "{name}"
+        );
         for windows in [c.hex_spaces, c.elf_spaces] {
             let [window] = windows else { panic!("{name}: {windows:?}") };
             assert_eq!((window.name, window.start, window.len, window.word), ("code", 0, code, 1), "{name}");

@@ -18,7 +18,7 @@ mod script;
 mod source;
 
 use emu_8051::{Mcs51, chips};
-use emu_core::pins::{ChipEvent, PinLevel, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinLevel};
 use emu_core::rng::Rng;
 use emu_core::{Cpu, Probe, StopReason};
 use script::Case;
@@ -131,8 +131,11 @@ fn judge(case: &Case) -> Vec<String> {
         match items[..] {
             ["halted"] => list(vec![format!("{stop:?}")], &["Halted"]),
             ["illegal", op] => {
-                let found =
-                    if let StopReason::Illegal { word, .. } = stop { format!("{word:02x}") } else { format!("{stop:?}") };
+                let found = if let StopReason::Illegal { word, .. } = stop {
+                    format!("{word:02x}")
+                } else {
+                    format!("{stop:?}")
+                };
                 list(vec![found], &[op]);
             }
             ["cycle", n] => list(vec![mcs51.cycle().to_string()], &[n]),
@@ -164,7 +167,9 @@ fn judge(case: &Case) -> Vec<String> {
             }
             [wire, ref wanted @ ..] if source::pin(wire).is_some() => {
                 let edges = log.events.iter().filter_map(|event| match *event {
-                    ChipEvent::Edge { at, pin, level } if Some(pin) == source::pin(wire) => Some(show_edge((at, level))),
+                    ChipEvent::Edge { at, pin, level } if Some(pin) == source::pin(wire) => {
+                        Some(show_edge((at, level)))
+                    }
                     _ => None,
                 });
                 list(edges.collect(), wanted);

@@ -1,10 +1,10 @@
 //! The one chip of the family, as data.
 
-use emu_core::chip::{Chip, ChipFamily, PinDef, NamedAddress};
-use emu_core::image::{WordBits, ImageSpace};
+use emu_core::chip::{Chip, ChipFamily, NamedAddress, PinDef};
+use emu_core::image::{ImageSpace, WordBits};
 use emu_core::pins::PinId;
 
-use crate::config::{CONFIG_ADDRESS, INPUTS, CONFIG_BYTES, OUTPUTS};
+use crate::config::{CONFIG_ADDRESS, CONFIG_BYTES, INPUTS, OUTPUTS};
 use crate::isa::{ISA, SPAN};
 
 /// The first output channel among the pins; input channels stand before.

@@ -199,7 +199,11 @@ impl ConfigReader<'_> {
             let cause = format!("module {n} is no timer, and its unit is {}", unit as u8);
             self.report_damage(at + 1, cause, "only timers have a unit of time");
         }
-        ModuleSettings { kind: kind.unwrap_or(ModuleKind::None), unit: unit.unwrap_or(ModuleTimeUnit::Cycle), preset: self.word(at + 2) }
+        ModuleSettings {
+            kind: kind.unwrap_or(ModuleKind::None),
+            unit: unit.unwrap_or(ModuleTimeUnit::Cycle),
+            preset: self.word(at + 2),
+        }
     }
 }
 

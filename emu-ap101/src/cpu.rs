@@ -5,18 +5,18 @@ use std::sync::Arc;
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, NEVER, Probe, ResetCause, StopReason, Subcycle};
 use emu_core::image::Image;
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::state::SnapshotDamaged;
 
-use crate::program_cycle::ProgramPhase;
 use crate::chips::{AP101, POWER_PIN};
 use crate::config::{Ap101Config, InputSampling, MODULES, OUTPUTS, ProgramEntry};
+use crate::executor::CoreRegisters;
 use crate::isa::{NOP, SPAN};
 use crate::operands::M_START;
-use crate::predecode::{CodeMemory, AddressMap};
-use crate::soc::{CLOCKS, Ap101Soc};
+use crate::predecode::{AddressMap, CodeMemory};
+use crate::program_cycle::ProgramPhase;
 use crate::repetition::RepetitionDetector;
-use crate::executor::CoreRegisters;
+use crate::soc::{Ap101Soc, CLOCKS};
 
 /// What overrides the configuration of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -295,7 +295,7 @@ impl Cpu for Ap101 {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
-        *self = self.from_snapshot(bytes)?;
+        *self = self.restored(bytes)?;
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use emu_core::machine::BitOps;
 
-use crate::operands::{A, CellOperand, D, BitAddress, JumpTarget, X};
+use crate::operands::{A, BitAddress, CellOperand, D, JumpTarget, X};
 
 /// A machine that instructions run on.
 pub(crate) trait Ap101Machine {

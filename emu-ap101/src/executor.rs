@@ -11,7 +11,7 @@ use emu_core::lint::Lint;
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
 use crate::isa::{Ap101Op, Kind, SPAN, ap101_table};
-use crate::operands::{A, D, IMAGE_START, M_START, BitAddress, BitLocation, JumpTarget, X, ZONE_BITS};
+use crate::operands::{A, BitAddress, BitLocation, D, IMAGE_START, JumpTarget, M_START, X, ZONE_BITS};
 use crate::predecode::{CodeMemory, OP_COUNT};
 use crate::soc::Ap101Soc;
 
@@ -36,7 +36,8 @@ pub(crate) struct CoreRegisters {
 
 impl CoreRegisters {
     /// At cycle 0.
-    pub(crate) const START: CoreRegisters = CoreRegisters { clock: Countdown::START, a: false, next_address: 0, last: 0, stop_requested: false };
+    pub(crate) const START: CoreRegisters =
+        CoreRegisters { clock: Countdown::START, a: false, next_address: 0, last: 0, stop_requested: false };
 }
 
 /// One turn of the loop: registers by value, everything else borrowed.
@@ -67,7 +68,10 @@ impl<P: Probe> Executor<'_, P> {
         let turn = &mut self;
         while turn.core.clock.is_before_deadline() {
             let op = &ops[turn.core.next_address as usize % OP_COUNT];
-            if P::INSN && op.kind != Kind::Slow && turn.probe.on_instruction(turn.core.clock.now(), turn.core.next_address) {
+            if P::INSN
+                && op.kind != Kind::Slow
+                && turn.probe.on_instruction(turn.core.clock.now(), turn.core.next_address)
+            {
                 turn.core.stop_requested = true;
                 turn.core.clock.expire();
                 break;
@@ -126,7 +130,9 @@ impl<P: Probe> Executor<'_, P> {
             }
             BitLocation::Module(n) => self.report_access(R_SPACE, n, bit, write),
             BitLocation::Running(n) => self.report_access(R_SPACE, 128 + n, bit, write),
-            BitLocation::Port(n) if write => self.report_lint(Lint::PresetPort { module: n, why: "only STO gives a preset" }),
+            BitLocation::Port(n) if write => {
+                self.report_lint(Lint::PresetPort { module: n, why: "only STO gives a preset" })
+            }
             BitLocation::Port(n) => {
                 self.report_access(R_SPACE, 256 + n, bit, false);
                 self.report_lint(Lint::PresetPort { module: n, why: "a port reads 0" });
@@ -251,7 +257,9 @@ impl<P: Probe> Ap101Machine for Executor<'_, P> {
     fn store_bit(&mut self, place: BitAddress, bit: bool, orders: bool) {
         match place.location() {
             BitLocation::Port(n) if orders => self.write_preset(n, bit),
-            BitLocation::Cell(addr @ 0..M_START) if P::LINT && self.soc.reads_inputs_live() => self.report_lint(Lint::InputWritten { addr }),
+            BitLocation::Cell(addr @ 0..M_START) if P::LINT && self.soc.reads_inputs_live() => {
+                self.report_lint(Lint::InputWritten { addr })
+            }
             _ => self.write(place, bit),
         }
     }

@@ -5,7 +5,10 @@
 //! address that is a plain bit of memory has a kind of its own.
 
 use emu_core::chip::InstructionSet;
-use emu_core::table::{SyntaxAlias, EncodeError, FlowKind, DisassembledInstruction, PredecodedOp, InstructionRow, InstructionLocation, disassemble as disassemble_line};
+use emu_core::table::{
+    DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, PredecodedOp, SyntaxAlias,
+    disassemble as disassemble_line,
+};
 
 use crate::operands::{A, D, JumpTarget, X};
 

@@ -13,14 +13,14 @@ pub mod isa;
 pub mod modules;
 pub mod operands;
 
-mod program_cycle;
 mod cpu;
 mod exec;
+mod executor;
 mod predecode;
+mod program_cycle;
+mod repetition;
 mod soc;
 mod state;
-mod repetition;
-mod executor;
 
 pub use config::{Ap101Config, InputSampling};
 pub use cpu::{Ap101, Options};

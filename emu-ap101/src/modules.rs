@@ -30,7 +30,16 @@ pub enum ModuleKind {
 
 impl ModuleKind {
     /// By the numbers that the configuration has for them.
-    pub const ALL: [ModuleKind; 8] = [ModuleKind::None, ModuleKind::Ton, ModuleKind::Tof, ModuleKind::Rto, ModuleKind::Tp, ModuleKind::Ctu, ModuleKind::Ctd, ModuleKind::Ctc];
+    pub const ALL: [ModuleKind; 8] = [
+        ModuleKind::None,
+        ModuleKind::Ton,
+        ModuleKind::Tof,
+        ModuleKind::Rto,
+        ModuleKind::Tp,
+        ModuleKind::Ctu,
+        ModuleKind::Ctd,
+        ModuleKind::Ctc,
+    ];
 
     /// It counts rising edges of what is written.
     #[must_use]
@@ -54,7 +63,8 @@ pub enum ModuleTimeUnit {
 
 impl ModuleTimeUnit {
     /// By the numbers that the configuration has for them.
-    pub const ALL: [ModuleTimeUnit; 4] = [ModuleTimeUnit::Cycle, ModuleTimeUnit::Ms1, ModuleTimeUnit::Ms10, ModuleTimeUnit::Ms100];
+    pub const ALL: [ModuleTimeUnit; 4] =
+        [ModuleTimeUnit::Cycle, ModuleTimeUnit::Ms1, ModuleTimeUnit::Ms10, ModuleTimeUnit::Ms100];
 
     /// Milliseconds; 0 for program cycles.
     #[must_use]
@@ -114,7 +124,19 @@ pub struct Ap101Module {
 /// That it has advanced counts only in the program cycle that has begun at [`Tape::now`].
 impl SnapshotState for Ap101Module {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
-        let Ap101Module { settings: _, hz: _, preset, input: level, begun, since, accumulated: kept, count, output: out, was_written: ran, advanced_in: advanced } = self;
+        let Ap101Module {
+            settings: _,
+            hz: _,
+            preset,
+            input: level,
+            begun,
+            since,
+            accumulated: kept,
+            count,
+            output: out,
+            was_written: ran,
+            advanced_in: advanced,
+        } = self;
         let mut word = *count as u16;
         preset.pass_state(tape)?;
         level.pass_state(tape)?;

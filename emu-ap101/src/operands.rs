@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use emu_core::table::{RamOperand, PredecodedOp, Operand, OperandKind};
+use emu_core::table::{Operand, OperandKind, PredecodedOp, RamOperand};
 
 /// Letters of the zones, by bits 10 and 9 of an address.
 pub const ZONE_LETTERS: [char; 4] = ['I', 'E', 'R', 'M'];

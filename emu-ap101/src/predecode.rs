@@ -5,12 +5,12 @@ use std::collections::BTreeSet;
 
 use emu_core::pins::PinId;
 use emu_core::state::MemoryChanges;
-use emu_core::table::{PredecodedOp, InstructionLocation};
+use emu_core::table::{InstructionLocation, PredecodedOp};
 
 use crate::chips::FIRST_OUTPUT;
 use crate::config::{Ap101Config, InputSampling, MODULES, ProgramEntry};
 use crate::isa::{Ap101Op, INDEXED, Kind, SHAPES, SPAN, find_row};
-use crate::operands::{IMAGE_START, M_START, BitAddress, BitLocation, ZONE_BITS};
+use crate::operands::{BitAddress, BitLocation, IMAGE_START, M_START, ZONE_BITS};
 
 /// Ops of a program: those behind the end of program memory leave the hot loop, so that NA needs no look at each step.
 pub(crate) const OP_COUNT: usize = 2 * SPAN;
@@ -98,8 +98,15 @@ pub(crate) struct CodeMemory {
 impl CodeMemory {
     /// Program memory filled with `words`, which has `programs`.
     pub(crate) fn new(words: Box<[u16; SPAN]>, programs: &[ProgramEntry], wiring: AddressMap) -> CodeMemory {
-        let programs = programs.iter().map(|&program| ProgramOps { program, ops: Box::new([SLOW_OP; OP_COUNT]) }).collect();
-        let mut code = CodeMemory { words, programs, address_map: wiring, breakpoints: BTreeSet::new(), changes: MemoryChanges::NONE };
+        let programs =
+            programs.iter().map(|&program| ProgramOps { program, ops: Box::new([SLOW_OP; OP_COUNT]) }).collect();
+        let mut code = CodeMemory {
+            words,
+            programs,
+            address_map: wiring,
+            breakpoints: BTreeSet::new(),
+            changes: MemoryChanges::NONE,
+        };
         for pc in 0..SPAN as u32 {
             code.predecode(pc);
         }
@@ -147,7 +154,9 @@ impl CodeMemory {
     fn predecode(&mut self, pc: u32) {
         for which in 0..self.programs.len() {
             let word = self.word(pc);
-            let slow = self.breakpoints.contains(&pc) || self.is_past_end(which, pc) || self.flow(which, word) != ProgramFlow::WithinProgram;
+            let slow = self.breakpoints.contains(&pc)
+                || self.is_past_end(which, pc)
+                || self.flow(which, word) != ProgramFlow::WithinProgram;
             let op = if slow { SLOW_OP } else { self.op(which, word, true) };
             if let Some(place) = self.programs.get_mut(which).and_then(|ops| ops.ops.get_mut(pc as usize)) {
                 *place = op;
@@ -221,9 +230,10 @@ impl CodeMemory {
                 let writes = matches!(kind, Kind::Sto | Kind::Stoc | Kind::Stc | Kind::Rtc);
                 // What takes a second look when it is written to an input stays away from the short way.
                 let (plain, cell) = match spot {
-                    BitLocation::Cell(cell) => {
-                        (cell >= M_START || !writes || matches!(kind, Kind::Sto | Kind::Stoc) && !self.address_map.live, cell)
-                    }
+                    BitLocation::Cell(cell) => (
+                        cell >= M_START || !writes || matches!(kind, Kind::Sto | Kind::Stoc) && !self.address_map.live,
+                        cell,
+                    ),
                     BitLocation::Output(n) => (!writes, IMAGE_START + n),
                     _ => (false, 0),
                 };

@@ -7,15 +7,15 @@
 //! ```
 //! Of these only a program cycle has instructions. What has none is passed in one step, up to what is next due.
 
-use emu_core::cpu::{LAST_CYCLE, ProgramFault, NEVER, Probe, StopReason, Subcycle};
+use emu_core::cpu::{LAST_CYCLE, NEVER, Probe, ProgramFault, StopReason, Subcycle};
 use emu_core::lint::Lint;
 use emu_core::pins::CycleTime;
 
 use crate::cpu::Ap101;
+use crate::executor::{Executor, report_branch};
 use crate::isa::{Kind, SPAN, find_row};
 use crate::predecode::ProgramFlow;
 use crate::soc::CLOCKS;
-use crate::executor::{Executor, report_branch};
 
 /// Machine cycles after which a program cycle is taken for one without an end.
 pub(crate) const WATCHDOG_CYCLES: u64 = 65_536;
@@ -68,7 +68,12 @@ impl Ap101 {
 
     /// Does what is due between two instructions, and lets time pass in which there are none. Returns why to stop, if so; else an
     /// instruction is next, and the deadline is set; `asked`: nothing stops before that instruction.
-    fn handle_boundary<P: Probe, const HALTS: bool>(&mut self, until: u64, asked: &mut bool, probe: &mut P) -> Option<StopReason> {
+    fn handle_boundary<P: Probe, const HALTS: bool>(
+        &mut self,
+        until: u64,
+        asked: &mut bool,
+        probe: &mut P,
+    ) -> Option<StopReason> {
         loop {
             self.core.clock.expire();
             let now = self.core.clock.now();
@@ -101,7 +106,8 @@ impl Ap101 {
                         if !self.repetition.run_while_halted && due == NEVER && self.has_no_more_overruns(round) {
                             return Some(StopReason::Halted);
                         }
-                        let jumps = self.repetition.skip_idle_loops && !needs_slow_path::<P>() && !self.code.has_breakpoints();
+                        let jumps =
+                            self.repetition.skip_idle_loops && !needs_slow_path::<P>() && !self.code.has_breakpoints();
                         if jumps && self.skip_repetitions(round, until.min(due / CLOCKS)) {
                             continue;
                         }
@@ -133,7 +139,9 @@ impl Ap101 {
                 }
                 ProgramPhase::Reload { from, .. } => from + self.soc.channels(),
                 ProgramPhase::Ready { at } if now < at => at,
-                ProgramPhase::NoSupply | ProgramPhase::Ready { .. } if idle && !self.repetition.run_while_halted => return Some(StopReason::Halted),
+                ProgramPhase::NoSupply | ProgramPhase::Ready { .. } if idle && !self.repetition.run_while_halted => {
+                    return Some(StopReason::Halted);
+                }
                 ProgramPhase::NoSupply | ProgramPhase::Ready { .. } => NEVER,
             };
             let to = until.min(next).min(end);
@@ -196,7 +204,8 @@ impl Ap101 {
 
     /// NA stands behind the last word of the running program.
     pub(crate) fn is_at_program_end(&self) -> bool {
-        matches!(self.phase, ProgramPhase::Run { .. }) && self.code.is_past_end(self.program_index, self.core.next_address)
+        matches!(self.phase, ProgramPhase::Run { .. })
+            && self.code.is_past_end(self.program_index, self.core.next_address)
     }
 
     /// A program cycle that is over at `now` ends.

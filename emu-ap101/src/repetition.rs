@@ -9,10 +9,10 @@ use std::sync::Arc;
 use emu_core::NEVER;
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 
-use crate::program_cycle::ProgramPhase;
 use crate::cpu::Ap101;
 use crate::modules::Ap101Module;
 use crate::operands::CELL_COUNT;
+use crate::program_cycle::ProgramPhase;
 
 /// Cycles of peace before the first look, and after one that was in vain; after each further one twice as many,
 const FIRST_PAUSE_CYCLES: u64 = 1024;
@@ -122,15 +122,21 @@ impl Ap101 {
 
 impl RepetitionDetector {
     /// At first.
-    pub(crate) const START: RepetitionDetector =
-        RepetitionDetector { skip_idle_loops: true, run_while_halted: false, next_check: FIRST_PAUSE_CYCLES, pause_cycles: FIRST_PAUSE_CYCLES, state: RepetitionState::Unknown };
+    pub(crate) const START: RepetitionDetector = RepetitionDetector {
+        skip_idle_loops: true,
+        run_while_halted: false,
+        next_check: FIRST_PAUSE_CYCLES,
+        pause_cycles: FIRST_PAUSE_CYCLES,
+        state: RepetitionState::Unknown,
+    };
 }
 
 impl Ap101 {
     /// Something from outside has touched the machine.
     pub(crate) fn forget_repetition(&mut self) {
         let RepetitionDetector { next_check: at, pause_cycles: blind, state: known, .. } = &mut self.repetition;
-        (*at, *blind, *known) = (self.core.clock.now() + FIRST_PAUSE_CYCLES, FIRST_PAUSE_CYCLES, RepetitionState::Unknown);
+        (*at, *blind, *known) =
+            (self.core.clock.now() + FIRST_PAUSE_CYCLES, FIRST_PAUSE_CYCLES, RepetitionState::Unknown);
     }
 
     /// Called as a program cycle is about to begin: what repeats itself from now on, if the machine has settled.
@@ -156,12 +162,16 @@ impl Ap101 {
                 self.soc.has_changed = false;
                 RepetitionState::Comparing(Arc::new(self.program_cycle_state(now)), COMPARED_CYCLES)
             }
-            RepetitionState::Comparing(held, _) if !self.soc.has_changed && self.equals_state(&held, now) => RepetitionState::Repeats(RepeatedCycles {
-                cycles: now - held.cycle,
-                instructions: self.core.clock.instructions() - held.instructions,
-                overruns: self.overruns - held.overruns,
-            }),
-            RepetitionState::Comparing(held, left @ 2..) if !self.soc.has_changed => RepetitionState::Comparing(held, left - 1),
+            RepetitionState::Comparing(held, _) if !self.soc.has_changed && self.equals_state(&held, now) => {
+                RepetitionState::Repeats(RepeatedCycles {
+                    cycles: now - held.cycle,
+                    instructions: self.core.clock.instructions() - held.instructions,
+                    overruns: self.overruns - held.overruns,
+                })
+            }
+            RepetitionState::Comparing(held, left @ 2..) if !self.soc.has_changed => {
+                RepetitionState::Comparing(held, left - 1)
+            }
             RepetitionState::Comparing(..) => {
                 self.repetition.next_check = now + self.repetition.pause_cycles;
                 self.repetition.pause_cycles = (2 * self.repetition.pause_cycles).min(MAX_PAUSE_CYCLES);
@@ -190,7 +200,11 @@ impl Ap101 {
         held.current == self.running_program
             && held.a == self.core.a
             && held.cells == self.soc.cells
-            && self.soc.existing_modules().zip(&held.modules).all(|(module, before)| module.repeats_as(now, before, held.cycle))
+            && self
+                .soc
+                .existing_modules()
+                .zip(&held.modules)
+                .all(|(module, before)| module.repeats_as(now, before, held.cycle))
     }
 
     /// Nothing changes any more while `round` repeats itself; overruns may still have to be counted.

@@ -1,7 +1,7 @@
 //! What lies around the core: input latches, M, output channels, modules, and the pins of all that.
 
 use emu_core::external_io::{DriveQueue, EventLog};
-use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 
 use crate::chips::{CLEAR_PIN, FIRST_OUTPUT, PIN_COUNT, POWER_PIN};
@@ -211,7 +211,11 @@ impl Ap101Soc {
         if changed {
             self.has_changed = true;
             if self.log.is_enabled() {
-                self.log.record(ChipEvent::Edge { at, pin: FIRST_OUTPUT + n % OUTPUTS, level: PinLevel::from_bit(bit) });
+                self.log.record(ChipEvent::Edge {
+                    at,
+                    pin: FIRST_OUTPUT + n % OUTPUTS,
+                    level: PinLevel::from_bit(bit),
+                });
             }
         }
         changed

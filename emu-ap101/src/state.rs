@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape, load_state, save_state};
 
-use crate::program_cycle::ProgramPhase;
 use crate::cpu::Ap101;
 use crate::isa::SPAN;
+use crate::program_cycle::ProgramPhase;
 
 impl Ap101 {
     /// The bytes of this machine.
@@ -15,7 +15,7 @@ impl Ap101 {
     }
 
     /// This machine as the bytes have it.
-    pub(crate) fn from_snapshot(&self, bytes: &[u8]) -> Result<Ap101, SnapshotDamaged> {
+    pub(crate) fn restored(&self, bytes: &[u8]) -> Result<Ap101, SnapshotDamaged> {
         let mut copy = self.clone();
         load_state(&mut copy, bytes)?;
         Ok(copy)

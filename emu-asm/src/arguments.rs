@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use crate::dialect::AsmDialect;
+use crate::lines::{AsmLine, RewrittenText, begins_name, behind_name, byte, cut, skip_space, step, trim};
 use crate::macros::MacroParameter;
 use crate::statement::code_end;
-use crate::lines::{RewrittenText, AsmLine, begins_name, behind_name, byte, cut, skip_space, step, trim};
 
 /// What joins an argument to the text beside it in the lines of a macro, and is left out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,7 +23,8 @@ impl ArgumentJoin {
     pub fn of(d: &AsmDialect, word: &str) -> ArgumentJoin {
         match word.starts_with('.') || d.hooks.is_sdas {
             _ if !d.hooks.angle_arguments => ArgumentJoin::Nothing,
-            true => ArgumentJoin::Quote,
+            true if d.dot_is_bit => ArgumentJoin::Quote,
+            true => ArgumentJoin::And,
             false => ArgumentJoin::And,
         }
     }
@@ -54,7 +55,16 @@ fn ends_value(c: u8) -> bool {
 }
 
 /// Arguments between commas, each without the angles that may be around it in the dialects that have them: `<1, 2>, <>`.
-pub(crate) fn split_arguments(d: &AsmDialect, text: &str, range: Range<usize>, join: ArgumentJoin) -> Vec<Range<usize>> {
+pub(crate) fn split_arguments(
+    d: &AsmDialect,
+    text: &str,
+    range: Range<usize>,
+    join: ArgumentJoin,
+) -> Vec<Range<usize>> {
+    let written = text.get(range.clone()).unwrap_or_default();
+    if join == ArgumentJoin::Quote && written.contains('^') {
+        return delimited(d, text, range);
+    }
     if !d.hooks.angle_arguments || !text.get(range.clone()).is_some_and(|all| all.contains('<')) {
         return split_parts(d, text, range, join);
     }
@@ -82,6 +92,35 @@ pub(crate) fn split_arguments(d: &AsmDialect, text: &str, range: Range<usize>, j
         }
         at = next + 1;
     }
+}
+
+/// Arguments of sdas8051, each of which may stand between marks of its own: `^/a, b/ c`.
+fn delimited(d: &AsmDialect, text: &str, range: Range<usize>) -> Vec<Range<usize>> {
+    let (mut all, mut at) = (Vec::new(), skip_space(text, range.start));
+    while at < range.end {
+        let mark = text.get(at + 1..range.end).and_then(|rest| rest.chars().next()).filter(|c| !c.is_whitespace());
+        let inside = mark.filter(|_| byte(text, at) == b'^').and_then(|mark| {
+            let from = at + 1 + mark.len_utf8();
+            let close = from + text.get(from..range.end)?.find(mark)?;
+            Some((from..close, close + mark.len_utf8()))
+        });
+        at = match inside {
+            Some((argument, behind)) => {
+                all.push(argument);
+                behind
+            }
+            None => {
+                let rest = text.get(at + 1..range.end).unwrap_or_default();
+                let next = rest.find('^').map_or(range.end, |found| at + 1 + found);
+                let front = text.get(at..next).unwrap_or_default().trim_end().trim_end_matches(',').len();
+                all.extend(split_parts(d, text, at..at + front, ArgumentJoin::Quote));
+                next
+            }
+        };
+        at = skip_comma(text, at);
+        at = skip_space(text, at);
+    }
+    all
 }
 
 /// What stands in the angles at the front of `range`, which a comma or its end follows.
@@ -186,13 +225,25 @@ pub(crate) fn parse_parameter(text: &str) -> MacroParameter {
 
 /// The line with values for names: `\name` everywhere, and in dialects that have it so the name alone outside quotes. `\@`
 /// is the number of the call, `\()` nothing.
-pub(crate) fn substitute_parameters(d: &AsmDialect, line: &AsmLine, values: &[(String, String)], number: u32, join: ArgumentJoin) -> AsmLine {
+pub(crate) fn substitute_parameters(
+    d: &AsmDialect,
+    line: &AsmLine,
+    values: &[(String, String)],
+    number: u32,
+    join: ArgumentJoin,
+) -> AsmLine {
     let text: &str = &line.text;
     let plain = d.plain_arguments && !values.is_empty();
     if !plain && !text.contains('\\') {
         return line.clone();
     }
-    let mut put = ParameterSubstitution { text, values, out: RewrittenText::default(), copied_to: 0, any_quote_joins: d.hooks.is_sdas };
+    let mut put = ParameterSubstitution {
+        text,
+        values,
+        out: RewrittenText::default(),
+        copied_to: 0,
+        any_quote_joins: d.hooks.is_sdas,
+    };
     let end = code_end(d, text);
     let mut at = 0;
     while at < text.len() {
@@ -254,7 +305,8 @@ impl<'t> ParameterSubstitution<'t> {
         if let Some(value) = self.value(at + 1..name_end) {
             self.substitute_value(at..name_end, value)
         } else if byte(self.text, at + 1) == b'@' {
-            self.substitute_value(at..at + 2, &number.to_string())
+            // Counted from 0, as the GNU assembler does.
+            self.substitute_value(at..at + 2, &number.saturating_sub(1).to_string())
         } else if self.text.get(at + 1..at + 3) == Some("()") {
             self.substitute_value(at..at + 3, "")
         } else {
@@ -270,8 +322,9 @@ impl<'t> ParameterSubstitution<'t> {
             ArgumentJoin::And => b'&',
             ArgumentJoin::Quote => b'\'',
         };
-        let before =
-            at.start > self.copied_to && byte(self.text, at.start - 1) == mark && (self.is_name(at.start - 1) || self.any_quote_joins);
+        let before = at.start > self.copied_to
+            && byte(self.text, at.start - 1) == mark
+            && (self.is_name(at.start - 1) || self.any_quote_joins);
         let next = byte(self.text, at.end + 1);
         // In front of a number `&` is the operator.
         let joins = begins_name(next) && next != b'.' || next == b'$' || self.any_quote_joins;

@@ -24,7 +24,8 @@ impl ChipNames {
     }
 
     fn new(chip: &Chip) -> ChipNames {
-        let registers = chip.regs.iter().map(|r| (r.name, AsmValue { is_register: true, ..AsmValue::of(r.addr.into()) }));
+        let registers =
+            chip.regs.iter().map(|r| (r.name, AsmValue { is_register: true, ..AsmValue::of(r.addr.into()) }));
         let bits = chip.bits.iter().map(|b| (b.name, AsmValue::of(b.addr.into())));
         let constants = (chip.constants)().into_iter().map(|(name, n)| (name, AsmValue::of(n.into())));
         let mut known = ChipNames { values: HashMap::new(), names: Vec::new() };

@@ -114,6 +114,10 @@ pub const CODES: &[DiagnosticCode] = &[
                   that SDCC gives them (DSEG, OSEG, ISEG, SSEG, BSEG, BIT_BANK, REG_BANK_0 to 3); one of another name begins behind \
                   the register banks whatever lies there. Mend: put its bytes into DSEG, or give it the attribute ABS and an \
                   address by .org. Also told of an area with PAG on two pages of 256 bytes." },
+    DiagnosticCode { code: "ASM039", title: "a byte where a bit is wanted, or a bit for a byte",
+        explain: "A warning: `cpl P1` changes bit 0 of P1 alone, as P1 and P1.0 have the same address, and `mov a,TI` reads SBUF, the byte at \
+                  the address of the bit. as31 and sdas8051 take both without a word, AX51 and ASEM-51 refuse them. Also told of labels of \
+                  the program in front of which a `#` is missing. Fix: name the bit, or use an instruction for bytes." },
     DiagnosticCode { code: "ASM040", title: "instruction in column 1",
         explain: "Words in column 1 are labels, unless an instruction has that name; then it is taken as one, and told. \
                   gpasm and MPASM call this warning 203." },

@@ -10,17 +10,17 @@ use diag::text::{byte_of, to_display_text};
 use diag::{Diagnostic, Pos, Severity, nearest};
 use emu_core::chip::Chip;
 
+use crate::chip_names::ChipNames;
 use crate::dialect::AsmDialect;
-use crate::expression::{AsmValue, evaluate};
+use crate::expression::{AsmValue, evaluate, evaluate_front};
 use crate::fault::LineFault;
 use crate::files::{IncludeFiles, SourceTexts};
-use crate::chip_names::ChipNames;
+use crate::form_table::FormTable;
+use crate::lines::{AsmLine, BACKSLASH, trim};
 use crate::output::PassOutput;
-use crate::reader::{OpenCondition, TextFrame, AsmMacro};
+use crate::reader::{AsmMacro, OpenCondition, TextFrame};
 use crate::statement::code_end;
 use crate::symbols::{AsmSymbolKind, AsmSymbols};
-use crate::form_table::FormTable;
-use crate::lines::{BACKSLASH, AsmLine, trim};
 
 /// Passes in which nothing more settles until names that still move are an error; each of a chain of names may wait for the next.
 const MAX_UNSETTLED_PASSES: u32 = 20;
@@ -56,10 +56,16 @@ pub(crate) struct Assembler<'a> {
     pub chip_names: Arc<ChipNames>,
     /// Other chips by name.
     pub find_chip: Option<fn(&str) -> Option<&'static Chip>>,
+    /// The source has directives with a dot, as as31 writes them: once seen, the whole of it is read so.
+    pub has_dots: bool,
+    /// Names that no line gives are those of other modules.
+    pub undefined_global: bool,
     pub files: &'a mut dyn IncludeFiles,
     pub texts: SourceTexts,
     /// Number of a text by the name asked for and the file that asked.
     pub opened_includes: HashMap<(String, u32), Result<u32, (String, String)>>,
+    /// Files that are no sources, by the same.
+    pub binaries: HashMap<(String, u32), Rc<[u8]>>,
     /// Names and texts given from outside.
     pub given_defines: Vec<(String, String)>,
     pub symbols: AsmSymbols,
@@ -89,8 +95,6 @@ pub(crate) struct Assembler<'a> {
     pub numbered: HashMap<String, u32>,
     /// Length of the instruction in the unit of addresses while its operands are read, where the dialect counts from its end.
     pub instruction_length: i64,
-    /// The line's word is a directive with a dot.
-    pub has_dot: bool,
     /// The last instruction stood at an odd address.
     pub at_odd_address: bool,
     /// The address of the line.
@@ -129,9 +133,12 @@ impl<'a> Assembler<'a> {
             table: FormTable::of(chip.isa),
             chip_names: ChipNames::of(chip),
             find_chip: None,
+            has_dots: false,
+            undefined_global: false,
             files,
             texts: SourceTexts::default(),
             opened_includes: HashMap::new(),
+            binaries: HashMap::new(),
             given_defines: given,
             symbols: AsmSymbols::default(),
             pass: 1,
@@ -152,7 +159,6 @@ impl<'a> Assembler<'a> {
             numbered: HashMap::new(),
             instruction_length: 0,
             line_address: 0,
-            has_dot: false,
             at_odd_address: false,
             address_unknown: false,
             out: PassOutput::new(chip, d),
@@ -247,7 +253,8 @@ impl<'a> Assembler<'a> {
         self.chip_names_read.clear();
         self.chip_name_redefined = false;
         (self.has_forward_reference, self.ended, self.at_odd_address, self.address_unknown) = Default::default();
-        (self.macro_calls, self.dollar_label_scope, self.radix, self.unreported_errors, self.unreported_remarks) = (0, 0, self.dialect.radix, 0, 0);
+        (self.macro_calls, self.dollar_label_scope, self.radix, self.unreported_errors, self.unreported_remarks) =
+            (0, 0, self.dialect.radix, 0, 0);
         self.line = None;
         self.frames.clear();
         self.conditions.clear();
@@ -287,7 +294,8 @@ impl<'a> Assembler<'a> {
             None => (self.texts.name(0).to_owned(), Pos::default()),
         };
         let cause = fault.cause.replace(BACKSLASH, "\\") + &self.macro_call_chain();
-        self.faults.push((Diagnostic::new(fault.severity, fault.code, &file, pos, cause, fault.hint), fault.misspelt_name));
+        self.faults
+            .push((Diagnostic::new(fault.severity, fault.code, &file, pos, cause, fault.hint), fault.misspelt_name));
     }
 
     /// What is wrong with a piece of the line that holds a no-break space, which looks like a blank and is none: that.
@@ -357,6 +365,14 @@ impl<'a> Assembler<'a> {
     pub fn evaluate(&mut self, text: &str, range: Range<usize>) -> Option<AsmValue> {
         let d = self.dialect;
         let found = evaluate(d, text, range, self);
+        let missing = std::mem::take(&mut self.undefined);
+        missing.into_iter().for_each(|fault| self.report(fault));
+        found.map_err(|fault| self.report(fault)).ok()
+    }
+
+    /// The value of the expression at the front of `text[range]`, and where it ends; complaints are told.
+    pub fn front_value(&mut self, text: &str, range: Range<usize>) -> Option<(AsmValue, usize)> {
+        let found = evaluate_front(self.dialect, text, range, self);
         let missing = std::mem::take(&mut self.undefined);
         missing.into_iter().for_each(|fault| self.report(fault));
         found.map_err(|fault| self.report(fault)).ok()

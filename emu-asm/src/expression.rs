@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use crate::dialect::{AsmArithmetic, AsmDialect, AsmOperator};
 use crate::fault::LineFault;
-use crate::number::{self, read_quoted};
 use crate::lines::{begins_name, behind_name, byte, piece, skip_space};
+use crate::number::{self, read_quoted};
 
 /// What an expression comes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -48,22 +48,48 @@ const MAX_DEPTH: u32 = 64;
 ///
 /// # Errors
 /// The first thing in it that is wrong.
-pub(crate) fn evaluate(d: &AsmDialect, text: &str, range: Range<usize>, names: &mut dyn NameValues) -> Result<AsmValue, LineFault> {
+pub(crate) fn evaluate(
+    d: &AsmDialect,
+    text: &str,
+    range: Range<usize>,
+    names: &mut dyn NameValues,
+) -> Result<AsmValue, LineFault> {
     let range = piece(text, range);
     if range.is_empty() {
         return Err(LineFault::new("ASM005", range, "a value is missing", "write a number, a name or an expression"));
     }
     let Some(front) = text.get(..range.end) else { return Ok(AsmValue::default()) };
-    let mut parser = AsmExpressionParser { dialect: d, text: front, at: range.start, names, depth: 0 };
+    let mut parser = AsmExpressionParser { dialect: d, text: front, at: range.start, names, depth: 0, is_front: false };
     let value = parser.binary(0)?;
     parser.skip_space();
     if parser.at < front.len() {
         let rest = parser.at..front.len();
         let what = text.get(rest.clone()).unwrap_or_default();
         let hint = "operators stand between values; see docs/formats/asm.md for those of this family";
-        return Err(LineFault::new("ASM005", rest, format!("`{what}` does not belong to the expression before it"), hint));
+        return Err(LineFault::new(
+            "ASM005",
+            rest,
+            format!("`{what}` does not belong to the expression before it"),
+            hint,
+        ));
     }
     Ok(value)
+}
+
+/// The value of the expression at the front of `text[range]`, and where it ends.
+///
+/// # Errors
+/// The first thing in it that is wrong.
+pub(crate) fn evaluate_front(
+    dialect: &AsmDialect,
+    text: &str,
+    range: Range<usize>,
+    names: &mut dyn NameValues,
+) -> Result<(AsmValue, usize), LineFault> {
+    let front = text.get(..range.end).unwrap_or_default();
+    let mut parser = AsmExpressionParser { dialect, text: front, at: range.start, names, depth: 0, is_front: true };
+    let value = parser.binary(0)?;
+    Ok((value, parser.at))
 }
 
 struct AsmExpressionParser<'p> {
@@ -72,6 +98,8 @@ struct AsmExpressionParser<'p> {
     at: usize,
     names: &'p mut dyn NameValues,
     depth: u32,
+    /// A statement may follow, whose directive has a dot in front.
+    is_front: bool,
 }
 
 impl AsmExpressionParser<'_> {
@@ -83,6 +111,10 @@ impl AsmExpressionParser<'_> {
     fn operator(&mut self, least: u8) -> Option<(usize, u8, AsmOperator)> {
         self.skip_space();
         let rest = self.text.get(self.at..)?;
+        let is_apart = self.text.get(..self.at).is_some_and(|front| front.ends_with([' ', '\t']));
+        if self.is_front && is_apart && rest.starts_with('.') {
+            return None;
+        }
         let mut found: Option<(usize, u8, AsmOperator)> = None;
         for &(token, power, op) in self.dialect.operators {
             if found.is_none_or(|(len, ..)| token.len() > len) && starts_with_token(rest, token) {
@@ -152,12 +184,18 @@ impl AsmExpressionParser<'_> {
             }
         };
         // The difference of two addresses is a number.
-        let label = if op == AsmOperator::Sub { left.is_label != right.is_label } else { left.is_label || right.is_label };
+        let label =
+            if op == AsmOperator::Sub { left.is_label != right.is_label } else { left.is_label || right.is_label };
         Ok(AsmValue { number: self.dialect.wrap_value(n), is_unknown: unknown, is_register: false, is_label: label })
     }
 
     fn unary(&mut self) -> Result<AsmValue, LineFault> {
         self.skip_space();
+        // sdas8051 passes over the mark of a constant in front of any value: `.if #LEVEL - 8`.
+        if self.dialect.hooks.is_sdas && byte(self.text, self.at) == b'#' {
+            self.at += 1;
+            self.skip_space();
+        }
         let start = self.at;
         self.depth += 1;
         if self.depth > MAX_DEPTH {
@@ -165,7 +203,12 @@ impl AsmExpressionParser<'_> {
             return Err(LineFault::new("ASM005", start..start + 1, cause, "give parts of it names with equ"));
         }
         let rest = self.text.get(start..).unwrap_or_default();
-        let found = self.dialect.unary.iter().filter(|(token, ..)| starts_with_token(rest, token)).max_by_key(|(token, ..)| token.len());
+        let found = self
+            .dialect
+            .unary
+            .iter()
+            .filter(|(token, ..)| starts_with_token(rest, token))
+            .max_by_key(|(token, ..)| token.len());
         let value = match found {
             Some(&(token, power, fun)) => {
                 self.at += token.len();
@@ -199,7 +242,12 @@ impl AsmExpressionParser<'_> {
             return Ok(AsmValue::of(self.dialect.wrap_value(value)));
         }
         let rest = self.text.get(start..).unwrap_or_default();
-        if let Some(token) = self.dialect.location_counter_names.iter().find(|token| rest.starts_with(**token) && is_whole_token(rest, token)) {
+        if let Some(token) = self
+            .dialect
+            .location_counter_names
+            .iter()
+            .find(|token| rest.starts_with(**token) && is_whole_token(rest, token))
+        {
             self.at += token.len();
             return Ok(AsmValue { is_label: true, ..AsmValue::of(self.names.location_counter(token)) });
         }
@@ -219,7 +267,12 @@ impl AsmExpressionParser<'_> {
         let what: String = rest.chars().take(12).collect();
         let cause =
             if rest.is_empty() { "a value is missing at the end".into() } else { format!("`{what}` is no value") };
-        Err(LineFault::new("ASM005", start..self.text.len().max(start), cause, "write a number, a name or an expression"))
+        Err(LineFault::new(
+            "ASM005",
+            start..self.text.len().max(start),
+            cause,
+            "write a number, a name or an expression",
+        ))
     }
 
     /// `bits[3]`: a bit of a byte, as sdas8051 writes it.

@@ -24,7 +24,14 @@ pub(crate) struct LineFault {
 impl LineFault {
     /// An error.
     pub fn new(code: &'static str, at: Range<usize>, cause: impl Into<String>, hint: impl Into<String>) -> LineFault {
-        LineFault { code, severity: Severity::Error, range: at, cause: cause.into(), hint: hint.into(), misspelt_name: None }
+        LineFault {
+            code,
+            severity: Severity::Error,
+            range: at,
+            cause: cause.into(),
+            hint: hint.into(),
+            misspelt_name: None,
+        }
     }
 
     /// The same as a warning.

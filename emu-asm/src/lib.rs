@@ -3,7 +3,7 @@
 //! ```text
 //!   lib.rs        assemble a source, one instruction     dialect/   what families do differently, as tables
 //!   engine.rs     passes, names, complaints              statement.rs  one line: labels and its word
-//!                                                          given.rs  names that are words of directives
+//!                                                          given.rs  names that are words of directives, complaints.rs  lines that are none
 //!   reader.rs     files, macros, repetitions, conditions  macros.rs  macros, texts for names
 //!   arguments.rs  arguments of macros, put in
 //!   matching.rs   operands against the forms              table.rs   an instruction table made ready for that
@@ -19,18 +19,21 @@
 #![forbid(unsafe_code)]
 
 mod arguments;
+mod chip_names;
+mod chip_of_source;
 mod codes;
+mod complaints;
 mod dialect;
 mod engine;
 mod expression;
 mod fault;
 mod files;
-mod name_or_directive;
-mod chip_names;
+mod form_table;
+mod lines;
 mod listing;
 mod macros;
 mod matching;
-mod chip_of_source;
+mod name_or_directive;
 mod name_values;
 mod number;
 mod output;
@@ -38,8 +41,6 @@ mod reader;
 mod sections;
 mod statement;
 mod symbols;
-mod form_table;
-mod lines;
 
 use diag::text::to_display_text;
 use diag::{Diagnostic, Severity};
@@ -47,11 +48,11 @@ use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::{CONSTANT_SPACE, Image, SourceLines, SymbolAt};
 use emu_core::table::AsmError;
 
+pub use chip_of_source::named_chip;
 pub use codes::CODES;
 use engine::Assembler;
 pub use files::{IncludeFiles, SourceTexts};
 pub use listing::AsmListing;
-pub use chip_of_source::named_chip;
 use symbols::AsmSymbolKind;
 
 /// A source text.
@@ -71,6 +72,9 @@ pub struct AssembleOptions {
     /// Chips by name, as on a command line: the include of another chip of the family gives that chip's names, as its file would.
     /// Without it such an include is refused.
     pub find_chip: Option<fn(name: &str) -> Option<&'static Chip>>,
+    /// Names that no line of an 8051 source gives are those of other modules, as with `sdas8051 -g`: 0 stands for them, and a
+    /// warning tells.
+    pub undefined_global: bool,
 }
 
 /// An assembled program.
@@ -109,6 +113,7 @@ pub fn assemble(
 ) -> Result<AssembledProgram, Box<RefusedSource>> {
     let mut asm = Assembler::new(chip, options.defines.clone(), files);
     asm.find_chip = options.find_chip;
+    asm.undefined_global = options.undefined_global;
     asm.texts.add(source.name, source.bytes, asm.dialect.block_comments);
     asm.run_passes();
     let faults = asm.take_diagnostics();
@@ -123,7 +128,9 @@ pub fn assemble(
             .all()
             .into_iter()
             .filter(|(name, _)| !name.contains('\u{1}'))
-            .map(|(name, symbol)| (to_display_text(name).into_owned(), symbol.value.number, listing::kind_name(&symbol.kind)))
+            .map(|(name, symbol)| {
+                (to_display_text(name).into_owned(), symbol.value.number, listing::kind_name(&symbol.kind))
+            })
             .collect(),
         digits: if chip.flash_bytes > 0x1_0000 { 5 } else { 4 },
     };

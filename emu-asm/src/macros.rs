@@ -5,13 +5,15 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::rc::Rc;
 
-use crate::arguments::{ArgumentJoin, split_arguments, scan_name, parse_parameter, split_parts, substitute_parameters, skip_comma, unescape};
+use crate::arguments::{
+    ArgumentJoin, parse_parameter, scan_name, skip_comma, split_arguments, split_parts, substitute_parameters, unescape,
+};
 use crate::dialect::{AsmDialect, ReadFlow};
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
+use crate::lines::{AsmLine, RewrittenText, behind_name, byte, cut, skip_space, step, trim};
 use crate::reader::AsmMacro;
 use crate::statement::code_end;
-use crate::lines::{RewrittenText, AsmLine, behind_name, byte, cut, skip_space, step, trim};
 
 /// A parameter of a macro.
 #[derive(Debug, Clone)]
@@ -72,7 +74,10 @@ impl Assembler<'_> {
         }
         let written = call.get(name.clone()).to_owned();
         let join = ArgumentJoin::of(self.dialect, call.get(call.word.clone()));
-        let params = split_parts(self.dialect, text, params, join).into_iter().map(|part| parse_parameter(call.get(part))).collect();
+        let params = split_parts(self.dialect, text, params, join)
+            .into_iter()
+            .map(|part| parse_parameter(call.get(part)))
+            .collect();
         let mut locals = Vec::new();
         for line in body.iter() {
             locals.extend(self.locals_of(line));
@@ -92,7 +97,9 @@ impl Assembler<'_> {
         let names = cut(text, head.rest).into_iter();
         names
             .map(|range| {
-                text.get(range.start..behind_name(text, range.start, !self.dialect.dot_is_bit)).unwrap_or_default().to_owned()
+                text.get(range.start..behind_name(text, range.start, !self.dialect.dot_is_bit))
+                    .unwrap_or_default()
+                    .to_owned()
             })
             .collect()
     }
@@ -103,7 +110,9 @@ impl Assembler<'_> {
         let number = self.macro_calls;
         let mut values: Vec<(String, Option<String>)> = found.params.iter().map(|p| (p.name.clone(), None)).collect();
         let mut next = 0;
-        for range in split_arguments(self.dialect, call.text, call.rest.clone(), found.join) {
+        let given = split_arguments(self.dialect, call.text, call.rest.clone(), found.join);
+        let count = given.len();
+        for range in given {
             let written = self.argument(call, range.clone(), found.join);
             let text = written.as_ref();
             let named = text.split_once('=').and_then(|(name, value)| {
@@ -137,9 +146,18 @@ impl Assembler<'_> {
         for (param, (_, value)) in found.params.iter().zip(&mut values) {
             if value.is_none() && param.required {
                 let cause = format!("`{}` needs a value for `{}`", found.name, param.name);
-                self.report(LineFault::new("ASM023", call.word.clone(), cause, "give it behind the others, or by its name"));
+                self.report(LineFault::new(
+                    "ASM023",
+                    call.word.clone(),
+                    cause,
+                    "give it behind the others, or by its name",
+                ));
             }
-            *value = value.take().or_else(|| param.default.clone());
+            // An argument that is left blank is the default, too.
+            *value = value
+                .take()
+                .filter(|given| !given.is_empty() || param.default.is_none())
+                .or_else(|| param.default.clone());
         }
         // sdas: a parameter with a question mark is another label in each call when nothing is given for it.
         for (i, (param, (_, value))) in found.params.iter().zip(&mut values).enumerate() {
@@ -150,8 +168,12 @@ impl Assembler<'_> {
         let locals = found.locals.iter().map(|name| (name.clone(), format!("{name}?{number}")));
         let values: Vec<(String, String)> =
             values.into_iter().map(|(name, value)| (name, value.unwrap_or_default())).chain(locals).collect();
-        let lines = found.body.iter().map(|line| substitute_parameters(self.dialect, line, &values, number, found.join)).collect();
-        self.enter_macro(found, lines, call);
+        let lines = found
+            .body
+            .iter()
+            .map(|line| substitute_parameters(self.dialect, line, &values, number, found.join))
+            .collect();
+        self.enter_macro(found, lines, count, call);
     }
 
     /// The text of an argument. In ASM51 and ASEM-51 `%` in front of it gives its value, and in angles `!` keeps the next character.
@@ -254,13 +276,15 @@ impl Assembler<'_> {
             return None;
         }
         if within.read >= MAX_BYTES_READ {
-            let cause = format!("the texts that stand for names of the line come to more than {MAX_BYTES_READ} characters");
+            let cause =
+                format!("the texts that stand for names of the line come to more than {MAX_BYTES_READ} characters");
             self.report(LineFault::new("ASM014", 0..end, cause, "look for texts that stand in each other"));
             return None;
         }
         if changed.text.len() >= MAX_LINE_BYTES {
-            let cause =
-                format!("the line grows to more than {MAX_LINE_BYTES} characters when names are replaced by their texts");
+            let cause = format!(
+                "the line grows to more than {MAX_LINE_BYTES} characters when names are replaced by their texts"
+            );
             self.report(LineFault::new("ASM014", 0..end, cause, "look for a text that doubles itself"));
             return None;
         }
@@ -268,7 +292,13 @@ impl Assembler<'_> {
     }
 
     /// Copies `code` with texts put in; true where there was one. `old` is the place for all of it where it is itself a text.
-    fn expand_code(&self, code: &str, out: &mut RewrittenText, within: &mut ExpansionStack, old: Option<usize>) -> bool {
+    fn expand_code(
+        &self,
+        code: &str,
+        out: &mut RewrittenText,
+        within: &mut ExpansionStack,
+        old: Option<usize>,
+    ) -> bool {
         let (mut at, mut done, mut any) = (0, 0, false);
         while at < code.len() && out.text.len() < MAX_LINE_BYTES {
             let end = match scan_name(self.dialect, code, at) {
@@ -301,7 +331,13 @@ impl Assembler<'_> {
     }
 
     /// The text that stands for a name which ends at `end`, and where what it replaces ends.
-    fn expansion_of(&self, code: &str, end: usize, define: &TextDefine, within: &mut ExpansionStack) -> Option<(String, usize)> {
+    fn expansion_of(
+        &self,
+        code: &str,
+        end: usize,
+        define: &TextDefine,
+        within: &mut ExpansionStack,
+    ) -> Option<(String, usize)> {
         let Some(params) = &define.params else { return Some((define.text.clone(), end)) };
         let open = skip_space(code, end);
         if byte(code, open) != b'(' {
@@ -330,7 +366,10 @@ impl Assembler<'_> {
         let values: Vec<(String, String)> = params.iter().cloned().zip(given).collect();
         let line = AsmLine { text: define.text.as_str().into(), file: 0, number: 0, map: None };
         let plain = AsmDialect { plain_arguments: true, ..*self.dialect };
-        Some((substitute_parameters(&plain, &line, &values, 0, ArgumentJoin::Nothing).text.to_string(), (at + 1).min(code.len())))
+        Some((
+            substitute_parameters(&plain, &line, &values, 0, ArgumentJoin::Nothing).text.to_string(),
+            (at + 1).min(code.len()),
+        ))
     }
 }
 

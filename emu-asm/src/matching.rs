@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
-use emu_core::table::{OperandKind, InstructionLocation, instruction_words};
+use emu_core::table::{InstructionLocation, OperandKind, instruction_words};
 
 use crate::engine::Assembler;
 use crate::expression::evaluate;
 use crate::fault::LineFault;
-use crate::symbols::AsmSymbolKind;
-use crate::form_table::{InstructionForm, FormMeaning, SyntaxPiece};
+use crate::form_table::{FormMeaning, InstructionForm, SyntaxPiece};
 use crate::lines::{behind_name, byte, cut, skip_space, trim};
+use crate::symbols::AsmSymbolKind;
 
 /// The kind of a literal that a value may stand for, such as `W` and `F`.
 pub(crate) const DESTINATION: &str = "destination";
@@ -76,9 +76,19 @@ impl Assembler<'_> {
 
     /// The instruction that a general one stands for here: the first that reaches the operand, or the last where that has a name that
     /// only a later line gives.
-    fn resolve_general(&mut self, text: &str, mnemonic: &str, operand: &str, rest: Range<usize>) -> Option<&'static str> {
-        let (_, forms) =
-            self.dialect.hooks.general_instructions.iter().find(|(name, _)| *name == mnemonic && !operand.starts_with('@'))?;
+    fn resolve_general(
+        &mut self,
+        text: &str,
+        mnemonic: &str,
+        operand: &str,
+        rest: Range<usize>,
+    ) -> Option<&'static str> {
+        let (_, forms) = self
+            .dialect
+            .hooks
+            .general_instructions
+            .iter()
+            .find(|(name, _)| *name == mnemonic && !operand.starts_with('@'))?;
         let (last, shorter) = forms.split_last()?;
         let (told, before) = (self.undefined.len(), std::mem::take(&mut self.has_forward_reference));
         let found = evaluate(self.dialect, text, rest.clone(), self);
@@ -103,7 +113,8 @@ impl Assembler<'_> {
         let table = self.table.clone();
         let forms = table.forms(mnemonic);
         let mut operands = cut(text, rest.clone());
-        if self.dialect.hooks.drops_operands && forms.iter().all(|form| form.pieces.is_empty()) && !operands.is_empty() {
+        if self.dialect.hooks.drops_operands && forms.iter().all(|form| form.pieces.is_empty()) && !operands.is_empty()
+        {
             let cause = format!("{mnemonic} takes no operands: those here are left out");
             let all = trim(text, rest.clone());
             self.notes.push(LineFault::new("ASM051", all, cause, "put a `;` before a comment").warning());
@@ -139,7 +150,9 @@ impl Assembler<'_> {
                 }
                 // Of forms that fail alike the one is told that fits furthest.
                 FormResult::Wrong(rank, fault)
-                    if worst.as_ref().is_none_or(|(best, told)| (rank, fault.range.start) > (*best, told.range.start)) =>
+                    if worst
+                        .as_ref()
+                        .is_none_or(|(best, told)| (rank, fault.range.start) > (*best, told.range.start)) =>
                 {
                     worst = Some((rank, fault));
                 }
@@ -163,7 +176,14 @@ impl Assembler<'_> {
         })
     }
 
-    fn try_form(&mut self, text: &str, index: usize, form: &InstructionForm, operands: &[Range<usize>], word: &Range<usize>) -> FormResult {
+    fn try_form(
+        &mut self,
+        text: &str,
+        index: usize,
+        form: &InstructionForm,
+        operands: &[Range<usize>],
+        word: &Range<usize>,
+    ) -> FormResult {
         let isa = self.chip.isa;
         let Some(row) = isa.rows.get(index) else { return FormResult::OtherForm };
         let mut parts: Vec<(u8, Range<usize>)> = Vec::with_capacity(operands.len());
@@ -182,7 +202,9 @@ impl Assembler<'_> {
             self.instruction_length = i64::from(row.len() * self.chip.word_bytes / self.out.unit().max(1));
         }
         for slot in row.operands.iter().filter(|slot| row.pattern.has_letter(slot.letter)) {
-            let Some((_, range)) = parts.iter().find(|(letter, _)| *letter == slot.letter) else { return FormResult::OtherForm };
+            let Some((_, range)) = parts.iter().find(|(letter, _)| *letter == slot.letter) else {
+                return FormResult::OtherForm;
+            };
             match self.try_operand(text, range.clone(), slot.kind, &site) {
                 OperandResult::Value(value, sure) => {
                     known &= sure;
@@ -224,10 +246,20 @@ impl Assembler<'_> {
     }
 
     /// The operand's text in a piece of the syntax: its letter and place, nothing for a literal; `None` where it does not fit.
-    fn split_piece(&mut self, text: &str, piece: &SyntaxPiece, range: Range<usize>) -> Option<Option<(u8, Range<usize>)>> {
+    fn split_piece(
+        &mut self,
+        text: &str,
+        piece: &SyntaxPiece,
+        range: Range<usize>,
+    ) -> Option<Option<(u8, Range<usize>)>> {
         let Some(letter) = piece.letter else {
             let literal = skip_prefix(text, range.clone(), &piece.front).is_some_and(|at| at == range.end);
-            return (literal || self.has_literal_value(text, range, &piece.front)).then_some(None);
+            let alias = || match self.symbols.get(text.get(range.clone())?, self.dialect.ignores_case)?.kind {
+                AsmSymbolKind::Alias { ref of, .. } => Some(of.eq_ignore_ascii_case(&piece.front)),
+                _ => None,
+            };
+            let fits = literal || alias() == Some(true) || self.has_literal_value(text, range, &piece.front);
+            return fits.then_some(None);
         };
         let start = skip_prefix(text, range.clone(), &piece.front)?;
         let end = skip_suffix(text, start..range.end, &piece.back)?;
@@ -253,7 +285,13 @@ impl Assembler<'_> {
         self.fit_operand(if number.is_some() { LITERAL } else { DESTINATION }, value.number, &at) == wanted
     }
 
-    fn try_operand(&mut self, text: &str, range: Range<usize>, kind: &OperandKind, site: &InstructionLocation) -> OperandResult {
+    fn try_operand(
+        &mut self,
+        text: &str,
+        range: Range<usize>,
+        kind: &OperandKind,
+        site: &InstructionLocation,
+    ) -> OperandResult {
         let piece = text.get(range.clone()).unwrap_or_default();
         // Marks of other forms.
         if piece.starts_with(['#', '@']) {
@@ -286,21 +324,29 @@ impl Assembler<'_> {
             let cause = format!("{} has more than 32 bits", value.number);
             return OperandResult::Wrong(3, LineFault::new("ASM003", range, cause, "use a value in range"));
         };
-        let low_byte = !kind.wide && kind.name == "constant" && d.hooks.is_sdas;
-        if low_byte && !value.is_label && !value.is_unknown && !(-256..256).contains(&n) {
-            let cause = format!("{n} does not fit into 8 bits: its upper bits are left out");
+        let is_constant = kind.name == "constant" && d.hooks.is_sdas;
+        let bits = if kind.wide { 16 } else { 8 };
+        let limit = 1i32 << bits;
+        if is_constant && !value.is_label && !value.is_unknown && !(-limit..limit).contains(&n) {
+            let cause = format!("{n} does not fit into {bits} bits: its upper bits are left out");
             let hint = "give the bits that are meant with & or `#<`";
             self.notes.push(LineFault::new("ASM030", range.clone(), cause, hint).warning());
         }
-        let n = if low_byte { n & 0xFF } else { n };
+        let n = if is_constant { n & (limit - 1) } else { n };
         // R0 to R7 are words, so that the address of a register of the chip is for another form, or for none.
         if d.dot_is_bit && value.is_register && kind.name.starts_with("register") {
             return OperandResult::OtherKind;
         }
         let meant = if value.is_register { (kind.check_register)(n) } else { (kind.check_number)(n, site) };
+        let name_alone = piece.get(..name).filter(|_| name == piece.len() && !value.is_unknown);
+        if let Some((code, cause, hint)) = name_alone.and_then(|name| (d.hooks.mismatch)(self, name, kind.name, n)) {
+            self.notes.push(LineFault::new(code, range.clone(), cause, hint).warning());
+        }
         match meant {
             Ok(value_here) => OperandResult::Value(value_here, !value.is_unknown),
-            Err(cause) => OperandResult::Wrong(1, LineFault::new("ASM003", range, cause, format!("wanted here: {}", kind.name))),
+            Err(cause) => {
+                OperandResult::Wrong(1, LineFault::new("ASM003", range, cause, format!("wanted here: {}", kind.name)))
+            }
         }
     }
 
@@ -334,7 +380,13 @@ impl Assembler<'_> {
     }
 
     /// The operands of what another spelling stands for.
-    fn rewrite_operands(&mut self, text: &str, form: &InstructionForm, operands: &[Range<usize>], written: &str) -> Option<String> {
+    fn rewrite_operands(
+        &mut self,
+        text: &str,
+        form: &InstructionForm,
+        operands: &[Range<usize>],
+        written: &str,
+    ) -> Option<String> {
         let mut parts = Vec::new();
         for (piece, range) in form.pieces.iter().zip(operands) {
             parts.extend(self.split_piece(text, piece, range.clone())?);

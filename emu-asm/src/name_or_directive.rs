@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::dialect::{AsmArithmetic, AsmDirective};
 use crate::engine::Assembler;
-use crate::expression::{NameValues, AsmValue, evaluate};
+use crate::expression::{AsmValue, NameValues, evaluate};
 use crate::fault::LineFault;
 use crate::lines::{byte, trim};
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::dialect::AsmArithmetic;
 use crate::engine::Assembler;
-use crate::expression::{NameValues, AsmValue};
+use crate::expression::{AsmValue, NameValues};
 use crate::fault::LineFault;
 use crate::symbols::AsmSymbolKind;
 
@@ -12,8 +12,10 @@ impl NameValues for Assembler<'_> {
     fn value_of_name(&mut self, name: &str, at: Range<usize>) -> Result<AsmValue, LineFault> {
         if let Some((value, given)) = self.symbols.read_value(name, self.dialect.ignores_case, self.pass) {
             self.has_forward_reference |= !given || value.is_unknown;
-            let alias =
-                self.symbols.get(name, self.dialect.ignores_case).is_some_and(|symbol| matches!(symbol.kind, AsmSymbolKind::Alias { .. }));
+            let alias = self
+                .symbols
+                .get(name, self.dialect.ignores_case)
+                .is_some_and(|symbol| matches!(symbol.kind, AsmSymbolKind::Alias { .. }));
             return if alias { Err(register_fault(name, at)) } else { Ok(value) };
         }
         if let Some(value) = self.chip_names.get(name) {
@@ -55,7 +57,11 @@ impl NameValues for Assembler<'_> {
     }
 
     fn location_counter(&self, token: &str) -> i64 {
-        let here = if self.dialect.counter_at_line_start && token != "." { self.line_address } else { self.out.next_address() };
+        let here = if self.dialect.counter_at_line_start && token != "." {
+            self.line_address
+        } else {
+            self.out.next_address()
+        };
         here + self.instruction_length
     }
 
@@ -64,7 +70,7 @@ impl NameValues for Assembler<'_> {
     }
 
     fn arithmetic(&self) -> AsmArithmetic {
-        if self.has_dot && !self.dialect.hooks.is_sdas { AsmArithmetic::Signed } else { self.dialect.arithmetic }
+        if self.has_dots && !self.dialect.hooks.is_sdas { AsmArithmetic::Signed } else { self.dialect.arithmetic }
     }
 
     fn local_label_name(&self, digits: &str, way: u8) -> String {

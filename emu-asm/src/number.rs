@@ -10,7 +10,12 @@ use crate::lines::{BACKSLASH, byte};
 ///
 /// # Errors
 /// Digits that the form does not have, and values over 32 bits.
-pub(crate) fn read_number(d: &AsmDialect, radix: u32, text: &str, at: usize) -> Result<Option<(usize, i64)>, LineFault> {
+pub(crate) fn read_number(
+    d: &AsmDialect,
+    radix: u32,
+    text: &str,
+    at: usize,
+) -> Result<Option<(usize, i64)>, LineFault> {
     let Some(rest) = text.get(at..) else { return Ok(None) };
     // `1010$1010b`: the digits in groups, as in ASEM-51.
     if let Some((len, digits)) = grouped_digits(d, rest)
@@ -91,7 +96,9 @@ fn match_form(form: NumberForm, rest: &str, radix: u32) -> Option<(usize, &str, 
         NumberForm::BinaryB => suffixed(b"b", 2),
         NumberForm::OctalOQ => suffixed(b"oq", 8),
         NumberForm::DecimalD => suffixed(b"d", 10),
-        NumberForm::OctalZero => (starts && byte(rest, 0) == b'0' && leading_word(rest).len() > 1).then(|| behind(0, 8)).flatten(),
+        NumberForm::OctalZero => {
+            (starts && byte(rest, 0) == b'0' && leading_word(rest).len() > 1).then(|| behind(0, 8)).flatten()
+        }
         NumberForm::DecimalDot => prefixed(".", 10),
         NumberForm::Quoted => {
             let radix = match byte(rest, 0).to_ascii_lowercase() {
@@ -124,7 +131,8 @@ fn digits_value(d: &AsmDialect, digits: &str, radix: u32) -> Result<i64, String>
 /// A quote with nothing behind it, and one that is not closed.
 pub(crate) fn read_quoted(d: &AsmDialect, text: &str, at: usize) -> Result<Option<(usize, i64)>, LineFault> {
     let quote = byte(text, at);
-    let ascii = quote.eq_ignore_ascii_case(&b'a') && byte(text, at + 1) == b'\'' && d.numbers.contains(&NumberForm::Quoted);
+    let ascii =
+        quote.eq_ignore_ascii_case(&b'a') && byte(text, at + 1) == b'\'' && d.numbers.contains(&NumberForm::Quoted);
     let open = if ascii { at + 1 } else { at };
     if byte(text, open) != b'\'' && quote != b'"' {
         return Ok(None);

@@ -3,13 +3,13 @@
 use std::ops::Range;
 
 use emu_core::chip::Chip;
-use emu_core::image::{WordBits, SourceLine, SourceKind, Segment, ImageSpace};
+use emu_core::image::{ImageSpace, Segment, SourceKind, SourceLine, WordBits};
 
 use crate::dialect::{AsmDialect, SectionContent};
 use crate::engine::Assembler;
 use crate::fault::LineFault;
-use crate::sections::{self, AsmSection};
 use crate::lines::AsmLine;
+use crate::sections::{self, AsmSection};
 
 /// Bytes that a line gives.
 #[derive(Debug, Clone)]
@@ -69,7 +69,9 @@ const MAX_BYTES: usize = 1 << 24;
 impl PassOutput {
     pub fn new(chip: &Chip, d: &AsmDialect) -> PassOutput {
         let mut spaces = chip.hex_spaces.to_vec();
-        spaces.extend(chip.elf_spaces.iter().filter(|space| chip.hex_spaces.iter().all(|known| known.name != space.name)));
+        spaces.extend(
+            chip.elf_spaces.iter().filter(|space| chip.hex_spaces.iter().all(|known| known.name != space.name)),
+        );
         let first = sections::initial_sections(chip, d, &spaces);
         let current = sections::start_section(d);
         PassOutput {
@@ -164,7 +166,9 @@ impl PassOutput {
     /// Adds bytes here; false where there are too many.
     fn add(&mut self, bytes: &[u8], line: u32) -> bool {
         let addr = match self.section() {
-            Some(section) if section.holds == SectionContent::Copied => (section.pos - self.copied_from()).max(0) as u64,
+            Some(section) if section.holds == SectionContent::Copied => {
+                (section.pos - self.copied_from()).max(0) as u64
+            }
             _ => self.image_address(),
         };
         let start = self.bytes.len();
@@ -241,8 +245,9 @@ impl Assembler<'_> {
         let runs = std::mem::take(&mut self.out.runs);
         let mut memories: Vec<Vec<PlacedByte>> = spaces.iter().map(|_| Vec::new()).collect();
         let end = |name: &str| {
-            let in_code =
-                runs.iter().filter(|run| self.out.sections.get(run.section).is_some_and(|s| s.holds != SectionContent::Copied));
+            let in_code = runs
+                .iter()
+                .filter(|run| self.out.sections.get(run.section).is_some_and(|s| s.holds != SectionContent::Copied));
             let within = spaces.iter().find(|space| space.name == name).map_or(0..0, image_window);
             in_code
                 .map(|run| run.addr + run.bytes.len() as u64)
@@ -255,7 +260,8 @@ impl Assembler<'_> {
         let mut beyond: Option<(u32, Range<u64>)> = None;
         for run in &runs {
             self.out.list_at_run_address(run);
-            let copied = self.out.sections.get(run.section).is_some_and(|section| section.holds == SectionContent::Copied);
+            let copied =
+                self.out.sections.get(run.section).is_some_and(|section| section.holds == SectionContent::Copied);
             let addr = if copied { behind + run.addr } else { run.addr };
             let len = run.bytes.len() as u64;
             let inside = spaces.iter().position(|space| {
@@ -339,7 +345,8 @@ impl Assembler<'_> {
     fn report_overlap(&mut self, line: u32, with: u32, space: &ImageSpace, addr: usize) {
         let other = self.out.list.get(with as usize);
         let place = other.map_or(String::new(), |o| format!("{}:{}", self.texts.name(o.line.file), o.line.number));
-        let unit = if space.name == self.out.code { self.chip.bytes_per_address(self.chip.code_space) as usize } else { 1 };
+        let unit =
+            if space.name == self.out.code { self.chip.bytes_per_address(self.chip.code_space) as usize } else { 1 };
         let cause =
             format!("something from {place} already lies in {} from 0x{:04X} on", space.name, addr / unit.max(1));
         self.report_at_line(line, "ASM019", cause, "move one of them with org");

@@ -7,8 +7,8 @@ use crate::arguments::{ArgumentJoin, substitute_parameters};
 use crate::dialect::ReadFlow;
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
-use crate::macros::MacroParameter;
 use crate::lines::{AsmLine, trim};
+use crate::macros::MacroParameter;
 
 /// Whether the lines behind a directive are read.
 type ReadCondition = fn(&mut Assembler<'_>, &DirectiveCall<'_>) -> bool;
@@ -33,6 +33,8 @@ pub(crate) struct TextFrame {
     at_end: FrameEnd,
     /// Macro, and the file and line that called it.
     pub called_from: Option<(String, u32, u32)>,
+    /// Arguments that the macro was given.
+    given: usize,
 }
 
 /// What is done at the end of a text.
@@ -59,6 +61,10 @@ pub(crate) struct OpenCondition {
     pub branch_taken: bool,
     /// The last part has come.
     pub else_seen: bool,
+    /// What it asked for first holds.
+    pub true_value: bool,
+    /// The lines around it are read.
+    pub outer: bool,
     /// Where it began.
     pub line: Option<AsmLine>,
 }
@@ -118,7 +124,14 @@ impl Assembler<'_> {
     }
 
     fn push_frame(&mut self, lines: Rc<[AsmLine]>, kind: FrameEnd, called: Option<(String, u32, u32)>) {
-        self.frames.push(TextFrame { lines, next: 0, open_conditions: self.conditions.len(), at_end: kind, called_from: called });
+        self.frames.push(TextFrame {
+            lines,
+            next: 0,
+            open_conditions: self.conditions.len(),
+            at_end: kind,
+            called_from: called,
+            given: 0,
+        });
     }
 
     fn next_line(&mut self) -> Option<AsmLine> {
@@ -183,8 +196,9 @@ impl Assembler<'_> {
             FrameEnd::While(line, from, turns) => {
                 *turns += 1;
                 let (now, text) = (self.line.replace(line.clone()), line.text.clone());
-                let holds =
-                    self.evaluate_number(&text, *from..crate::statement::code_end(self.dialect, &text)).is_some_and(|n| n != 0);
+                let holds = self
+                    .evaluate_number(&text, *from..crate::statement::code_end(self.dialect, &text))
+                    .is_some_and(|n| n != 0);
                 if holds && *turns >= MAX_WHILE_ITERATIONS {
                     let cause = format!("the repetition comes to more than {MAX_WHILE_ITERATIONS} turns");
                     let hint = "its lines must change what the condition asks for";
@@ -225,10 +239,19 @@ impl Assembler<'_> {
             ReadFlow::If(holds) => {
                 let reading = self.is_reading();
                 let holds = reading && holds(self, call);
-                self.conditions.push(OpenCondition { holds, branch_taken: holds || !reading, else_seen: false, line: self.line.clone() });
+                let line = self.line.clone();
+                self.conditions.push(OpenCondition {
+                    holds,
+                    branch_taken: holds || !reading,
+                    else_seen: false,
+                    true_value: holds,
+                    outer: reading,
+                    line,
+                });
             }
             ReadFlow::Elif(holds) => self.next_branch(Some(holds), call),
             ReadFlow::Else => self.next_branch(None, call),
+            ReadFlow::ExpansionStack(asked) | ReadFlow::WithinLine(asked) => self.within(flow, asked, call),
             ReadFlow::Endif => {
                 if self.conditions_of_frame() == 0 {
                     return self.report_unmatched(call, "if");
@@ -245,7 +268,8 @@ impl Assembler<'_> {
             ReadFlow::While => {
                 let Some(body) = self.collect_block(call, flow) else { return };
                 let Some(line) = self.line.clone() else { return };
-                if self.evaluate_number(call.text, call.rest.clone()).is_some_and(|n| n != 0) && self.check_depth(call) {
+                if self.evaluate_number(call.text, call.rest.clone()).is_some_and(|n| n != 0) && self.check_depth(call)
+                {
                     self.push_frame(body, FrameEnd::While(line, call.rest.start, 0), None);
                 }
             }
@@ -261,6 +285,25 @@ impl Assembler<'_> {
         }
     }
 
+    /// Lines, or the statement behind the directive, that are read by whether the condition around them holds.
+    fn within(&mut self, flow: ReadFlow, asked: fn(bool) -> bool, call: &DirectiveCall<'_>) {
+        let family_state = self.conditions_of_frame() > 0;
+        let Some(cond) = self.conditions.last_mut().filter(|_| family_state) else {
+            return self.report_unmatched(call, "if");
+        };
+        let holds = cond.outer && asked(cond.true_value);
+        let before = std::mem::replace(&mut cond.holds, holds);
+        if matches!(flow, ReadFlow::ExpansionStack(_)) {
+            return;
+        }
+        if holds {
+            self.inner_statement(call, call.rest.start);
+        }
+        if let Some(cond) = self.conditions.last_mut() {
+            cond.holds = before;
+        }
+    }
+
     fn conditions_of_frame(&self) -> usize {
         self.conditions.len() - self.frames.last().map_or(0, |frame| frame.open_conditions).min(self.conditions.len())
     }
@@ -268,7 +311,12 @@ impl Assembler<'_> {
     fn report_unmatched(&mut self, call: &DirectiveCall<'_>, partner: &str) {
         let code = if partner == "if" { "ASM012" } else { "ASM013" };
         let cause = format!("`{}` stands here without a `{partner}` before it", call.get(call.word.clone()));
-        self.report(LineFault::new(code, call.word.clone(), cause, "remove it, or look for the line that it was to end"));
+        self.report(LineFault::new(
+            code,
+            call.word.clone(),
+            cause,
+            "remove it, or look for the line that it was to end",
+        ));
     }
 
     /// The next part of a condition; the last where none is asked.
@@ -304,7 +352,9 @@ impl Assembler<'_> {
             self.begin_listing_line(&line);
             let flow = self.flow_of(&line);
             match (flow, open.last()) {
-                (Some(flow @ (ReadFlow::Macro | ReadFlow::Repeat(_) | ReadFlow::While | ReadFlow::Block(_))), _) => open.push(flow),
+                (Some(flow @ (ReadFlow::Macro | ReadFlow::Repeat(_) | ReadFlow::While | ReadFlow::Block(_))), _) => {
+                    open.push(flow)
+                }
                 (Some(ReadFlow::Endm), Some(ReadFlow::Macro | ReadFlow::Repeat(_)))
                 | (Some(ReadFlow::Endr), Some(ReadFlow::Repeat(_)))
                 | (Some(ReadFlow::Endw), Some(ReadFlow::While))
@@ -325,7 +375,8 @@ impl Assembler<'_> {
         let depth = self.frames.iter().filter(|frame| !matches!(frame.at_end, FrameEnd::File)).count();
         if depth >= MAX_MACRO_DEPTH {
             let what = call.get(call.word.clone());
-            let cause = format!("`{what}` is reached through {MAX_MACRO_DEPTH} macros and repetitions within each other");
+            let cause =
+                format!("`{what}` is reached through {MAX_MACRO_DEPTH} macros and repetitions within each other");
             self.report(LineFault::new(
                 "ASM014",
                 call.word.clone(),
@@ -366,12 +417,20 @@ impl Assembler<'_> {
     }
 
     /// Reads a macro with its arguments put in.
-    pub fn enter_macro(&mut self, found: &AsmMacro, lines: Vec<AsmLine>, call: &DirectiveCall<'_>) {
+    pub fn enter_macro(&mut self, found: &AsmMacro, lines: Vec<AsmLine>, given: usize, call: &DirectiveCall<'_>) {
         if !self.check_depth(call) {
             return;
         }
         let place = self.line.as_ref().map_or((0, 0), |line| (line.file, line.number));
         self.push_frame(lines.into(), FrameEnd::Macro, Some((found.name.clone(), place.0, place.1)));
+        if let Some(frame) = self.frames.last_mut() {
+            frame.given = given;
+        }
+    }
+
+    /// How many arguments the macro was given that is being read.
+    pub fn arguments_given(&self) -> Option<i64> {
+        self.frames.iter().rev().find(|frame| matches!(frame.at_end, FrameEnd::Macro)).map(|frame| frame.given as i64)
     }
 
     /// Leaves the macro that is being read.
@@ -391,6 +450,34 @@ impl Assembler<'_> {
     pub fn can_open(&mut self, name: &str) -> bool {
         let from = self.line.as_ref().map_or(0, |line| line.file);
         self.files.open(name, self.texts.name(from)).is_ok()
+    }
+
+    /// The bytes of a file that is no source; told where it cannot be read.
+    pub fn binary(&mut self, name: &str, at: Range<usize>) -> Option<Rc<[u8]>> {
+        let from = self.line.as_ref().map_or(0, |line| line.file);
+        let key = (name.to_owned(), from);
+        if let Some(found) = self.binaries.get(&key) {
+            return Some(found.clone());
+        }
+        match self.files.open(name, self.texts.name(from)) {
+            Ok((path, bytes)) => {
+                // Known by its name, so that no output takes its place.
+                self.texts.add(&path, &[], false);
+                let bytes: Rc<[u8]> = bytes.into();
+                self.binaries.insert(key, bytes.clone());
+                Some(bytes)
+            }
+            Err(error) => {
+                let cause = format!("`{name}` cannot be read: {error}");
+                self.report(LineFault::new(
+                    "ASM015",
+                    at,
+                    cause,
+                    "check the path: it counts from the file that includes it",
+                ));
+                None
+            }
+        }
     }
 
     /// Reads a file at this place.

@@ -81,7 +81,9 @@ impl PassOutput {
         let mut moved = false;
         let mut ends: Vec<(&'static str, i64)> = Vec::new();
         for i in self.sections_in_order() {
-            let (Some(first), Some(section)) = (self.initial_sections.get_mut(i), self.sections.get(i)) else { continue };
+            let (Some(first), Some(section)) = (self.initial_sections.get_mut(i), self.sections.get(i)) else {
+                continue;
+            };
             let length = (section.pos - first.pos).max(0);
             let end = ends.iter_mut().find(|(space, _)| *space == first.space);
             if let Some((_, end)) = &end {
@@ -120,7 +122,8 @@ impl PassOutput {
     pub fn open(&mut self, name: &str, space: &'static str, holds: SectionContent) -> Option<usize> {
         let unit = if holds == SectionContent::Image { self.initial_sections.first()?.unit } else { 1 };
         let rank = (self.sections.len(), 0);
-        let made = AsmSection { name: name.to_owned(), space, holds, behind: None, rank, align: 1, base: 0, unit, pos: 0 };
+        let made =
+            AsmSection { name: name.to_owned(), space, holds, behind: None, rank, align: 1, base: 0, unit, pos: 0 };
         self.add_section(made, 0)
     }
 
@@ -148,7 +151,9 @@ impl PassOutput {
 
     /// The addresses of a section in this pass, from its begin to what comes next.
     pub fn extent(&self, number: usize) -> Range<i64> {
-        let (Some(first), Some(now)) = (self.initial_sections.get(number), self.sections.get(number)) else { return 0..0 };
+        let (Some(first), Some(now)) = (self.initial_sections.get(number), self.sections.get(number)) else {
+            return 0..0;
+        };
         let unit = i64::from(now.unit.max(1));
         first.pos / unit..now.pos / unit
     }
@@ -198,8 +203,10 @@ impl Assembler<'_> {
             let Some(section) = self.out.sections.get(current) else { continue };
             let mut end = align_up(section.pos, section.align);
             // Empty sections between two others have alignments too.
-            for next in
-                order.iter().skip(place + 1).filter_map(|i| Some((self.out.initial_sections.get(*i)?, self.out.sections.get(*i)?)))
+            for next in order
+                .iter()
+                .skip(place + 1)
+                .filter_map(|i| Some((self.out.initial_sections.get(*i)?, self.out.sections.get(*i)?)))
             {
                 let (begin, now) = next;
                 if begin.space != section.space {

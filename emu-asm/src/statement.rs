@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use crate::dialect::{AsmDialect, AsmDirective, DirectiveAction, ReadFlow, LabelUse};
+use crate::dialect::{AsmDialect, AsmDirective, DirectiveAction, LabelUse, ReadFlow};
 use crate::engine::{Assembler, DirectiveCall};
 use crate::expression::AsmValue;
 use crate::fault::LineFault;
+use crate::lines::{AsmLine, RewrittenText, behind_name, byte, skip_space, step, trim};
 use crate::output::ListedLine;
 use crate::symbols::AsmSymbolKind;
-use crate::lines::{RewrittenText, AsmLine, behind_name, byte, skip_space, step, trim};
 
 /// The front of a line.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -65,7 +65,8 @@ fn is_hash_word(text: &str) -> bool {
 impl Assembler<'_> {
     /// Reads one line.
     pub fn read_statement(&mut self, line: &AsmLine) {
-        let named = if self.dialect.hooks.value_names && self.is_reading() { self.expand_value_names(line) } else { None };
+        let named =
+            if self.dialect.hooks.value_names && self.is_reading() { self.expand_value_names(line) } else { None };
         let line = named.as_ref().unwrap_or(line);
         let end = code_end(self.dialect, &line.text);
         if line.text.get(..end).is_none_or(|code| code.trim().is_empty()) {
@@ -172,11 +173,24 @@ impl Assembler<'_> {
                 _ => None,
             };
             if !self.is_reading() {
-                if let (Some(flow), true) =
-                    (flow, matches!(flow, Some(ReadFlow::If(_) | ReadFlow::Elif(_) | ReadFlow::Else | ReadFlow::Endif)))
-                {
-                    self.has_dot = word.starts_with('.');
-                    self.run_flow_directive(flow, &DirectiveCall { text, label: None, word: head.word, rest: head.rest });
+                if let (Some(flow), true) = (
+                    flow,
+                    matches!(
+                        flow,
+                        Some(
+                            ReadFlow::If(_)
+                                | ReadFlow::Elif(_)
+                                | ReadFlow::ExpansionStack(_)
+                                | ReadFlow::WithinLine(_)
+                                | ReadFlow::Else
+                                | ReadFlow::Endif
+                        )
+                    ),
+                ) {
+                    self.run_flow_directive(
+                        flow,
+                        &DirectiveCall { text, label: None, word: head.word, rest: head.rest },
+                    );
                 }
                 return;
             }
@@ -189,28 +203,34 @@ impl Assembler<'_> {
                 }
             }
             if head.word.is_empty() {
-                let rest = trim(text, head.rest);
-                if !rest.is_empty() {
-                    let what = text.get(rest.clone()).unwrap_or_default();
-                    let (cause, hint) = match what.starts_with("/*") && self.dialect.block_comments {
-                        true => ("the comment is not closed".to_owned(), "close it with `*/`"),
-                        false => {
-                            let cause = format!("`{what}` is no instruction, directive or label");
-                            (cause, "a line is `label: word operands ; comment`")
-                        }
-                    };
-                    self.report(LineFault::new("ASM005", rest, cause, hint));
-                }
-                return;
+                return self.no_word(text, trim(text, head.rest));
             }
             let call = DirectiveCall { text, label: head.label.filter(|_| named), word: head.word, rest: head.rest };
             return self.run_word(directive, flow, &call);
         }
     }
 
+    /// The statement `call.text[from..]` behind a condition on the same line; another one of these within it is refused.
+    pub fn inner_statement(&mut self, call: &DirectiveCall<'_>, from: usize) {
+        let end = call.rest.end.max(from);
+        if call.get(from..end).to_ascii_lowercase().contains(".iif") {
+            let cause = "a condition of one line stands within another";
+            return self.report(LineFault::new(
+                "ASM023",
+                from..end,
+                cause,
+                "put the two on lines of their own with if",
+            ));
+        }
+        self.read_code(call.text, from, end);
+    }
+
     fn run_word(&mut self, directive: Option<&'static AsmDirective>, flow: Option<ReadFlow>, call: &DirectiveCall<'_>) {
         let word = call.get(call.word.clone());
-        self.has_dot = word.starts_with('.');
+        if word.starts_with('.') && directive.is_some() && !self.has_dots {
+            self.has_dots = true;
+            self.chip_name_redefined |= self.dialect.dot_is_bit && !self.dialect.hooks.is_sdas;
+        }
         let lower = word.to_ascii_lowercase();
         if let Some(found) = self.macros.get(&lower).cloned() {
             return self.call_macro(&found, call);
@@ -225,8 +245,17 @@ impl Assembler<'_> {
             Some(AsmDirective { action: DirectiveAction::Run(run), .. }) => run(self, call),
             _ if self.table.forms(&lower).is_empty() => {
                 let cause = format!("`{word}` is no instruction, directive or macro");
-                let hint = "docs/isa lists the instructions, docs/formats/asm.md the directives";
-                self.report(LineFault::new("ASM001", call.word.clone(), cause, hint).with_similar_name(word));
+                let next = trim(call.text, call.rest.clone()).start;
+                let next = call.get(next..behind_name(call.text, next, true));
+                let hint = format!("if `{word}` is a label, it begins in column 1");
+                let fault = match self.dialect.labels_in_column_one && call.word.start > 0 && self.is_word(next) {
+                    true => LineFault::new("ASM001", call.word.clone(), cause, hint),
+                    false => {
+                        let hint = "docs/isa lists the instructions, docs/formats/asm.md the directives";
+                        LineFault::new("ASM001", call.word.clone(), cause, hint).with_similar_name(word)
+                    }
+                };
+                self.report(fault);
             }
             _ => {
                 let place = self.image_address();
@@ -235,7 +264,12 @@ impl Assembler<'_> {
                 let odd = !place.is_multiple_of(u64::from(self.chip.word_bytes.max(1)));
                 if !std::mem::replace(&mut self.at_odd_address, odd) & odd {
                     let hint = "put `.balign 2` before it, or another byte";
-                    self.report(LineFault::new("ASM022", call.word.clone(), "an instruction stands at an odd address", hint));
+                    self.report(LineFault::new(
+                        "ASM022",
+                        call.word.clone(),
+                        "an instruction stands at an odd address",
+                        hint,
+                    ));
                 }
                 // What is wrong is told; what follows keeps its place all the same.
                 let words = words.unwrap_or_else(|| {
@@ -245,13 +279,6 @@ impl Assembler<'_> {
                 self.emit_words(&words, call.word.clone());
             }
         }
-    }
-
-    /// Tells of a word that stands where labels do.
-    fn warn_column_one(&mut self, directive: bool, call: &DirectiveCall<'_>) {
-        let (code, what) = if directive { ("ASM041", "directive") } else { ("ASM040", "instruction") };
-        let cause = format!("the {what} `{}` stands in column 1, where labels stand", call.get(call.word.clone()));
-        self.report(LineFault::new(code, call.word.clone(), cause, "put a space before it").warning());
     }
 
     /// Length in words of the shortest form of an instruction.
@@ -368,10 +395,11 @@ impl Assembler<'_> {
             return StatementHead { word: start..word_end, rest: word_end..end, ..none };
         }
         let name_end = behind_name(text, start, true).min(end);
-        let (name_end, here) = match self.dialect.location_counter_names.iter().find(|token| get(start..end).starts_with(**token)) {
-            Some(token) if name_end <= start + token.len() => (start + token.len(), true),
-            _ => (name_end, false),
-        };
+        let (name_end, here) =
+            match self.dialect.location_counter_names.iter().find(|token| get(start..end).starts_with(**token)) {
+                Some(token) if name_end <= start + token.len() => (start + token.len(), true),
+                _ => (name_end, false),
+            };
         if name_end <= start {
             return none;
         }
@@ -382,6 +410,7 @@ impl Assembler<'_> {
         }
         if byte(text, after) == b'=' && after < end {
             let equals = after + get(after..end).bytes().take_while(|c| *c == b'=').count();
+            let equals = equals + usize::from(self.dialect.dot_is_bit && byte(text, equals) == b':' && equals < end);
             return StatementHead { label: Some(name), is_address: false, word: after..equals, rest: equals..end };
         }
         let signs = get(after..end).bytes().take_while(|c| b"+-*/%<>&|^=".contains(c)).count();
@@ -397,7 +426,8 @@ impl Assembler<'_> {
         let mnemonic = |range: &Range<usize>| !self.table.forms(&get(range.clone()).to_ascii_lowercase()).is_empty();
         let foreign = self.dialect.hooks.foreign.iter().any(|word| word.eq_ignore_ascii_case(get(name.clone())))
             && (second.is_empty() && after >= end || self.is_word(get(second.clone())));
-        let in_front = column_one && self.dialect.labels_in_column_one && (foreign || mnemonic(&second) && !mnemonic(&name));
+        let in_front =
+            column_one && self.dialect.labels_in_column_one && (foreign || mnemonic(&second) && !mnemonic(&name));
         let known = self.is_word(get(name.clone())) && !(in_front && self.directive_of(get(name.clone())).is_some());
         let first = self.directive_of(get(name.clone()));
         let first_names = first.is_some_and(|d| d.label == LabelUse::Name);
@@ -462,7 +492,12 @@ impl Assembler<'_> {
             && self.chip_register(written)
         {
             let again = kind == AsmSymbolKind::Set;
-            return self.define_symbol(name, AsmValue::default(), AsmSymbolKind::Alias { of: written.into(), redefinable: again }, at);
+            return self.define_symbol(
+                name,
+                AsmValue::default(),
+                AsmSymbolKind::Alias { of: written.into(), redefinable: again },
+                at,
+            );
         }
         let Some(value) = self.evaluate(text, rest) else { return };
         self.list_value(value);

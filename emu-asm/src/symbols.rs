@@ -118,7 +118,10 @@ impl AsmSymbols {
                     self.lower.entry(lower).or_insert_with(|| shared.clone());
                 }
                 let before = AsmValue { is_unknown: true, ..AsmValue::default() };
-                self.names.insert(shared, AsmSymbol { value, kind, pass, place, previous_value: before, read_before_definition: false });
+                self.names.insert(
+                    shared,
+                    AsmSymbol { value, kind, pass, place, previous_value: before, read_before_definition: false },
+                );
             }
         }
         Ok(())
@@ -128,8 +131,11 @@ impl AsmSymbols {
     pub fn end_pass(&mut self, pass: u32) -> Vec<Rc<str>> {
         let gone: Vec<Rc<str>> =
             self.names.iter().filter(|(_, symbol)| symbol.pass != pass).map(|(name, _)| name.clone()).collect();
-        let mut moved: Vec<Rc<str>> =
-            gone.iter().filter(|name| self.names.get(*name).is_some_and(|s| s.read_before_definition)).cloned().collect();
+        let mut moved: Vec<Rc<str>> = gone
+            .iter()
+            .filter(|name| self.names.get(*name).is_some_and(|s| s.read_before_definition))
+            .cloned()
+            .collect();
         for name in gone {
             self.names.remove(&name);
         }

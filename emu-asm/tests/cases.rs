@@ -7,7 +7,7 @@ mod common;
 use std::fmt::Write;
 
 use common::chip;
-use emu_asm::{IncludeFiles, AssembleOptions, SourceText, assemble};
+use emu_asm::{AssembleOptions, IncludeFiles, SourceText, assemble};
 
 /// Files for includes.
 struct Memory;

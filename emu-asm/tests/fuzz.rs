@@ -4,7 +4,7 @@
 mod common;
 
 use common::{chip, chips};
-use emu_asm::{IncludeFiles, AssembleOptions, SourceText, assemble};
+use emu_asm::{AssembleOptions, IncludeFiles, SourceText, assemble};
 use emu_core::rng::Rng;
 
 /// Every include is the same small file.

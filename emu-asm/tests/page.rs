@@ -31,7 +31,8 @@ fn every_directive_stands_on_it() {
     let known = |name: &str| words.contains(name) || page.contains(&format!("`{name}`"));
     let mut missing = std::collections::BTreeSet::new();
     for chip in chips() {
-        let names = emu_asm::directive_names(chip).into_iter().filter(|name| !known(name) && !known(&name.to_uppercase()));
+        let names =
+            emu_asm::directive_names(chip).into_iter().filter(|name| !known(name) && !known(&name.to_uppercase()));
         missing.extend(names.map(|name| format!("{:?}: {name}", chip.family)));
     }
     assert!(missing.is_empty(), "{missing:?}");

@@ -6,7 +6,7 @@
 
 use std::io;
 
-use emu_asm::{IncludeFiles, AssembleOptions, SourceText, assemble, named_chip};
+use emu_asm::{AssembleOptions, IncludeFiles, SourceText, assemble, named_chip};
 use emu_core::Chip;
 use emu_core::image::Image;
 use emu_pic16::chips;

@@ -6,19 +6,19 @@ use emu_core::chip::Chip;
 use emu_core::cpu::{Bus, Cpu, Probe, RamInit, ResetCause, StopReason, rewrite_bit};
 use emu_core::engine::{self, CpuEngine, RunState};
 use emu_core::image::Image;
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
 use emu_core::state::SnapshotDamaged;
 
 use crate::chips::{self, AvrPart};
+use crate::executor::{CoreRegisters, DataMemory, Executor, MAX_RAM, RAM_START, SPH, SPL, SREG, ram};
 use crate::flags::SregFlags;
 use crate::lint::LintState;
 use crate::periph::external;
 use crate::periph::spm::ConfigBytes;
 use crate::periph::timers::TimerShape;
 use crate::predecode::CodeMemory;
-use crate::soc::{LOW_BYTES, OutsideInput, AvrSoc};
-use crate::executor::{DataMemory, CoreRegisters, MAX_RAM, RAM_START, SPH, SPL, SREG, Executor, ram};
+use crate::soc::{AvrSoc, LOW_BYTES, OutsideInput};
 
 /// How a machine is wired, and what its silicon is taken to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -152,7 +152,8 @@ impl Avr {
 
     /// The core as after a reset.
     fn restart_core(&mut self) {
-        let sp = if self.part.stack_starts_at_ram_end { self.part.chip.ram_start + self.part.chip.ram_len - 1 } else { 0 };
+        let sp =
+            if self.part.stack_starts_at_ram_end { self.part.chip.ram_start + self.part.chip.ram_len - 1 } else { 0 };
         self.core = CoreRegisters { sp, pc: self.soc.reset_vector(), clock: self.core.clock, ..CoreRegisters::START };
         self.run_state.breakpoint_to_pass = None;
         self.core.clock.expire();
@@ -348,7 +349,7 @@ impl Cpu for Avr {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
-        *self = self.from_snapshot(bytes)?;
+        *self = self.restored(bytes)?;
         Ok(())
     }
 

@@ -4,14 +4,14 @@ use emu_core::countdown::Countdown;
 use std::sync::Arc;
 
 use emu_core::cpu::{Bus, Cpu, NEVER, Probe, ResetCause, StopReason};
-use emu_core::engine::{CpuEngine, RunState, InstructionMark};
+use emu_core::engine::{CpuEngine, InstructionMark, RunState};
 use emu_core::pins::ChipEvent;
 
 use crate::cpu::Avr;
+use crate::executor::{SPL, SREG};
 use crate::flags::{SregFlag, SregFlags};
 use crate::isa::Kind;
 use crate::soc::CoreRequest;
-use crate::executor::{SPL, SREG};
 
 impl CpuEngine for Avr {
     type CoreState = ([u8; 32], SregFlags);

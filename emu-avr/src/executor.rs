@@ -4,9 +4,9 @@
 //! memory (registers of the core included) lies beside it. Everything a body calls is inlined; slow paths get scalars.
 
 use emu_core::countdown::Countdown;
-use emu_core::cpu::{Bus, Probe, BusEffect};
+use emu_core::cpu::{Bus, BusEffect, Probe};
 use emu_core::dispatch;
-use emu_core::machine::{ByteValue, BodyMachine, WideValue};
+use emu_core::machine::{BodyMachine, ByteValue, WideValue};
 use emu_core::table::PredecodedOp;
 
 #[allow(clippy::wildcard_imports)]
@@ -381,7 +381,10 @@ macro_rules! burst_loop {
     ($turn:ident, $ops:ident) => {{
         let m = &mut $turn;
         let op: &AvrOp = &$ops[m.core.pc as u16 as usize];
-        if P::INSN && op.kind as u8 != Kind::Breakpoint as u8 && m.probe.on_instruction(m.core.clock.now(), m.core.pc & m.code.mask()) {
+        if P::INSN
+            && op.kind as u8 != Kind::Breakpoint as u8
+            && m.probe.on_instruction(m.core.clock.now(), m.core.pc & m.code.mask())
+        {
             m.core.stop_requested = true;
             m.core.clock.expire();
             break;

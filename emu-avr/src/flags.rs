@@ -117,7 +117,8 @@ mod tests {
 
     #[test]
     fn every_sreg_packs_back_and_every_flag_writes_only_itself() {
-        let flags = [SregFlag::C, SregFlag::Z, SregFlag::N, SregFlag::V, SregFlag::S, SregFlag::H, SregFlag::T, SregFlag::I];
+        let flags =
+            [SregFlag::C, SregFlag::Z, SregFlag::N, SregFlag::V, SregFlag::S, SregFlag::H, SregFlag::T, SregFlag::I];
         for sreg in 0..=255u8 {
             assert_eq!(SregFlags::unpack(sreg).pack(), sreg);
             for flag in flags {

@@ -3,7 +3,10 @@
 //! Order of rows: the instruction set manual's groups (arithmetic and logic, branches, bits, data transfer, control).
 
 use emu_core::chip::InstructionSet;
-use emu_core::table::{SyntaxAlias, EncodeError, FlowKind, DisassembledInstruction, PredecodedOp, InstructionRow, InstructionLocation, disassemble as disassemble_line};
+use emu_core::table::{
+    DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, PredecodedOp, SyntaxAlias,
+    disassemble as disassemble_line,
+};
 
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 

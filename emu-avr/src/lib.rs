@@ -9,9 +9,10 @@ pub mod chips;
 pub mod isa;
 pub mod operands;
 
-mod cpu_engine;
 mod cpu;
+mod cpu_engine;
 mod exec;
+mod executor;
 mod flags;
 mod lint;
 pub mod periph;
@@ -19,6 +20,5 @@ mod predecode;
 mod recorder;
 pub mod soc;
 mod state;
-mod executor;
 
-pub use cpu::{Avr, Options, AvrReadings};
+pub use cpu::{Avr, AvrReadings, Options};

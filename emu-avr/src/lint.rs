@@ -16,12 +16,12 @@ use emu_core::image::Image;
 use emu_core::lint::Lint;
 
 use crate::chips::AvrPart;
+use crate::executor::Executor;
 use crate::flags::SregFlag;
 use crate::isa::{AvrOp, Kind};
 use crate::predecode::CodeMemory;
 use crate::recorder::record_instruction;
 use crate::soc::AvrSoc;
-use crate::executor::Executor;
 use shadow::ShadowMachine;
 use value::UnknownBits;
 
@@ -64,7 +64,11 @@ impl LintState {
         let end = data().filter(|symbol| END_SYMBOLS.contains(&symbol.name.as_str())).filter_map(address).max();
         let heap = data().find(|symbol| symbol.name == HEAP_SYMBOL).and_then(address);
         let filled = image.bytes_in(part.chip.ram_space).filter_map(|(addr, _)| u16::try_from(addr).ok());
-        let ground = ProgramFacts { static_data_end: end.unwrap_or(0), heap_end_variable: heap, initialized_ram: filled.collect() };
+        let ground = ProgramFacts {
+            static_data_end: end.unwrap_or(0),
+            heap_end_variable: heap,
+            initialized_ram: filled.collect(),
+        };
         LintState { program_facts: Arc::new(ground), tracker: None }
     }
 
@@ -139,7 +143,8 @@ struct StackTracker {
 }
 
 impl StackTracker {
-    const START: StackTracker = StackTracker { was_set: true, is_task_stack: false, moved_from: None, overflow_reported: false };
+    const START: StackTracker =
+        StackTracker { was_set: true, is_task_stack: false, moved_from: None, overflow_reported: false };
 }
 
 impl LintTracker {
@@ -231,7 +236,11 @@ impl LintTracker {
     /// The first address of RAM, and the one behind static data and the heap.
     fn stack_bounds(&self, heap: u16) -> (u16, u16) {
         let (first, behind) = (self.part.chip.ram_start, self.ram_end());
-        let end = if (first..behind).contains(&heap) { self.ground.static_data_end.max(heap) } else { self.ground.static_data_end };
+        let end = if (first..behind).contains(&heap) {
+            self.ground.static_data_end.max(heap)
+        } else {
+            self.ground.static_data_end
+        };
         (first, end.max(first))
     }
 
@@ -280,7 +289,8 @@ impl LintTracker {
         let baud = u32::try_from((hz + clocks / 2) / clocks).unwrap_or(u32::MAX);
         let usual = u64::from(emu_core::lint::nearest_standard_baud(baud));
         let off = hz.abs_diff(usual * clocks);
-        if off * 1_000 > BAUD_TOLERANCE * usual * clocks && std::mem::replace(&mut self.reported_bauds[n], baud) != baud {
+        if off * 1_000 > BAUD_TOLERANCE * usual * clocks && std::mem::replace(&mut self.reported_bauds[n], baud) != baud
+        {
             self.found.push((pc, Lint::Baud { uart: n as u8, baud }));
         }
     }
@@ -312,7 +322,8 @@ fn has_handler(soc: &AvrSoc, code: &CodeMemory, at: u32) -> bool {
         return false;
     }
     let begins = |pc: u32| pc == soc.vector_base() || pc == soc.reset_vector() || pc == 0;
-    jump_target(code, at).is_none_or(|target| !begins(target) && jump_target(code, target).is_none_or(|target| !begins(target)))
+    jump_target(code, at)
+        .is_none_or(|target| !begins(target) && jump_target(code, target).is_none_or(|target| !begins(target)))
 }
 
 impl<P: Probe> Executor<'_, P> {

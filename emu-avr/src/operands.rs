@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use emu_core::table::{Operand, OperandKind, InstructionLocation};
+use emu_core::table::{InstructionLocation, Operand, OperandKind};
 
 macro_rules! operands {
     ($( $(#[doc = $doc:literal])+ $name:ident($type:ty) $wide:literal $label:literal

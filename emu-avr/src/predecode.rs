@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use emu_core::engine::InstructionMark;
 use emu_core::state::MemoryChanges;
-use emu_core::table::{PredecodedOp, InstructionRow, InstructionLocation};
+use emu_core::table::{InstructionLocation, InstructionRow, PredecodedOp};
 
 use crate::chips::AvrPart;
-use crate::isa::{AvrOp, Kind, is_missing, find_row};
+use crate::isa::{AvrOp, Kind, find_row, is_missing};
 use crate::recorder::record_instruction;
 
 /// Program words that the op array holds: as many as a program counter of 16 bits reaches, so that it needs no check. What
@@ -176,7 +176,11 @@ impl CodeMemory {
             return PredecodedOp { kind, args: [0; 3] };
         };
         let len = row.len();
-        row.predecode(kind, bits, &InstructionLocation { pc, len, next_len: self.len_at(pc + len), pc_mask: self.mask() })
+        row.predecode(
+            kind,
+            bits,
+            &InstructionLocation { pc, len, next_len: self.len_at(pc + len), pc_mask: self.mask() },
+        )
     }
 
     /// The loop from `head` to the branch at `end`, when a turn of it depends on nothing but the cells that it reads: it
@@ -205,7 +209,12 @@ impl CodeMemory {
             pc += self.len_at(pc);
         }
         let rests = !looks.is_empty() && !looks.iter().any(|&reg| self.part.volatile_register(reg));
-        (needs & writes == 0 && head != end && rests).then_some(LoopPlan { head, addresses_read: looks, clears_watchdog: renews, counter_registers: Vec::new() })
+        (needs & writes == 0 && head != end && rests).then_some(LoopPlan {
+            head,
+            addresses_read: looks,
+            clears_watchdog: renews,
+            counter_registers: Vec::new(),
+        })
     }
 
     /// The loop from `head` to the BRNE at `end`, when it counts down by one, by DEC, SBIW or SUBI with SBCI, and does nothing
@@ -225,7 +234,12 @@ impl CodeMemory {
             }
         }
         let counts = self.decode(end).kind == Kind::Brne && !counter.is_empty();
-        counts.then_some(LoopPlan { head, addresses_read: Vec::new(), clears_watchdog: false, counter_registers: counter })
+        counts.then_some(LoopPlan {
+            head,
+            addresses_read: Vec::new(),
+            clears_watchdog: false,
+            counter_registers: counter,
+        })
     }
 }
 

@@ -199,7 +199,11 @@ mod tests {
         for (row, &kind) in ROWS.iter().zip(KINDS) {
             let mut outcomes = Vec::new();
             for (taken, next_len) in [(false, 1), (true, 1), (true, 2)] {
-                let op = row.predecode(kind, row.pattern.value, &InstructionLocation { next_len, pc_mask: 0x3FFF, ..InstructionLocation::default() });
+                let op = row.predecode(
+                    kind,
+                    row.pattern.value,
+                    &InstructionLocation { next_len, pc_mask: 0x3FFF, ..InstructionLocation::default() },
+                );
                 let record = record_instruction(op, taken);
                 if outcomes.last() != Some(&record.cycles) {
                     outcomes.push(record.cycles);

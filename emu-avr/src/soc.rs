@@ -5,26 +5,26 @@
 
 use std::{collections::VecDeque, sync::Arc};
 
-use emu_core::cpu::{Bus, NEVER, ResetCause, BusEffect};
+use emu_core::cpu::{Bus, BusEffect, NEVER, ResetCause};
 use emu_core::external_io::{DriveQueue, EventLog};
 use emu_core::parts::prescaler::Prescaler;
-use emu_core::pins::{ChipEvent, PinLevel, PinState, PinId, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel, PinState};
 
-use crate::chips::{FuseLayout, AvrPart, RegisterSlot, unit_index};
+use crate::chips::{AvrPart, FuseLayout, RegisterSlot, unit_index};
 use crate::cpu::Options;
+use crate::executor::RAM_START;
 use crate::periph::adc::AvrAdc;
 use crate::periph::comparator::AvrComparator;
 use crate::periph::eeprom::AvrEeprom;
 use crate::periph::external::ExternalInterrupts;
-use crate::periph::watchdog::{self, AvrWatchdog};
 use crate::periph::ports::AvrPorts;
 use crate::periph::spi::AvrSpi;
 use crate::periph::spm::{ConfigBytes, SelfProgramming};
 use crate::periph::timers::AvrTimer;
 use crate::periph::twi::AvrTwi;
 use crate::periph::usart::AvrUsart;
+use crate::periph::watchdog::{self, AvrWatchdog};
 use crate::periph::{AvrDevice, AvrOutbox, AvrSignal, timers};
-use crate::executor::RAM_START;
 
 /// Does something with the unit of a number.
 macro_rules! with_unit {
@@ -73,7 +73,6 @@ macro_rules! with_unit {
         }
     };
 }
-use unit_index as with_unit;
 
 mod lint;
 mod memory;
@@ -316,10 +315,12 @@ impl AvrSoc {
         while touched != 0 {
             let number = touched.trailing_zeros() as usize;
             touched &= touched - 1;
-            (self.unit_deadlines[number], self.unit_requests[number]) = with_unit!(self, number, unit => (unit.next_cycle(), unit.interrupt_requests()));
+            (self.unit_deadlines[number], self.unit_requests[number]) =
+                with_unit!(self, number, unit => (unit.next_cycle(), unit.interrupt_requests()));
         }
         if self.touched_units >> unit_index::EEPROM & 1 == 1 {
-            self.unit_deadlines[unit_index::EEPROM] = self.unit_deadlines[unit_index::EEPROM].min(self.eeprom.changes_at());
+            self.unit_deadlines[unit_index::EEPROM] =
+                self.unit_deadlines[unit_index::EEPROM].min(self.eeprom.changes_at());
         }
         if std::mem::take(&mut self.touched_units) != 0 {
             self.first_vector = self.highest_priority_vector();
@@ -357,7 +358,8 @@ impl AvrSoc {
                 self.log.record(ChipEvent::Sent { at: CycleTime::at(t), uart, byte });
             }
             AvrSignal::Flag { t, irq } => {
-                if let Some(source) = self.listened_trigger().filter(|&source| self.part.adc_trigger(source) == Some((number, irq)))
+                if let Some(source) =
+                    self.listened_trigger().filter(|&source| self.part.adc_trigger(source) == Some((number, irq)))
                 {
                     self.adc.trigger(source, true, t);
                     self.mark_touched(unit_index::ADC);
@@ -365,7 +367,9 @@ impl AvrSoc {
             }
             AvrSignal::Reset { .. } => self.power.request(ResetCause::Watchdog),
             AvrSignal::Stall { until } => self.stall = self.stall.max(until),
-            AvrSignal::ErasePage { addr } => self.requests.push_back(CoreRequest::Erase { addr, len: self.part.spm_kind.page }),
+            AvrSignal::ErasePage { addr } => {
+                self.requests.push_back(CoreRequest::Erase { addr, len: self.part.spm_kind.page })
+            }
             AvrSignal::WritePage { addr, words } => self.requests.push_back(CoreRequest::Program { addr, words }),
         }
     }
@@ -477,7 +481,8 @@ impl Bus for AvrSoc {
 
     fn can_wake(&self, interrupts_enabled: bool) -> bool {
         let deaf = self.power.asleep.map_or(0, |asleep| asleep.0.units_unable_to_wake());
-        let waits = (0..unit_index::COUNT).any(|n| deaf >> n & 1 == 0 && (self.unit_deadlines[n] != NEVER || self.unit_requests[n] != 0));
+        let waits = (0..unit_index::COUNT)
+            .any(|n| deaf >> n & 1 == 0 && (self.unit_deadlines[n] != NEVER || self.unit_requests[n] != 0));
         let listens = self.usarts.iter().any(AvrUsart::is_receiver_enabled);
         self.watchdog.peek(watchdog::WatchdogRegister::WDTCSR, 0) & WDE != 0
             || self.power.next() != NEVER
@@ -487,7 +492,8 @@ impl Bus for AvrSoc {
 
     fn is_busy(&self) -> bool {
         // What moves pins by itself: units that have something to do and no interrupt enabled for it.
-        let moves = |n: usize| self.unit_deadlines[n] != NEVER && self.timers[n].peek(timers::TimerRegister::TIMSK, 0) == 0;
+        let moves =
+            |n: usize| self.unit_deadlines[n] != NEVER && self.timers[n].peek(timers::TimerRegister::TIMSK, 0) == 0;
         let units = [unit_index::SPI, unit_index::TWI, unit_index::ADC, unit_index::EEPROM];
         self.drives.next_cycle() != NEVER
             || self.usarts.iter().any(AvrUsart::is_sending)

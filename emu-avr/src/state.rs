@@ -7,8 +7,8 @@ use emu_core::engine::RunState;
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape, load_state, save_state};
 
 use crate::cpu::Avr;
-use crate::flags::SregFlags;
 use crate::executor::{CoreRegisters, RAM_START};
+use crate::flags::SregFlags;
 
 impl Avr {
     /// The bytes of this machine.
@@ -20,7 +20,7 @@ impl Avr {
     }
 
     /// This machine as the bytes have it.
-    pub(crate) fn from_snapshot(&self, bytes: &[u8]) -> Result<Avr, SnapshotDamaged> {
+    pub(crate) fn restored(&self, bytes: &[u8]) -> Result<Avr, SnapshotDamaged> {
         let mut copy = self.clone();
         load_state(&mut copy, bytes)?;
         Ok(copy)
@@ -56,7 +56,13 @@ impl SnapshotState for CoreRegisters {
         sreg.pass_state(tape)?;
         self.is_sleeping.pass_state(tape)?;
         let hold_at = if held { tape.now() } else { CoreRegisters::START.no_interrupt_at };
-        *self = CoreRegisters { flags: SregFlags::unpack(sreg), no_interrupt_at: hold_at, slow_path_requested: false, stop_requested: false, ..*self };
+        *self = CoreRegisters {
+            flags: SregFlags::unpack(sreg),
+            no_interrupt_at: hold_at,
+            slow_path_requested: false,
+            stop_requested: false,
+            ..*self
+        };
         Ok(())
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use emu_avr::chips::{ATMEGA328P, AVR_CHIPS, AVR_PARTS, AvrPart, RegisterSlot, chip, part, unit_index};
-use emu_avr::soc::{OutsideInput, AvrSoc};
+use emu_avr::soc::{AvrSoc, OutsideInput};
 use emu_avr::{Avr, Options};
 use emu_core::chip::{Chip, PinDef};
 use emu_core::cpu::{Bus, ResetCause};
@@ -72,7 +72,10 @@ fn rows_name_what_exists() {
     for part in AVR_PARTS {
         let name = part.chip.name;
         let exists = |pin: u16| part.ports.get(usize::from(pin / 8)).is_some_and(|bits| bits >> (pin % 8) & 1 == 1);
-        assert!(part.peripheral_pins.iter().all(|&(number, _, pin)| number < unit_index::COUNT && exists(pin)), "{name}: lines");
+        assert!(
+            part.peripheral_pins.iter().all(|&(number, _, pin)| number < unit_index::COUNT && exists(pin)),
+            "{name}: lines"
+        );
         assert!(part.pin_changes.iter().all(|&(pin, _)| exists(pin)), "{name}: pin changes");
         assert!(part.analog_pins.iter().chain(&part.comparator_pins).all(|&pin| exists(pin)), "{name}: analog pins");
         let reset = part.chip.pins.get(usize::from(part.reset_pin)).map_or("", |pin| pin.note);
@@ -94,7 +97,10 @@ fn rows_name_what_exists() {
         let once: BTreeSet<_> = part.interrupt_sources.iter().collect();
         assert_eq!(once.len(), part.interrupt_sources.len(), "{name}: a source asks for two vectors");
         assert!(
-            part.interrupt_sources.iter().chain(part.adc_triggers).all(|&(number, irq)| number < unit_index::COUNT && irq < 8),
+            part.interrupt_sources
+                .iter()
+                .chain(part.adc_triggers)
+                .all(|&(number, irq)| number < unit_index::COUNT && irq < 8),
             "{name}"
         );
     }
@@ -379,7 +385,13 @@ fn ram_below_100h() {
         assert!(random.len() > 32, "{name}: {random:?}");
     }
     // The larger ones have registers there.
-    assert_eq!(AVR_PARTS.iter().filter(|part| part.register_slots.iter().any(|site| matches!(site, RegisterSlot::Low(_)))).count(), 3);
+    assert_eq!(
+        AVR_PARTS
+            .iter()
+            .filter(|part| part.register_slots.iter().any(|site| matches!(site, RegisterSlot::Low(_))))
+            .count(),
+        3
+    );
 }
 
 /// Jumps of two words need more than 8 KB, ELPM more than 64 KB.

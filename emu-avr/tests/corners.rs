@@ -2,7 +2,7 @@
 
 use emu_avr::chips::ATMEGA328P;
 use emu_avr::{Avr, Options};
-use emu_core::{Cpu, ChipEvent, PinLevel, Probe, RamInit, StopReason, CycleTime};
+use emu_core::{ChipEvent, Cpu, CycleTime, PinLevel, Probe, RamInit, StopReason};
 
 /// The machine of a program.
 fn machine(source: &str, lock: u8, fuses: [u8; 3]) -> Avr {

@@ -95,7 +95,8 @@ impl Text<'_> {
             }
             5 => {
                 // Z, then SPM.
-                let (page, order) = (boundary_byte(self.rng) & 0x3F, pick_random(self.rng, &[0x03, 0x05, 0x01, 0x11, 0x09]));
+                let (page, order) =
+                    (boundary_byte(self.rng) & 0x3F, pick_random(self.rng, &[0x03, 0x05, 0x01, 0x11, 0x09]));
                 self.words.extend([0xE0E0, 0xE0F0 | u16::from(page & 0xF)]);
                 for name in ["SPMCSR", "SPMCR"] {
                     self.named(name, order);

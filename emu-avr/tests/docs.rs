@@ -45,7 +45,9 @@ fn line(part: &AvrPart, number: usize, line: AvrLine) -> String {
         AvrLine::Xck => format!("XCK{usart}"),
         AvrLine::Int(n) => format!("INT{n}"),
         AvrLine::Pc(n) => format!("PCINT{n}"),
-        AvrLine::Sck | AvrLine::Miso | AvrLine::Mosi | AvrLine::Ss | AvrLine::Scl | AvrLine::Sda => format!("{line:?}").to_uppercase(),
+        AvrLine::Sck | AvrLine::Miso | AvrLine::Mosi | AvrLine::Ss | AvrLine::Scl | AvrLine::Sda => {
+            format!("{line:?}").to_uppercase()
+        }
     }
 }
 
@@ -75,7 +77,8 @@ fn table_of_chips() -> String {
     for part in AVR_PARTS {
         let chip = part.chip;
         let has = |number: usize| part.peripheral_pins.iter().any(|row| row.0 == number);
-        let serial = [(unit_index::SPI, "SPI"), (unit_index::TWI, "TWI")].iter().filter(|row| has(row.0)).map(|row| row.1);
+        let serial =
+            [(unit_index::SPI, "SPI"), (unit_index::TWI, "TWI")].iter().filter(|row| has(row.0)).map(|row| row.1);
         let ints = part.peripheral_pins.iter().filter(|row| matches!(row.1, AvrLine::Int(_))).count();
         let fuse_bytes = chip.spaces.iter().find(|space| space.0 == "fuse").map_or(0, |space| space.1 as usize);
         let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ");

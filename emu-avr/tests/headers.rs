@@ -214,7 +214,12 @@ fn check_vectors(part: &AvrPart, header: &Header, wrong: &mut Vec<String>) {
         }
     }
     if part.interrupt_sources.len() + 1 != chip.vectors.len() {
-        wrong.push(format!("{}: {} sources of {} vectors", chip.name, part.interrupt_sources.len(), chip.vectors.len()));
+        wrong.push(format!(
+            "{}: {} sources of {} vectors",
+            chip.name,
+            part.interrupt_sources.len(),
+            chip.vectors.len()
+        ));
     }
 }
 
@@ -276,7 +281,9 @@ fn bits_land_where_they_belong() {
                 continue;
             }
             let addr = chip(&name).and_then(|chip| chip.reg(register)).expect("a register");
-            let RegisterSlot::Split(ours) = part.register_slots[usize::from(addr)] else { panic!("{name}: {register}") };
+            let RegisterSlot::Split(ours) = part.register_slots[usize::from(addr)] else {
+                panic!("{name}: {register}")
+            };
             walked.insert((name.clone(), addr));
             let ours: BTreeMap<u32, String> =
                 ours.iter().map(|&(bit, site, its)| (u32::from(bit), format!("{site:?}.{its}"))).collect();

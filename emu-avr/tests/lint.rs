@@ -4,7 +4,7 @@ use emu_avr::{Avr, Options, chips};
 use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
 use emu_core::image::{Image, Segment, SymbolAt};
 use emu_core::lint::{LINT_CODES, Lint};
-use emu_core::pins::{PinLevel, CycleTime};
+use emu_core::pins::{CycleTime, PinLevel};
 use emu_core::rng::Rng;
 
 #[derive(Default)]

@@ -1,13 +1,13 @@
 //! Any way of running the whole chip gives the same machine: random programs that write peripherals, wait for them, sleep and are
 //! interrupted, while pins are driven.
 
-use emu_avr::{Avr, Options, AvrReadings, chips};
+use emu_avr::{Avr, AvrReadings, Options, chips};
 use emu_core::chip::Chip;
 use emu_core::engine::CpuEngine;
 use emu_core::image::{Image, Segment};
 use emu_core::rng::Rng;
 use emu_core::slices::{RandomInput, SlicePlan, SliceSubject, pick_random};
-use emu_core::{Cpu, PinLevel, PinId, RamInit, ResetCause, CycleTime};
+use emu_core::{Cpu, CycleTime, PinId, PinLevel, RamInit, ResetCause};
 
 const SEED: u64 = 0x5EED_A328;
 /// A build without optimisation runs the first ones only: each is run in eleven ways.
@@ -31,7 +31,9 @@ impl Text {
     }
 
     fn put(&mut self, line: &str) {
-        self.words.extend(emu_asm::assemble_line(&chips::ATMEGA328P, line, self.at()).unwrap_or_else(|e| panic!("{line}: {e}")));
+        self.words.extend(
+            emu_asm::assemble_line(&chips::ATMEGA328P, line, self.at()).unwrap_or_else(|e| panic!("{line}: {e}")),
+        );
     }
 
     fn fill(&mut self, to: u32) {
@@ -228,7 +230,18 @@ fn program(chip: &Chip, rng: &mut Rng) -> Text {
 }
 
 fn level(rng: &mut Rng) -> PinLevel {
-    pick_random(rng, &[PinLevel::Low, PinLevel::Low, PinLevel::High, PinLevel::High, PinLevel::Float, PinLevel::PullUp, PinLevel::PullDown])
+    pick_random(
+        rng,
+        &[
+            PinLevel::Low,
+            PinLevel::Low,
+            PinLevel::High,
+            PinLevel::High,
+            PinLevel::Float,
+            PinLevel::PullUp,
+            PinLevel::PullDown,
+        ],
+    )
 }
 
 fn act(chip: &Chip, heads: &[u32], rng: &mut Rng) -> RandomInput {
@@ -236,7 +249,10 @@ fn act(chip: &Chip, heads: &[u32], rng: &mut Rng) -> RandomInput {
         0 => RandomInput::Poke("data", u32::from(register(chip, rng)), byte(rng)),
         1 => RandomInput::Pc(pick_random(rng, heads)),
         2 => RandomInput::Trap(pick_random(rng, heads), rng.one_in(2)),
-        3 => RandomInput::Reset(pick_random(rng, &[ResetCause::PowerOn, ResetCause::External, ResetCause::Watchdog, ResetCause::BrownOut])),
+        3 => RandomInput::Reset(pick_random(
+            rng,
+            &[ResetCause::PowerOn, ResetCause::External, ResetCause::Watchdog, ResetCause::BrownOut],
+        )),
         4 => RandomInput::Nothing,
         _ => RandomInput::Drive(rng.below(chip.pins.len() as u64) as PinId, level(rng)),
     }
@@ -276,10 +292,16 @@ fn plan(seed: u64) -> SlicePlan<Avr> {
             start.set_supply(CycleTime::at(at), 1000 + rng.below(5000) as u32);
         }
     }
-    let mut acts: Vec<(u64, RandomInput)> = (0..rng.below(6)).map(|_| (rng.below(SPAN), act(chip, &text.heads, rng))).collect();
+    let mut acts: Vec<(u64, RandomInput)> =
+        (0..rng.below(6)).map(|_| (rng.below(SPAN), act(chip, &text.heads, rng))).collect();
     acts.push((SPAN, RandomInput::Nothing));
     acts.sort_by_key(|act| act.0);
-    SlicePlan { description: format!("seed {seed:#018x}, {}, {options:?}, {acts:x?}", chip.name), start, inputs: acts, breakpoint_candidates: text.heads }
+    SlicePlan {
+        description: format!("seed {seed:#018x}, {}, {options:?}, {acts:x?}", chip.name),
+        start,
+        inputs: acts,
+        breakpoint_candidates: text.heads,
+    }
 }
 
 /// Registers and data memory, SREG, SP.

@@ -4,13 +4,13 @@
 //! Random values rarely bring an integer to its limit while all contacts beside the comparison pass, so a limit that
 //! is off by one would hide. Each wish is tried with several states; one that cannot be granted is dropped.
 
-use ladder::{CompareOp, Element, MathOp, LadderOperand, LadderProgram, SymbolKind};
+use ladder::{CompareOp, Element, LadderOperand, LadderProgram, MathOp, SymbolKind};
 use ladder_eval::Evaluator;
 
 use crate::coverage_goals::EvaluatedScan;
-use crate::value_hints::{ValueHints, element_constants, truncate_to_bytes};
 use crate::possible_outcomes::comparison_holds;
 use crate::stimulus::ScanStimulus;
+use crate::value_hints::{ValueHints, element_constants, truncate_to_bytes};
 
 /// A wish that failed so often is dropped.
 const MAX_FAILED_TRIES: u32 = 1_000;
@@ -65,26 +65,36 @@ impl BoundaryGoals {
             let plain = matches!(element, Element::Contacts { .. } | Element::Compare { .. } | Element::Short);
             stores.push(!plain);
             let mut add_goals = |symbol: Option<usize>, targets: Vec<GoalTarget>| {
-                let wish = |symbol| move |target| BoundaryGoal { position: at, symbol, target, failed_tries: 0, is_reached: false };
+                let wish = |symbol| {
+                    move |target| BoundaryGoal { position: at, symbol, target, failed_tries: 0, is_reached: false }
+                };
                 goals.extend(symbol.into_iter().flat_map(|symbol| targets.iter().copied().map(wish(symbol))));
             };
             match element {
                 Element::Timer { name, .. } | Element::Counter { name, .. } => {
                     let around = |limit: i32| [limit.wrapping_sub(1), limit].map(GoalTarget::Value);
-                    add_goals(integer(name), element_constants(program, element).into_iter().flat_map(around).collect());
+                    add_goals(
+                        integer(name),
+                        element_constants(program, element).into_iter().flat_map(around).collect(),
+                    );
                 }
                 Element::Compare { op, op1, op2 } => match (op1, op2) {
                     (LadderOperand::Var(name), LadderOperand::Const { value, .. }) => {
-                        let values = deciding_distances(*op).map(|d| GoalTarget::Value((*value as i32).wrapping_add(d)));
+                        let values =
+                            deciding_distances(*op).map(|d| GoalTarget::Value((*value as i32).wrapping_add(d)));
                         add_goals(integer(name), values.collect());
                     }
                     (LadderOperand::Const { value, .. }, LadderOperand::Var(name)) => {
-                        let values = deciding_distances(*op).map(|d| GoalTarget::Value((*value as i32).wrapping_sub(d)));
+                        let values =
+                            deciding_distances(*op).map(|d| GoalTarget::Value((*value as i32).wrapping_sub(d)));
                         add_goals(integer(name), values.collect());
                     }
                     (LadderOperand::Var(a), LadderOperand::Var(b)) if a != b => {
                         if let Some(other) = integer(b) {
-                            add_goals(integer(a), deciding_distances(*op).map(|d| GoalTarget::NearSymbol(other, d)).collect());
+                            add_goals(
+                                integer(a),
+                                deciding_distances(*op).map(|d| GoalTarget::NearSymbol(other, d)).collect(),
+                            );
                         }
                     }
                     _ => {}
@@ -94,7 +104,9 @@ impl BoundaryGoals {
                     let each = (0..).take(values.len().min(MAX_TABLE_GOALS)).map(|n| GoalTarget::WhenActing(n, None));
                     add_goals(integer(name), each.collect());
                 }
-                Element::Math { op: MathOp::Div, op1: LadderOperand::Var(a), op2: LadderOperand::Var(b), .. } if a != b => {
+                Element::Math { op: MathOp::Div, op1: LadderOperand::Var(a), op2: LadderOperand::Var(b), .. }
+                    if a != b =>
+                {
                     if let (Some(a), Some(b)) = (integer(a), integer(b)) {
                         let width = |symbol: usize| eval.symbols().get(symbol).map_or(2, |s| s.bytes);
                         let end = |value: i32, symbol| match value {
@@ -124,7 +136,13 @@ impl BoundaryGoals {
     }
 
     /// Tries to grant a wish with `step`, changed to write the wanted value: true when it does.
-    pub(crate) fn try_reach(&mut self, wish: usize, eval: &Evaluator, hints: &ValueHints, step: &mut ScanStimulus) -> bool {
+    pub(crate) fn try_reach(
+        &mut self,
+        wish: usize,
+        eval: &Evaluator,
+        hints: &ValueHints,
+        step: &mut ScanStimulus,
+    ) -> bool {
         let Some(wish) = self.goals.get_mut(wish) else { return false };
         if hints.writable.get(wish.symbol) != Some(&true) {
             wish.failed_tries = MAX_FAILED_TRIES;
@@ -170,7 +188,10 @@ impl BoundaryGoals {
 
 /// The distances of the left operand from the right one at which one more or less changes the outcome.
 fn deciding_distances(op: CompareOp) -> impl Iterator<Item = i32> {
-    let changes_outcome = move |d: i32| comparison_holds(op, d, 0) != comparison_holds(op, d - 1, 0) || comparison_holds(op, d, 0) != comparison_holds(op, d + 1, 0);
+    let changes_outcome = move |d: i32| {
+        comparison_holds(op, d, 0) != comparison_holds(op, d - 1, 0)
+            || comparison_holds(op, d, 0) != comparison_holds(op, d + 1, 0)
+    };
     (-1..=1).filter(move |d| changes_outcome(*d))
 }
 

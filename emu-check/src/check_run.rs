@@ -1,20 +1,20 @@
 //! The course of a check: runs from reset, scan after scan, until something differs or all scans are done.
 
 use diag::{Diagnostic, Pos, Severity};
-use ladder::{LadderDialect, LdFormat, LadderProgram};
+use ladder::{LadderDialect, LadderProgram, LdFormat};
 use ladder_compile::CompiledProgram;
 
 use crate::CheckOptions;
+use crate::boundary_goals::BoundaryGoals;
 use crate::codes;
 use crate::coverage::LadderCoverage;
-use crate::families::CheckedChip;
 use crate::coverage_goals::CoverageGoals;
+use crate::families::CheckedChip;
 use crate::fault_location::find_faulty_element;
-use crate::lockstep::{TestBench, FLOATING_LEVEL, Mismatch, LockstepPair};
-use crate::report::{CheckDifference, ProgramFigures, CheckReport, RungFigures, SCHEMA, DifferenceKind};
+use crate::lockstep::{FLOATING_LEVEL, LockstepPair, Mismatch, TestBench};
+use crate::report::{CheckDifference, CheckReport, DifferenceKind, ProgramFigures, RungFigures, SCHEMA};
 use crate::shrink_stimulus::shrink_stimulus;
 use crate::stimulus::{ScanStimulus, StimulusGenerator};
-use crate::boundary_goals::BoundaryGoals;
 
 /// Scans between two reports of progress.
 const SCANS_PER_PROGRESS: u64 = 64;
@@ -207,7 +207,10 @@ pub(crate) fn replay_command(program: &LadderProgram, options: &CheckOptions, sc
         options.mcu.to_ascii_lowercase(),
         options.seed
     );
-    options.pins.iter().for_each(|(symbol, pin)| command += &format!(" --pin {}", shell_quote(&format!("{symbol}={pin}"))));
+    options
+        .pins
+        .iter()
+        .for_each(|(symbol, pin)| command += &format!(" --pin {}", shell_quote(&format!("{symbol}={pin}"))));
     match (program.format, program.dialect) {
         (LdFormat::V01, LadderDialect::Ldmicro5) => command += " --dialect ldmicro-5",
         (LdFormat::V02, LadderDialect::Ldmicro23) => command += " --dialect ldmicro-2.3",
@@ -228,7 +231,11 @@ pub(crate) fn shell_quote(word: &str) -> String {
 }
 
 /// One step in words: `scan 3: Xa=1 Xb=0, changing later Xa; written Tx=49`.
-fn stimulus_text<C: CheckedChip, F: Fn(u64) -> C>(bench: &TestBench<'_, C, F>, step: &ScanStimulus, scan: usize) -> String {
+fn stimulus_text<C: CheckedChip, F: Fn(u64) -> C>(
+    bench: &TestBench<'_, C, F>,
+    step: &ScanStimulus,
+    scan: usize,
+) -> String {
     let name = |symbol: &usize| bench.eval.symbols().get(*symbol).map_or("?", |s| s.name.as_str());
     let inputs = bench.hints.inputs.iter().map(name);
     let levels: Vec<String> =
@@ -238,7 +245,8 @@ fn stimulus_text<C: CheckedChip, F: Fn(u64) -> C>(bench: &TestBench<'_, C, F>, s
     let mut line = format!("scan {scan}:");
     line += &if levels.is_empty() { String::new() } else { format!(" {}", levels.join(" ")) };
     line += &if flips.is_empty() { String::new() } else { format!(", inverted after latching: {}", flips.join(" ")) };
-    let spare = bench.places.spare_pins.iter().zip(0..).filter(|(_, n)| step.spare.checked_shr(*n).unwrap_or(0) & 1 == 1);
+    let spare =
+        bench.places.spare_pins.iter().zip(0..).filter(|(_, n)| step.spare.checked_shr(*n).unwrap_or(0) & 1 == 1);
     let spare: Vec<&str> = spare.map(|(&pin, _)| bench.places.pin_name(pin)).collect();
     line += &if spare.is_empty() { String::new() } else { format!("; unnamed and high {}", spare.join(" ")) };
     line += &if writes.is_empty() { String::new() } else { format!("; written {}", writes.join(" ")) };

@@ -1,11 +1,11 @@
 //! The chip on the bench: run from one moment of a scan to the next, with its pins wired.
 
 use emu_core::cpu::StopReason;
-use emu_core::pins::{PinLevel, CycleTime};
+use emu_core::pins::{CycleTime, PinLevel};
 
-use crate::families::{HighDrive, CheckedChip};
-use crate::program_places::{ProgramPlaces, ScanPoint};
+use crate::families::{CheckedChip, HighDrive};
 use crate::pin_listener::PinListener;
+use crate::program_places::{ProgramPlaces, ScanPoint};
 
 /// Cycles allowed from reset to the start of the timer, on top of some periods.
 const MAX_RESET_CYCLES: u64 = 200_000;
@@ -195,7 +195,9 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
                 Some(tap) => self.cpu.run(until, tap),
                 None => self.cpu.run(until, &mut ()),
             };
-            let Some(power) = self.places.supply_pin().filter(|_| stop == StopReason::Halted && self.cpu.cycle() < until) else {
+            let Some(power) =
+                self.places.supply_pin().filter(|_| stop == StopReason::Halted && self.cpu.cycle() < until)
+            else {
                 return stop;
             };
             self.cpu.drive(CycleTime::at(until), power, PinLevel::High);

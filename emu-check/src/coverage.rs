@@ -104,7 +104,10 @@ pub struct LadderCoverage {
 
 impl LadderCoverage {
     /// `items` are the things of the program, each with true for all seen, false for not, nothing for "cannot do all".
-    pub(crate) fn new(items: impl Iterator<Item = (CoverageClass, Option<bool>)>, mut missing: Vec<MissingOutcome>) -> LadderCoverage {
+    pub(crate) fn new(
+        items: impl Iterator<Item = (CoverageClass, Option<bool>)>,
+        mut missing: Vec<MissingOutcome>,
+    ) -> LadderCoverage {
         let items: Vec<_> = items.collect();
         let classes = CoverageClass::ALL_CLASSES.iter().filter_map(|&(class, _, _)| {
             let count = |wanted: &dyn Fn(Option<bool>) -> bool| {
@@ -127,8 +130,10 @@ impl LadderCoverage {
     #[must_use]
     pub fn summary_line(&self) -> String {
         let class = |row: &ClassCoverage| {
-            let (name, how) =
-                CoverageClass::ALL_CLASSES.iter().find(|(class, ..)| *class == row.class).map_or(("", ""), |&(_, n, h)| (n, h));
+            let (name, how) = CoverageClass::ALL_CLASSES
+                .iter()
+                .find(|(class, ..)| *class == row.class)
+                .map_or(("", ""), |&(_, n, h)| (n, h));
             let more = if row.impossible > 0 { format!(" ({} more cannot)", row.impossible) } else { String::new() };
             format!("{name} {}/{} {how}{more}", row.covered, row.total)
         };

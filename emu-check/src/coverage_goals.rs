@@ -2,14 +2,14 @@
 
 use std::collections::HashMap;
 
-use ladder::{Element, ElementId, RungNode, LadderProgram};
+use ladder::{Element, ElementId, LadderProgram, RungNode};
 use ladder_eval::Evaluator;
 
 use crate::coverage::{CoverageClass, LadderCoverage, MissingOutcome};
-use crate::value_hints::ValueHints;
+use crate::coverage_rules::{OutcomeCondition, WantedOutcome, wanted_outcomes};
 use crate::possible_outcomes::{self, FALSE_FALSE, FALSE_TRUE, TRUE_FALSE, TRUE_TRUE};
 use crate::stimulus::ScanStimulus;
-use crate::coverage_rules::{WantedOutcome, OutcomeCondition, wanted_outcomes};
+use crate::value_hints::ValueHints;
 
 /// One scan of the evaluator: values before and after, and the rung bit at every element in order of execution.
 #[derive(Debug, Clone, Default)]
@@ -34,7 +34,13 @@ impl EvaluatedScan {
         let after = (0..symbols).map(|i| eval.get(i)).collect();
         // A count that went up is a write; one scan alone takes one away.
         let wrote = eval.eeprom_busy_scans() > busy.saturating_sub(1);
-        EvaluatedScan { values_before: before, values_after: after, sent: eval.sent().is_some(), wrote_eeprom: wrote, trace }
+        EvaluatedScan {
+            values_before: before,
+            values_after: after,
+            sent: eval.sent().is_some(),
+            wrote_eeprom: wrote,
+            trace,
+        }
     }
 
     /// How far a symbol moved in the scan.
@@ -134,8 +140,14 @@ impl CoverageGoals {
                         // A branch of one element that only passes on or blocks says nothing that the element does not.
                         let leaves = (id.index - first.index) as usize;
                         if let Some(at) = at.as_ref().filter(|_| leaves > 1 || !is_simple_branch(branch)) {
-                            let both = [("is true", 0, OutcomeCondition::Branch(true)), ("is false", 0, OutcomeCondition::Branch(false))];
-                            self.push(CoverageItem { id: first, class: CoverageClass::Branches, trace_positions: at.clone() }, &both);
+                            let both = [
+                                ("is true", 0, OutcomeCondition::Branch(true)),
+                                ("is false", 0, OutcomeCondition::Branch(false)),
+                            ];
+                            self.push(
+                                CoverageItem { id: first, class: CoverageClass::Branches, trace_positions: at.clone() },
+                                &both,
+                            );
                         }
                         outs = outs.zip(at).map(|(mut outs, at)| {
                             outs.extend(at);
@@ -272,7 +284,8 @@ fn why_impossible(goal: &CoverageGoal, item: &CoverageItem, worlds: &[Vec<u8>]) 
     let at = |world: &Vec<u8>, at: &usize| world.get(*at).copied().unwrap_or(0);
     if let OutcomeCondition::Branch(out) = goal.when {
         let set = worlds.iter().fold(0, |set, world| {
-            let outs: Vec<u8> = item.trace_positions.iter().map(|p| possible_outcomes::outputs_of_pairs(at(world, p))).collect();
+            let outs: Vec<u8> =
+                item.trace_positions.iter().map(|p| possible_outcomes::outputs_of_pairs(at(world, p))).collect();
             set | possible_outcomes::or_of_sets(&outs)
         });
         return match (out, set) {
@@ -281,7 +294,8 @@ fn why_impossible(goal: &CoverageGoal, item: &CoverageItem, worlds: &[Vec<u8>]) 
             _ => None,
         };
     }
-    let pairs = item.trace_positions.iter().flat_map(|p| worlds.iter().map(move |w| at(w, p))).fold(0, |set, one| set | one);
+    let pairs =
+        item.trace_positions.iter().flat_map(|p| worlds.iter().map(move |w| at(w, p))).fold(0, |set, one| set | one);
     if pairs & goal.rung_pairs != 0 {
         return None;
     }

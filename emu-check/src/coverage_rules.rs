@@ -1,6 +1,6 @@
 //! What of a program counts as covered: for each element, what it should be seen doing.
 
-use ladder::{CounterKind, LadderDialect, Element, LadderOperand, LadderProgram, TimerKind};
+use ladder::{CounterKind, Element, LadderDialect, LadderOperand, LadderProgram, TimerKind};
 use ladder_eval::Evaluator;
 
 use crate::coverage::CoverageClass;
@@ -145,12 +145,18 @@ fn index_outcomes(
     index: &LadderOperand,
     parts: &[(&'static str, i64, i64)],
 ) -> Vec<WantedOutcome> {
-    let LadderOperand::Var(name) = index else { return vec![("acts", TRUE_FALSE | TRUE_TRUE, OutcomeCondition::Always)] };
+    let LadderOperand::Var(name) = index else {
+        return vec![("acts", TRUE_FALSE | TRUE_TRUE, OutcomeCondition::Always)];
+    };
     let (symbol, own) = (symbol(name), name == dest);
     // Parts that lie outside of what the index can hold are none.
     let end = 1i64 << (8 * u32::from(eval.symbols().get(symbol).map_or(2, |s| s.bytes).clamp(1, 4)) - 1);
     let parts = parts.iter().filter(|(_, least, most)| least <= most && *least < end && *most >= -end);
-    parts.map(|&(says, least, most)| (says, TRUE_FALSE | TRUE_TRUE, OutcomeCondition::Within { symbol, least, most, own })).collect()
+    parts
+        .map(|&(says, least, most)| {
+            (says, TRUE_FALSE | TRUE_TRUE, OutcomeCondition::Within { symbol, least, most, own })
+        })
+        .collect()
 }
 
 /// A byte on the line takes longer than a scan.

@@ -9,10 +9,10 @@ use emu_avr::Avr;
 use emu_core::chip::{Chip, ChipFamily, PinDef};
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
-use emu_core::pins::{PinState, PinId};
+use emu_core::pins::{PinId, PinState};
 use emu_core::rng::Rng;
 use emu_pic16::Pic16;
-use emu_pic16::chips::{Pic16Part, FileSlot, part};
+use emu_pic16::chips::{FileSlot, Pic16Part, part};
 
 /// Time on the chips of a family.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,21 +32,45 @@ pub(crate) struct FamilyTiming {
 
 /// A look at TIFR by SBIS takes one cycle, or two when it skips, and the jump back two; a TIFR out of reach of SBIS takes LDS and
 /// SBRS, two cycles more. Prescalers of timer 1: DS40002061, table 16-5; they are the same on all chips of the family.
-const AVR: FamilyTiming = FamilyTiming { clocks_per_cycle: 1, tick_cycles: &[1, 8, 64, 256, 1024], max_period_ticks: 1 << 16, poll_cycles: 5, poll_cycles_with_rounds: 5 };
+const AVR: FamilyTiming = FamilyTiming {
+    clocks_per_cycle: 1,
+    tick_cycles: &[1, 8, 64, 256, 1024],
+    max_period_ticks: 1 << 16,
+    poll_cycles: 5,
+    poll_cycles_with_rounds: 5,
+};
 
 /// JNB takes two cycles, as does SJMP; a timer counts machine cycles, and software counts its periods where one is too short: loading
 /// the timer and counting down takes up to some 25 more.
-const MCS51: FamilyTiming = FamilyTiming { clocks_per_cycle: 12, tick_cycles: &[1], max_period_ticks: u128::MAX, poll_cycles: 6, poll_cycles_with_rounds: 32 };
+const MCS51: FamilyTiming = FamilyTiming {
+    clocks_per_cycle: 12,
+    tick_cycles: &[1],
+    max_period_ticks: u128::MAX,
+    poll_cycles: 6,
+    poll_cycles_with_rounds: 32,
+};
 
 /// BTFSS takes one cycle, or two when it skips, GOTO two; the prescaler of timer 1 is 1 to 8 (DS33023, section 12.4). Where a period
 /// is longer, software counts overflows: clearing the flag and two counts that skip take 5 more.
-const PIC16: FamilyTiming = FamilyTiming { clocks_per_cycle: 4, tick_cycles: &[1, 2, 4, 8], max_period_ticks: 1 << 16, poll_cycles: 6, poll_cycles_with_rounds: 11 };
+const PIC16: FamilyTiming = FamilyTiming {
+    clocks_per_cycle: 4,
+    tick_cycles: &[1, 2, 4, 8],
+    max_period_ticks: 1 << 16,
+    poll_cycles: 6,
+    poll_cycles_with_rounds: 11,
+};
 
 /// A chip whose only CCP module makes pulses: timer 1 is left, whose prescaler does not survive that its value is changed.
 const PIC16_WITH_PWM: FamilyTiming = FamilyTiming { tick_cycles: &[1], max_period_ticks: u128::MAX, ..PIC16 };
 
 /// The machine itself waits for the end of the period, and is exact.
-const AP101: FamilyTiming = FamilyTiming { clocks_per_cycle: 2, tick_cycles: &[1], max_period_ticks: u128::MAX, poll_cycles: 2, poll_cycles_with_rounds: 2 };
+const AP101: FamilyTiming = FamilyTiming {
+    clocks_per_cycle: 2,
+    tick_cycles: &[1],
+    max_period_ticks: u128::MAX,
+    poll_cycles: 2,
+    poll_cycles_with_rounds: 2,
+};
 
 /// The facts of a chip's family, for a program that has a PWM output if `pulses`.
 pub(crate) fn family_timing(chip: &Chip, pulses: bool) -> FamilyTiming {

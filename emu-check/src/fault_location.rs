@@ -3,9 +3,9 @@
 use ladder::{Element, ElementId, LadderProgram};
 use ladder_compile::ImageMap;
 
-use crate::families::CheckedChip;
 use crate::coverage_goals::EvaluatedScan;
-use crate::lockstep::{TestBench, DifferingSymbol, Mismatch, LockstepPair};
+use crate::families::CheckedChip;
+use crate::lockstep::{DifferingSymbol, LockstepPair, Mismatch, TestBench};
 use crate::program_places::ScanPoint;
 use crate::report::DifferenceKind;
 use crate::stimulus::ScanStimulus;
@@ -39,7 +39,9 @@ pub(crate) fn find_faulty_element<C: CheckedChip, F: Fn(u64) -> C>(
     if !matches!(mismatch.kind, DifferenceKind::Symbol | DifferenceKind::Pin) {
         return (None, first);
     }
-    let Some((seen, stops)) = step_through_elements(bench, map, ram_seed, steps, mismatch) else { return (None, first) };
+    let Some((seen, stops)) = step_through_elements(bench, map, ram_seed, steps, mismatch) else {
+        return (None, first);
+    };
     let suspects = mismatch.differing.iter().enumerate().map(|(n, &differing)| {
         let name = bench.eval.symbols().get(differing.symbol).map_or("", |s| s.name.as_str());
         (suspect_element(program, name, &seen, &changing_elements(&stops, n)), differing)
@@ -103,7 +105,12 @@ fn changing_elements(stops: &ElementStops, n: usize) -> Vec<Option<ElementId>> {
 }
 
 /// The element to blame for one symbol.
-fn suspect_element(program: &LadderProgram, name: &str, seen: &EvaluatedScan, changes: &[Option<ElementId>]) -> Option<ElementId> {
+fn suspect_element(
+    program: &LadderProgram,
+    name: &str,
+    seen: &EvaluatedScan,
+    changes: &[Option<ElementId>],
+) -> Option<ElementId> {
     let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));
     let mut writers = Vec::new();
     let mut last = None;

@@ -8,10 +8,10 @@ use ladder_compile::CompiledProgram;
 use diag::escape_markup;
 
 use crate::CheckOptions;
-use crate::symbol_trace::symbol_trace;
 use crate::report::{CheckDifference, CheckReport, DifferenceKind, count_text, grouped_number};
-use crate::waveform_svg::waveform;
 use crate::summary_table::{COLUMN_HEADS, CheckOutcome, report_cells, verdict_line};
+use crate::symbol_trace::symbol_trace;
+use crate::waveform_svg::waveform;
 
 /// A check and what came of it.
 #[derive(Debug, Clone, Copy)]
@@ -41,7 +41,8 @@ const STYLE: &str = include_str!("report.css");
 #[must_use]
 pub fn html_report(entries: &[ReportEntry<'_>]) -> String {
     let outcomes: Vec<CheckOutcome> = entries.iter().map(|entry| entry.outcome.clone()).collect();
-    let differ = entries.iter().filter(|e| matches!(e.outcome, CheckOutcome::Checked(report) if !report.agreed)).count();
+    let differ =
+        entries.iter().filter(|e| matches!(e.outcome, CheckOutcome::Checked(report) if !report.agreed)).count();
     let title = match entries {
         [one] => format!("{} on {}", one.program.file, one.options.mcu),
         _ => format!("{}, {differ} differ", count_text(entries.len() as u64, "check")),
@@ -103,9 +104,11 @@ fn overview_table(entries: &[ReportEntry<'_>]) -> String {
         let (class, verdict) = verdict_class_and_text(entry.outcome);
         let (program, mcu) = (escape_markup(&entry.program.file), escape_markup(&entry.options.mcu));
         let figures: String = match entry.outcome {
-            CheckOutcome::Checked(report) => {
-                report_cells(report).iter().skip(3).map(|cell| format!("<td class=\"n\">{}</td>", escape_markup(cell))).collect()
-            }
+            CheckOutcome::Checked(report) => report_cells(report)
+                .iter()
+                .skip(3)
+                .map(|cell| format!("<td class=\"n\">{}</td>", escape_markup(cell)))
+                .collect(),
             CheckOutcome::Refused(refused) => {
                 let why = refused.errors.first().map_or("", |error| error.cause.as_str());
                 format!("<td class=\"dim\" colspan=\"{}\">{}</td>", COLUMN_HEADS.len() - 3, escape_markup(why))
@@ -181,7 +184,8 @@ fn difference_section(program: &LadderProgram, difference: &CheckDifference) -> 
     };
     text += &table_line("replay", &format!("<code>{}</code>", escape_markup(&difference.replay)));
     if !difference.smallest.is_empty() {
-        text += &table_line("smallest stimulus", &format!("<pre>{}</pre>", escape_markup(&difference.smallest.join("\n"))));
+        text +=
+            &table_line("smallest stimulus", &format!("<pre>{}</pre>", escape_markup(&difference.smallest.join("\n"))));
     }
     text + "</table>\n" + &drawing
 }

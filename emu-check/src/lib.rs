@@ -11,41 +11,41 @@
 
 #![forbid(unsafe_code)]
 
+mod boundary_goals;
+mod check_run;
+mod chip_runner;
 mod codes;
-mod map_contract;
 mod coverage;
+mod coverage_goals;
+mod coverage_rules;
 mod families;
+mod fault_location;
 mod foreign;
 pub mod fuzz;
-mod coverage_goals;
-mod value_hints;
 mod html_report;
-mod symbol_trace;
 mod junit;
-mod peripheral_lines;
-mod fault_location;
 mod lockstep;
+mod map_contract;
+mod peripheral_lines;
 mod peripherals;
-mod program_places;
-mod scenario_play;
-mod scenario_on_chip;
-mod pwm_meter;
+mod pin_behaviour;
+mod pin_listener;
 mod possible_outcomes;
+mod program_places;
+mod pwm_meter;
 mod report;
-mod chip_runner;
-mod check_run;
+mod scenario_on_chip;
+mod scenario_play;
+mod serial_line;
 mod shrink_stimulus;
 mod stimulus;
-mod waveform_svg;
 mod summary_table;
-mod pin_listener;
+mod symbol_trace;
 #[cfg(test)]
 mod tests;
+mod value_hints;
 pub mod via;
-mod coverage_rules;
-mod serial_line;
-mod pin_behaviour;
-mod boundary_goals;
+mod waveform_svg;
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::Chip;
@@ -54,25 +54,29 @@ use ladder::LadderProgram;
 use ladder_compile::CompiledProgram;
 use ladder_eval::Evaluator;
 
-use map_contract::ScanPace;
-use families::{MachineVisitor, CheckedChip, visit_machines};
-use value_hints::ValueHints;
+use families::{CheckedChip, MachineVisitor, visit_machines};
 use lockstep::TestBench;
+use map_contract::ScanPace;
 use program_places::ProgramPlaces;
+use value_hints::ValueHints;
 
 pub use codes::CODES;
-pub use coverage::{CoverageClass, ClassCoverage, LadderCoverage, MissingOutcome};
+pub use coverage::{ClassCoverage, CoverageClass, LadderCoverage, MissingOutcome};
 pub use families::needs_pull_up;
 pub use foreign::{
-    FOREIGN_CODES, ForeignFinding, ForeignImage, ForeignDifference, ForeignReport, MAX_SCANS, MeasuredPeriod, check_foreign, read_map,
+    FOREIGN_CODES, ForeignDifference, ForeignFinding, ForeignImage, ForeignReport, MAX_SCANS, MeasuredPeriod,
+    check_foreign, read_map,
 };
 pub use html_report::{ReportEntry, html_report};
 pub use junit::junit;
-pub use scenario_play::{LadderResolver, ScanInputs, EvaluatorPlay};
-pub use scenario_on_chip::{ScenarioResult, ScenarioReport, ScenarioReportRow, verdict_diagnostic, scenario_report, play_on_chip, play_on_evaluator, outcome_name};
-pub use report::{CheckDifference, ProgramFigures, CheckReport, RungFigures, SCHEMA, DifferenceKind};
-pub use summary_table::{CheckOutcome, RefusedCheck, CheckSummary, summary_table};
+pub use report::{CheckDifference, CheckReport, DifferenceKind, ProgramFigures, RungFigures, SCHEMA};
+pub use scenario_on_chip::{
+    ScenarioReport, ScenarioReportRow, ScenarioResult, outcome_name, play_on_chip, play_on_evaluator, scenario_report,
+    verdict_diagnostic,
+};
+pub use scenario_play::{EvaluatorPlay, LadderResolver, ScanInputs};
 pub use serial_line::{ArrivalWindow, byte_edges};
+pub use summary_table::{CheckOutcome, CheckSummary, RefusedCheck, summary_table};
 
 /// How a program is checked.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -162,7 +166,11 @@ pub(crate) struct PreparedCheck {
 }
 
 /// Looks up all that a bench needs.
-pub(crate) fn prepare_check(program: &LadderProgram, compiled: &CompiledProgram, options: &CheckOptions) -> Result<PreparedCheck, Vec<Diagnostic>> {
+pub(crate) fn prepare_check(
+    program: &LadderProgram,
+    compiled: &CompiledProgram,
+    options: &CheckOptions,
+) -> Result<PreparedCheck, Vec<Diagnostic>> {
     let error = |code, cause: String, hint: &str| {
         vec![Diagnostic::new(Severity::Error, code, &program.file, Pos::default(), cause, hint)]
     };
@@ -206,7 +214,14 @@ impl MachineVisitor for CheckVisitor<'_> {
     fn visit<C: CheckedChip, F: Fn(u64) -> C>(self, power_up: F) -> CheckReport {
         let CheckVisitor { program, compiled, options, places, hints, eval, disagreements, progress } = self;
         let worst = compiled.map.worst_scan_cycles.into();
-        let bench = TestBench { power_up, places: &places, hints: &hints, worst_scan_cycles: worst, time_rungs: options.rungs, eval: &eval };
+        let bench = TestBench {
+            power_up,
+            places: &places,
+            hints: &hints,
+            worst_scan_cycles: worst,
+            time_rungs: options.rungs,
+            eval: &eval,
+        };
         check_run::run_check(program, compiled, options, &bench, disagreements, progress)
     }
 }

@@ -4,15 +4,15 @@ use emu_core::cpu::StopReason;
 use emu_core::pins::PinLevel;
 use ladder_eval::Evaluator;
 
-use crate::families::CheckedChip;
+use crate::chip_runner::{ChipRunner, LostSync};
 use crate::coverage_goals::EvaluatedScan;
-use crate::value_hints::ValueHints;
+use crate::families::CheckedChip;
 use crate::peripheral_lines::PeripheralLines;
+use crate::pin_behaviour;
 use crate::program_places::{ProgramPlaces, ScanPoint};
 use crate::report::DifferenceKind;
-use crate::chip_runner::{LostSync, ChipRunner};
 use crate::stimulus::ScanStimulus;
-use crate::pin_behaviour;
+use crate::value_hints::ValueHints;
 
 /// What both sides are made of.
 pub(crate) struct TestBench<'a, C, F: Fn(u64) -> C> {
@@ -172,7 +172,9 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
             self.flip_inputs(step);
         }
         self.runner.reach_end().map_err(to_mismatch)?;
-        compared += self.compare_symbols(DifferenceKind::Symbol, 0..self.eval.symbols().len())? + self.compare_pins()? + self.compare_wiring(first)?;
+        compared += self.compare_symbols(DifferenceKind::Symbol, 0..self.eval.symbols().len())?
+            + self.compare_pins()?
+            + self.compare_wiring(first)?;
         compared += self.lines.compare_sent(&mut self.runner)?;
         let end = self.runner.cpu.cycle();
         let cycles = end - start + *self.tail_cycles.get_or_insert_with(|| self.runner.tail_cycles());
@@ -200,14 +202,19 @@ impl<'a, C: CheckedChip> LockstepPair<'a, C> {
                 differing.push(DifferingSymbol { symbol, expected, found });
             }
         }
-        if differing.is_empty() { Ok(compared) } else { Err(Mismatch::of_values(what, self.runner.cpu.cycle(), differing)) }
+        if differing.is_empty() {
+            Ok(compared)
+        } else {
+            Err(Mismatch::of_values(what, self.runner.cpu.cycle(), differing))
+        }
     }
 
     /// What the chip does with its pins when nothing outside drives them. What answers an edge is switched on by the code
     /// before the first scan, or in it, so the whole machine is driven around that one.
     fn compare_wiring(&self, whole: bool) -> Result<u64, Mismatch> {
-        pin_behaviour::check_pins(&self.runner.cpu, self.places, whole)
-            .map_err(|(expected, found)| Mismatch::of_text(DifferenceKind::Pin, self.runner.cpu.cycle(), expected, found))
+        pin_behaviour::check_pins(&self.runner.cpu, self.places, whole).map_err(|(expected, found)| {
+            Mismatch::of_text(DifferenceKind::Pin, self.runner.cpu.cycle(), expected, found)
+        })
     }
 
     /// Output pins against the outputs as the evaluator has them now.
@@ -259,7 +266,8 @@ fn lost_sync_mismatch(astray: &LostSync, places: &ProgramPlaces) -> Mismatch {
         }
         StopReason::Probe => "a stop that nobody asked for".to_owned(),
     };
-    let mut mismatch = Mismatch::of_text(DifferenceKind::Stop, astray.cycle, format!("{}{wanted}", name(astray.wanted)), found);
+    let mut mismatch =
+        Mismatch::of_text(DifferenceKind::Stop, astray.cycle, format!("{}{wanted}", name(astray.wanted)), found);
     mismatch.pc = Some(astray.pc);
     mismatch
 }

@@ -26,7 +26,13 @@ pub(crate) struct ScanPace {
 impl ScanPace {
     /// The program's cycle at its clock, or at the one that is asked for, on a chip; nothing where that is no time.
     pub(crate) fn new(program: &LadderProgram, options: &CheckOptions, chip: &Chip) -> Option<ScanPace> {
-        let FamilyTiming { clocks_per_cycle: clocks, tick_cycles: ticks, max_period_ticks: most_ticks, poll_cycles: poll, poll_cycles_with_rounds: poll_turns } = family_timing(chip, pwm_frequency(program).is_some());
+        let FamilyTiming {
+            clocks_per_cycle: clocks,
+            tick_cycles: ticks,
+            max_period_ticks: most_ticks,
+            poll_cycles: poll,
+            poll_cycles_with_rounds: poll_turns,
+        } = family_timing(chip, pwm_frequency(program).is_some());
         let clock_hz = options.clock_hz.unwrap_or(program.settings.crystal_hz);
         let num = u128::from(clock_hz) * u128::from(program.settings.cycle_us);
         let den = 1_000_000 * u128::from(clocks);
@@ -41,7 +47,14 @@ impl ScanPace {
         let fits = |tick: &u64| num.div_ceil(den * u128::from(*tick)) <= most_ticks;
         let tick = ticks.iter().copied().find(fits).or(ticks.last().copied()).unwrap_or(1);
         let turns = num.div_ceil(den * u128::from(tick)) > 1 << 16;
-        Some(ScanPace { clock_hz, num, den, tick_cycles: tick, poll_cycles: if turns { poll_turns } else { poll }, clocks_per_cycle: clocks })
+        Some(ScanPace {
+            clock_hz,
+            num,
+            den,
+            tick_cycles: tick,
+            poll_cycles: if turns { poll_turns } else { poll },
+            clocks_per_cycle: clocks,
+        })
     }
 
     /// Machine cycles of a scan, as a number or a fraction.
@@ -71,7 +84,8 @@ pub(crate) fn map_disagreements(
     let (num, den) = (u128::from(map.cycle.num), u128::from(map.cycle.den));
     if den == 0 || num.checked_mul(pace.den) != pace.num.checked_mul(den) {
         let of = format!("({} us at {} Hz)", program.settings.cycle_us, pace.clock_hz);
-        disagreements.push((format!("a period of {} cycles {of}", pace.period()), format!("{} cycles", ratio_text(num, den))));
+        disagreements
+            .push((format!("a period of {} cycles {of}", pace.period()), format!("{} cycles", ratio_text(num, den))));
     }
     // A coarser tick does no harm where a period is a whole number of them.
     let whole = pace.den == 1 && map.tick != 0 && pace.num.is_multiple_of(map.tick.into());
@@ -163,7 +177,12 @@ pub(crate) fn pwm_frequency(program: &LadderProgram) -> Option<u64> {
 }
 
 /// Pins: each input and output has one, no pin has two symbols, and those that were asked for are where they should be.
-fn check_pins(program: &LadderProgram, options: &CheckOptions, (map, chip): (&ImageMap, &Chip), told: &mut Vec<(String, String)>) {
+fn check_pins(
+    program: &LadderProgram,
+    options: &CheckOptions,
+    (map, chip): (&ImageMap, &Chip),
+    told: &mut Vec<(String, String)>,
+) {
     let symbols = program.symbols();
     for symbol in &symbols {
         let direction = match symbol.kind {
@@ -198,7 +217,12 @@ fn check_pins(program: &LadderProgram, options: &CheckOptions, (map, chip): (&Im
 }
 
 /// The pin that was asked for: by `--pin`, else by the `IO LIST` where that is for a chip with the same pins.
-pub(crate) fn requested_pin<'a>(program: &'a LadderProgram, options: &'a CheckOptions, chip: &Chip, name: &str) -> Option<&'a str> {
+pub(crate) fn requested_pin<'a>(
+    program: &'a LadderProgram,
+    options: &'a CheckOptions,
+    chip: &Chip,
+    name: &str,
+) -> Option<&'a str> {
     if let Some((_, pin)) = options.pins.iter().find(|(symbol, _)| symbol == name) {
         return Some(pin);
     }

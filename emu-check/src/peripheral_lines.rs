@@ -2,16 +2,16 @@
 
 use std::collections::VecDeque;
 
-use emu_core::pins::{PinLevel, CycleTime};
+use emu_core::pins::{CycleTime, PinLevel};
 use ladder_eval::Evaluator;
 
+use crate::chip_runner::ChipRunner;
 use crate::families::CheckedChip;
 use crate::lockstep::Mismatch;
 use crate::program_places::ProgramPlaces;
 use crate::report::DifferenceKind;
-use crate::chip_runner::ChipRunner;
+use crate::serial_line::{BYTE_BITS, ByteArrival, SerialFrame, plan_arrival};
 use crate::stimulus::ScanStimulus;
-use crate::serial_line::{ByteArrival, BYTE_BITS, SerialFrame, plan_arrival};
 
 /// A byte that the evaluator has sent, and the clocks between which its scan ran on the chip.
 #[derive(Debug, Clone, Copy)]
@@ -42,7 +42,8 @@ pub(crate) struct PeripheralLines {
 impl PeripheralLines {
     /// Nothing is on its way. `busy`: machine cycles of the longest scan, by the compiler's reckoning.
     pub(crate) fn new(places: &ProgramPlaces, busy: u64) -> PeripheralLines {
-        let busy = (busy + places.pace.poll_cycles + places.pace.tick_cycles).saturating_mul(places.pace.clocks_per_cycle);
+        let busy =
+            (busy + places.pace.poll_cycles + places.pace.tick_cycles).saturating_mul(places.pace.clocks_per_cycle);
         PeripheralLines { longest_scan_clocks: busy, ..PeripheralLines::default() }
     }
 
@@ -53,7 +54,12 @@ impl PeripheralLines {
 
     /// At the end of a scan: puts voltages for the next on analog inputs, and begins a byte to the receiver where none is under way
     /// and none waits.
-    pub(crate) fn prepare_scan<C: CheckedChip>(&mut self, rig: &mut ChipRunner<'_, C>, eval: &Evaluator, step: &ScanStimulus) {
+    pub(crate) fn prepare_scan<C: CheckedChip>(
+        &mut self,
+        rig: &mut ChipRunner<'_, C>,
+        eval: &Evaluator,
+        step: &ScanStimulus,
+    ) {
         let peripherals = &rig.places.peripherals;
         for (&(_, pin), &value) in peripherals.analog.iter().zip(&step.analog) {
             peripherals.drive_analog(&mut rig.cpu, pin, value);
@@ -65,14 +71,20 @@ impl PeripheralLines {
         let now = peripherals.to_clock(CycleTime::at(rig.cpu.cycle() + 1));
         let next = rig.scans_started() + 1 + self.delay;
         let starts = |scan: u64| rig.scan_start_cycle(scan).saturating_mul(peripherals.clocks_per_cycle);
-        if let Some(ByteArrival { start, scan }) = plan_arrival(peripherals.bit_time, now, next, self.longest_scan_clocks, starts) {
+        if let Some(ByteArrival { start, scan }) =
+            plan_arrival(peripherals.bit_time, now, next, self.longest_scan_clocks, starts)
+        {
             peripherals.queue_byte(&mut rig.cpu, start, byte);
             self.incoming = Some((scan, byte));
         }
     }
 
     /// At the start of a scan: what has arrived is there for the evaluator, and the PWM output is as it should be. Gives the values compared.
-    pub(crate) fn deliver<C: CheckedChip>(&mut self, rig: &mut ChipRunner<'_, C>, eval: &mut Evaluator) -> Result<u64, Mismatch> {
+    pub(crate) fn deliver<C: CheckedChip>(
+        &mut self,
+        rig: &mut ChipRunner<'_, C>,
+        eval: &mut Evaluator,
+    ) -> Result<u64, Mismatch> {
         if let Some((_, byte)) = self.incoming.filter(|(scan, _)| *scan <= rig.scans_started()) {
             eval.receive(byte);
             self.incoming = None;
@@ -103,7 +115,8 @@ impl PeripheralLines {
             last.latest = now;
         }
         listener.advance_to(now);
-        let differs = |expected: String, found: String| Err(Mismatch::of_text(DifferenceKind::Serial, cycle, expected, found));
+        let differs =
+            |expected: String, found: String| Err(Mismatch::of_text(DifferenceKind::Serial, cycle, expected, found));
         let mut compared = 1;
         while let Some(frame) = listener.take_frame() {
             let Some(awaited) = self.awaited.pop_front() else {
@@ -126,7 +139,9 @@ impl PeripheralLines {
         if let Some(began) = listener.current_start().filter(|_| self.awaited.is_empty()) {
             return differs("nothing sent".to_owned(), format!("a byte that begins in clock {began}"));
         }
-        let late = |awaited: &AwaitedByte| now > awaited.latest.max(self.line_free_at).saturating_add(bit.bit_clocks(BYTE_BITS + 2));
+        let late = |awaited: &AwaitedByte| {
+            now > awaited.latest.max(self.line_free_at).saturating_add(bit.bit_clocks(BYTE_BITS + 2))
+        };
         if let Some(awaited) = self.awaited.front().filter(|awaited| late(awaited)) {
             return differs(byte_name(awaited.byte), "nothing sent".to_owned());
         }
@@ -150,7 +165,9 @@ fn frame_text(frame: &SerialFrame) -> String {
 /// The PWM output by its meter.
 fn compare_pwm<C: CheckedChip>(rig: &ChipRunner<'_, C>) -> Result<u64, Mismatch> {
     let Some((_, meter)) = rig.listener.as_ref().and_then(|tap| tap.pwm.as_ref()) else { return Ok(0) };
-    meter.judge(rig.clock()).map_err(|(expected, found)| Mismatch::of_text(DifferenceKind::Pwm, rig.cpu.cycle(), expected, found))
+    meter
+        .judge(rig.clock())
+        .map_err(|(expected, found)| Mismatch::of_text(DifferenceKind::Pwm, rig.cpu.cycle(), expected, found))
 }
 
 /// The cells of the EEPROM, once the evaluator's last write has had its time.

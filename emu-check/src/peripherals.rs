@@ -2,7 +2,7 @@
 
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
 use ladder::{Element, LadderProgram};
 use ladder_compile::{ImageMap, SpecialPin};
@@ -128,7 +128,8 @@ impl CheckedPeripherals {
     /// Queues a byte for the receiver whose start bit begins at the clock `start`.
     pub(crate) fn queue_byte<C: Cpu>(&self, cpu: &mut C, start: u64, byte: u8) {
         let Some(pin) = self.receive else { return };
-        byte_levels(self.bit_time, byte).for_each(|(after, high)| cpu.drive(self.to_time(start + after), pin, PinLevel::from_bit(high)));
+        byte_levels(self.bit_time, byte)
+            .for_each(|(after, high)| cpu.drive(self.to_time(start + after), pin, PinLevel::from_bit(high)));
     }
 
     /// What the EEPROM holds when a run with this seed begins: erased, or anything, as programs before have left it.

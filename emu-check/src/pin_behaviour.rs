@@ -1,8 +1,8 @@
 //! What the chip does with its pins by itself: pull-ups at inputs, strength behind outputs, and nothing elsewhere.
 
-use emu_core::pins::{PinLevel, PinState, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel, PinState};
 
-use crate::families::{HighDrive, PinBehaviour, PullUpKind, CheckedChip};
+use crate::families::{CheckedChip, HighDrive, PinBehaviour, PullUpKind};
 use crate::program_places::ProgramPlaces;
 
 /// Looks at every pin as it would be off its board. Gives the number of pins, or what should be and what is.
@@ -12,7 +12,11 @@ use crate::program_places::ProgramPlaces;
 ///
 /// What a wire does follows from what drives it, so copies of the wires tell all of this. Only a part of the chip that answers
 /// an edge is beyond them: with `whole`, a copy of the machine is driven instead, which takes some hundred times as long.
-pub(crate) fn check_pins<C: CheckedChip>(cpu: &C, places: &ProgramPlaces, whole: bool) -> Result<u64, (String, String)> {
+pub(crate) fn check_pins<C: CheckedChip>(
+    cpu: &C,
+    places: &ProgramPlaces,
+    whole: bool,
+) -> Result<u64, (String, String)> {
     let now = cpu.cycle();
     let mut machine = whole.then(|| cpu.clone());
     let mut wire = None;
@@ -58,7 +62,10 @@ pub(crate) fn check_pins<C: CheckedChip>(cpu: &C, places: &ProgramPlaces, whole:
         let level = with(pin, against);
         let gives = before == PinLevel::High && high != HighDrive::Strong;
         if level != before && !gives {
-            return Err((format!("the output {name} driven"), format!("{} when driven from outside", level_text(level))));
+            return Err((
+                format!("the output {name} driven"),
+                format!("{} when driven from outside", level_text(level)),
+            ));
         }
     }
     for &pin in &places.unnamed_pins {
@@ -111,7 +118,7 @@ mod tests {
     use emu_core::rng::Rng;
 
     use super::*;
-    use crate::families::{MachineVisitor, find_chip, visit_machines, unnamed_pins};
+    use crate::families::{MachineVisitor, find_chip, unnamed_pins, visit_machines};
 
     /// Machines with random values in their registers, each pin of which is driven: on the machine, and on a copy of the wire.
     struct WireCheck(&'static Chip);
@@ -135,7 +142,14 @@ mod tests {
                 for pin in unnamed_pins(chip, &[]).0 {
                     let (mut machine, mut wire) = (cpu.clone(), cpu.pin_state(pin).expect("a pin"));
                     let now = cpu.cycle();
-                    for outside in [PinLevel::Low, PinLevel::High, PinLevel::PullUp, PinLevel::Low, PinLevel::Float, PinLevel::PullDown] {
+                    for outside in [
+                        PinLevel::Low,
+                        PinLevel::High,
+                        PinLevel::PullUp,
+                        PinLevel::Low,
+                        PinLevel::Float,
+                        PinLevel::PullDown,
+                    ] {
                         machine.drive(CycleTime::at(now), pin, outside);
                         let (level, copied) = (machine.pin_level(pin), driven_level(&mut wire, outside, now));
                         let name = chip.pins[usize::from(pin)].name;

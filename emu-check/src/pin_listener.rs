@@ -1,7 +1,7 @@
 //! A probe at the pins of the serial line and of the PWM output.
 
 use emu_core::cpu::Probe;
-use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
 use crate::peripherals::CheckedPeripherals;
 use crate::pwm_meter::PwmMeter;

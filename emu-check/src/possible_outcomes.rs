@@ -7,7 +7,10 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use ladder::{CompareOp, CounterKind, LadderDialect, Element, MathOp, RungNode, LadderOperand, LadderProgram, SymbolKind, TimerKind};
+use ladder::{
+    CompareOp, CounterKind, Element, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, SymbolKind,
+    TimerKind,
+};
 
 use crate::stimulus::MAX_SWEEP_INPUTS;
 
@@ -45,7 +48,8 @@ fn invert_set(set: u8, negated: bool) -> u8 {
 pub(crate) fn possible_outcomes(program: &LadderProgram) -> Vec<Vec<u8>> {
     let symbols = program.symbols();
     let inputs: Vec<&str> = symbols.iter().filter(|s| s.kind == SymbolKind::Input).map(|s| s.name.as_str()).collect();
-    let split = inputs.len() <= MAX_SWEEP_INPUTS && program.elements().count() << inputs.len() <= LARGE_PROGRAM_ELEMENTS << MAX_SWEEP_INPUTS;
+    let split = inputs.len() <= MAX_SWEEP_INPUTS
+        && program.elements().count() << inputs.len() <= LARGE_PROGRAM_ELEMENTS << MAX_SWEEP_INPUTS;
     let worlds = if split { 1u32 << inputs.len() } else { 1 };
     // A falling edge needs a true rung in an earlier scan, under any inputs. So the first OSF of all to fire has had one
     // while no OSF fired, the next one while only that did, and so on: starting from none, this ends with all that can.
@@ -54,7 +58,8 @@ pub(crate) fn possible_outcomes(program: &LadderProgram) -> Vec<Vec<u8>> {
         let pass = |world: u32| {
             let mut pass = ReachPass::new(&falls, program.dialect != LadderDialect::Ldmicro23);
             if split {
-                let levels = inputs.iter().zip(0..).map(|(name, n)| ((*name).to_owned(), single_bit_set(world >> n & 1 == 1)));
+                let levels =
+                    inputs.iter().zip(0..).map(|(name, n)| ((*name).to_owned(), single_bit_set(world >> n & 1 == 1)));
                 pass.bits = levels.collect();
             }
             for rung in &program.rungs {
@@ -93,7 +98,15 @@ struct ReachPass<'a> {
 impl<'a> ReachPass<'a> {
     fn new(falls: &'a BTreeSet<usize>, wide: bool) -> Self {
         let (bits, integers) = (HashMap::new(), HashMap::new());
-        ReachPass { falling_edges: falls, risen_edges: Vec::new(), master: ONE, wide, bits, integers, pairs: Vec::new() }
+        ReachPass {
+            falling_edges: falls,
+            risen_edges: Vec::new(),
+            master: ONE,
+            wide,
+            bits,
+            integers,
+            pairs: Vec::new(),
+        }
     }
 
     fn series(&mut self, nodes: &[RungNode], mut rung: u8) -> u8 {
@@ -121,7 +134,10 @@ impl<'a> ReachPass<'a> {
         match element {
             Element::Contacts { name, negated, .. } => {
                 let bit = invert_set(self.bits.get(name).copied().unwrap_or(BOTH), *negated);
-                when(FALSE_FALSE, if bit & ONE != 0 { TRUE_TRUE } else { 0 } | if bit & ZERO != 0 { TRUE_FALSE } else { 0 })
+                when(
+                    FALSE_FALSE,
+                    if bit & ONE != 0 { TRUE_TRUE } else { 0 } | if bit & ZERO != 0 { TRUE_FALSE } else { 0 },
+                )
             }
             Element::Coil { name, negated, set, reset, .. } => {
                 let old = self.bits.get(name).copied().unwrap_or(BOTH);
@@ -145,7 +161,10 @@ impl<'a> ReachPass<'a> {
                 if rung & ONE != 0 {
                     self.risen_edges.push(position);
                 }
-                when(if self.falling_edges.contains(&position) { FALSE_FALSE | FALSE_TRUE } else { FALSE_FALSE }, TRUE_FALSE)
+                when(
+                    if self.falling_edges.contains(&position) { FALSE_FALSE | FALSE_TRUE } else { FALSE_FALSE },
+                    TRUE_FALSE,
+                )
             }
             Element::Timer { kind, name, .. } => {
                 self.integers.remove(name);
@@ -157,7 +176,8 @@ impl<'a> ReachPass<'a> {
             }
             Element::Counter { kind, name, max, .. } => {
                 self.integers.remove(name);
-                let always = !self.wide && matches!(max, LadderOperand::Const { value, .. } if *value <= i64::from(i16::MIN));
+                let always =
+                    !self.wide && matches!(max, LadderOperand::Const { value, .. } if *value <= i64::from(i16::MIN));
                 match kind {
                     CounterKind::Ctc => same,
                     _ if always => when(FALSE_TRUE, TRUE_TRUE),
@@ -180,7 +200,10 @@ impl<'a> ReachPass<'a> {
             }
             Element::Compare { op, op1, op2 } => {
                 let truth = self.compare(*op, op1, op2);
-                when(FALSE_FALSE, if truth & ONE != 0 { TRUE_TRUE } else { 0 } | if truth & ZERO != 0 { TRUE_FALSE } else { 0 })
+                when(
+                    FALSE_FALSE,
+                    if truth & ONE != 0 { TRUE_TRUE } else { 0 } | if truth & ZERO != 0 { TRUE_FALSE } else { 0 },
+                )
             }
             Element::Short => same,
             Element::ShiftRegister { name, stages } => {
@@ -246,7 +269,9 @@ impl<'a> ReachPass<'a> {
             (None, Some(b)) => (around(&b), b),
             (None, None) => return BOTH,
         };
-        a.iter().flat_map(|a| b.iter().map(|b| single_bit_set(comparison_holds(op, *a, *b)))).fold(0, |set, one| set | one)
+        a.iter()
+            .flat_map(|a| b.iter().map(|b| single_bit_set(comparison_holds(op, *a, *b))))
+            .fold(0, |set, one| set | one)
     }
 }
 

@@ -5,12 +5,12 @@ use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
 use emu_core::pins::PinId;
 use ladder::LadderProgram;
-use ladder_compile::{ImageMap, CellLocation};
+use ladder_compile::{CellLocation, ImageMap};
 use ladder_eval::Evaluator;
 
 use crate::codes;
-use crate::map_contract::ScanPace;
 use crate::families::{self, PinBehaviour};
+use crate::map_contract::ScanPace;
 use crate::peripherals::CheckedPeripherals;
 
 /// A moment of a scan, at which the chip is stopped.

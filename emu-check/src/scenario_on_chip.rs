@@ -5,15 +5,15 @@ use std::sync::Arc;
 use diag::{Diagnostic, Pos, Severity};
 use ladder::LadderProgram;
 use ladder_compile::CompiledProgram;
-use scenario::{BoundScenario, ScenarioOutcome, ScenarioPlayer, Scenario, ScenarioVerdict, bind};
+use scenario::{BoundScenario, Scenario, ScenarioOutcome, ScenarioPlayer, ScenarioVerdict, bind};
 use serde::Serialize;
 
-use crate::families::{MachineVisitor, CheckedChip, visit_machines};
-use crate::value_hints::ValueHints;
-use crate::lockstep::{TestBench, Mismatch, LockstepPair};
+use crate::families::{CheckedChip, MachineVisitor, visit_machines};
+use crate::lockstep::{LockstepPair, Mismatch, TestBench};
 use crate::program_places::ProgramPlaces;
-use crate::scenario_play::{ScenarioIo, LadderResolver, EvaluatorPlay};
-use crate::{Evaluator, CheckOptions, PreparedCheck, prepare_check};
+use crate::scenario_play::{EvaluatorPlay, LadderResolver, ScenarioIo};
+use crate::value_hints::ValueHints;
+use crate::{CheckOptions, Evaluator, PreparedCheck, prepare_check};
 
 /// A scenario on one machine.
 #[derive(Debug, Clone)]
@@ -74,7 +74,11 @@ impl ScenarioResult {
         let why = self.difference.clone().or_else(|| verdict.map(|v| v.why.clone()).filter(|why| !why.is_empty()));
         ScenarioReportRow {
             on: self.machine.clone(),
-            verdict: if self.difference.is_some() { "differs" } else { verdict.map_or("differs", |v| outcome_name(v.outcome)) },
+            verdict: if self.difference.is_some() {
+                "differs"
+            } else {
+                verdict.map_or("differs", |v| outcome_name(v.outcome))
+            },
             step: verdict.and_then(|verdict| verdict.step),
             why,
             scans: self.scans,
@@ -122,7 +126,11 @@ pub fn play_on_evaluator(program: &LadderProgram, scenario: &Scenario) -> Result
 ///
 /// # Errors
 /// Why it cannot be played: compiler or evaluator refuse the program, or the scenario does not fit it.
-pub fn play_on_chip(program: &LadderProgram, scenario: &Scenario, options: &CheckOptions) -> Result<ScenarioResult, Vec<Diagnostic>> {
+pub fn play_on_chip(
+    program: &LadderProgram,
+    scenario: &Scenario,
+    options: &CheckOptions,
+) -> Result<ScenarioResult, Vec<Diagnostic>> {
     let target = ladder_compile::CompileOptions {
         mcu: options.mcu.clone(),
         pins: options.pins.clone(),
@@ -156,7 +164,14 @@ impl MachineVisitor for PlayVisitor<'_> {
     fn visit<C: CheckedChip, F: Fn(u64) -> C>(self, power_up: F) -> ScenarioResult {
         let PlayVisitor { compiled, seed, places, hints, eval, site, bound } = self;
         let worst = compiled.map.worst_scan_cycles.into();
-        let bench = TestBench { power_up, places: &places, hints: &hints, worst_scan_cycles: worst, time_rungs: false, eval: &eval };
+        let bench = TestBench {
+            power_up,
+            places: &places,
+            hints: &hints,
+            worst_scan_cycles: worst,
+            time_rungs: false,
+            eval: &eval,
+        };
         let mut io = ScenarioIo::new(&site);
         let mut players = [ScenarioPlayer::new(Arc::new(bound))];
         let (mut compared, mut verdict) = (0, None);
@@ -216,7 +231,8 @@ fn mismatch_text<'n>(found: &Mismatch, scan: u64, name: &dyn Fn(usize) -> &'n st
 #[must_use]
 pub fn scenario_report(program: &str, scenario: &str, played: &[ScenarioResult]) -> ScenarioReport {
     let agreed = played.windows(2).all(|pair| matches!(pair, [a, b] if a.has_same_verdict(b)));
-    let verdict = played.first().and_then(|first| first.verdict.as_ref()).map_or("differs", |v| outcome_name(v.outcome));
+    let verdict =
+        played.first().and_then(|first| first.verdict.as_ref()).map_or("differs", |v| outcome_name(v.outcome));
     let on = played.iter().map(ScenarioResult::to_report_row).collect();
     ScenarioReport { schema: 1, program: program.to_owned(), scenario: scenario.to_owned(), agreed, verdict, on }
 }

@@ -10,12 +10,15 @@ use std::sync::Arc;
 use diag::Diagnostic;
 use ladder::{LadderProgram, LadderSymbol, SymbolKind};
 use ladder_eval::Evaluator;
-use scenario::{BoundScenario, ScenarioInput, PlayerState, ScenarioOutput, ScenarioPlayer, OutputReading, TimeScale, NameResolver, ScenarioValue, ScenarioVerdict, ScenarioWorld};
+use scenario::{
+    BoundScenario, NameResolver, OutputReading, PlayerState, ScenarioInput, ScenarioOutput, ScenarioPlayer,
+    ScenarioValue, ScenarioVerdict, ScenarioWorld, TimeScale,
+};
 
-use crate::value_hints::ValueHints;
-use crate::peripherals::uses_serial;
 use crate::check_run::unsupported_diagnostic;
+use crate::peripherals::uses_serial;
 use crate::stimulus::ScanStimulus;
+use crate::value_hints::ValueHints;
 
 /// Bits of a byte on the line, and of one that is sent with what the transmitter may wait before it.
 const BYTE_BITS: u64 = 10;
@@ -193,7 +196,13 @@ impl ScenarioIo {
     pub(crate) fn next_stimulus(&mut self, free: bool) -> ScanStimulus {
         let byte = if free { self.send_queue.pop_front() } else { None };
         let writes = std::mem::take(&mut self.writes);
-        ScanStimulus { inputs: self.inputs.clone(), analog: self.analog.clone(), byte, writes, ..ScanStimulus::default() }
+        ScanStimulus {
+            inputs: self.inputs.clone(),
+            analog: self.analog.clone(),
+            byte,
+            writes,
+            ..ScanStimulus::default()
+        }
     }
 
     /// A scan has run: in this one, a byte was sent or not.
@@ -251,8 +260,12 @@ impl ScenarioWorld for LadderWorld<'_> {
 
     fn set_input(&mut self, input: usize, _: u64) -> Result<(), String> {
         match self.resolver.inputs.get(input) {
-            Some(&LadderStimulus::Level(at, level)) => self.io.inputs.get_mut(at).into_iter().for_each(|slot| *slot = level),
-            Some(&LadderStimulus::Analog(at, value)) => self.io.analog.get_mut(at).into_iter().for_each(|slot| *slot = value),
+            Some(&LadderStimulus::Level(at, level)) => {
+                self.io.inputs.get_mut(at).into_iter().for_each(|slot| *slot = level)
+            }
+            Some(&LadderStimulus::Analog(at, value)) => {
+                self.io.analog.get_mut(at).into_iter().for_each(|slot| *slot = value)
+            }
             Some(&LadderStimulus::Write(symbol, value)) => self.io.writes.push((symbol, value)),
             None => {}
         }
@@ -413,8 +426,16 @@ impl EvaluatorPlay {
         let name = |symbol: usize| self.eval.symbols().get(symbol).map_or_else(String::new, |s| s.name.clone());
         let (inputs, analog) = (&self.site.hints.inputs, &self.site.hints.analog);
         ScanInputs {
-            levels: inputs.iter().zip(&self.last_stimulus.inputs).map(|(&symbol, &level)| (name(symbol), level)).collect(),
-            conversions: analog.iter().zip(&self.last_stimulus.analog).map(|(&symbol, &count)| (name(symbol), count)).collect(),
+            levels: inputs
+                .iter()
+                .zip(&self.last_stimulus.inputs)
+                .map(|(&symbol, &level)| (name(symbol), level))
+                .collect(),
+            conversions: analog
+                .iter()
+                .zip(&self.last_stimulus.analog)
+                .map(|(&symbol, &count)| (name(symbol), count))
+                .collect(),
             byte: self.last_stimulus.byte,
             arrival_scans: self.site.arrival_scans(),
         }

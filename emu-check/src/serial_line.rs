@@ -57,7 +57,14 @@ pub(crate) struct SerialListener {
 impl SerialListener {
     /// A receiver of a line at rest.
     pub(crate) fn new(bit: BitTime, grain: u64) -> SerialListener {
-        SerialListener { bit, tolerance_clocks: grain, high: true, current_byte: None, byte_end: 0, frames: VecDeque::new() }
+        SerialListener {
+            bit,
+            tolerance_clocks: grain,
+            high: true,
+            current_byte: None,
+            byte_end: 0,
+            frames: VecDeque::new(),
+        }
     }
 
     /// The line has changed at `at`.
@@ -77,7 +84,8 @@ impl SerialListener {
                 }
             }
             None if !high => {
-                let early = at + (self.bit.bit_clocks(BYTE_BITS) * MAX_EDGE_PERMILLE / 1000 + self.tolerance_clocks) < self.byte_end;
+                let early = at + (self.bit.bit_clocks(BYTE_BITS) * MAX_EDGE_PERMILLE / 1000 + self.tolerance_clocks)
+                    < self.byte_end;
                 let fault = early.then(|| "that begins before the last one's stop bit is over".to_owned());
                 self.current_byte = Some((at, Vec::new(), fault));
             }
@@ -129,7 +137,13 @@ const STOP_BIT_SAMPLED: (u64, u64) = (37, 39);
 
 /// The first scan from `next` on before which a whole byte can arrive that begins after `now`, while the chip waits: every scan
 /// starts at `starts(scan)` and is over `busy` clocks later.
-pub(crate) fn plan_arrival(bit: BitTime, now: u64, next: u64, busy: u64, starts: impl Fn(u64) -> u64) -> Option<ByteArrival> {
+pub(crate) fn plan_arrival(
+    bit: BitTime,
+    now: u64,
+    next: u64,
+    busy: u64,
+    starts: impl Fn(u64) -> u64,
+) -> Option<ByteArrival> {
     let quarter = |n: u64| bit.half_bit_clocks(n) / 2;
     let (first, last) = (quarter(STOP_BIT_SAMPLED.0), quarter(STOP_BIT_SAMPLED.1));
     let most = next + bit.bit_clocks(BYTE_BITS) / (starts(next + 1) - starts(next)).max(1) + 3;

@@ -1,7 +1,7 @@
 //! The shortest and plainest stimulus that still shows the same difference.
 
 use crate::families::CheckedChip;
-use crate::lockstep::{TestBench, Mismatch, replay};
+use crate::lockstep::{Mismatch, TestBench, replay};
 use crate::stimulus::ScanStimulus;
 
 /// Scans that may be spent on shrinking.
@@ -33,7 +33,11 @@ struct ShrinkSearch {
 
 impl ShrinkSearch {
     /// Takes `candidate` if it still differs, cut at the scan that does.
-    fn attempt(&mut self, mut candidate: Vec<ScanStimulus>, differs: &mut dyn FnMut(&[ScanStimulus]) -> Option<usize>) -> bool {
+    fn attempt(
+        &mut self,
+        mut candidate: Vec<ScanStimulus>,
+        differs: &mut dyn FnMut(&[ScanStimulus]) -> Option<usize>,
+    ) -> bool {
         if self.remaining_scans < candidate.len() {
             return false;
         }
@@ -62,7 +66,16 @@ impl ShrinkSearch {
 
     /// In each scan: pins without a name low, fewer writes, no flips, inputs as in the scan before.
     fn simplify(&mut self, differs: &mut dyn FnMut(&[ScanStimulus]) -> Option<usize>) {
-        for change in [clear_spare_pins, clear_flips, clear_byte, clear_writes, drop_write, repeat_inputs, repeat_input, repeat_analog] {
+        for change in [
+            clear_spare_pins,
+            clear_flips,
+            clear_byte,
+            clear_writes,
+            drop_write,
+            repeat_inputs,
+            repeat_input,
+            repeat_analog,
+        ] {
             let mut at = 0;
             while at < self.steps.len() {
                 let mut part = 0;

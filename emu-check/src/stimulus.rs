@@ -6,9 +6,9 @@
 use emu_core::rng::Rng;
 use ladder_eval::Evaluator;
 
+use crate::boundary_goals::BoundaryGoals;
 use crate::coverage_goals::CoverageGoals;
 use crate::value_hints::ValueHints;
-use crate::boundary_goals::BoundaryGoals;
 
 /// What is done around one scan.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -169,7 +169,11 @@ impl StimulusGenerator {
         }
         self.kind = match self.runs.checked_sub(OPENING_RUNS.len()) {
             None => OPENING_RUNS[self.runs],
-            Some(n) => ROUND_RUNS.get(n % self.runs_per_round()).copied().unwrap_or((LONG_RUN.0, LONG_RUN.1, self.long_run_scans)),
+            Some(n) => ROUND_RUNS.get(n % self.runs_per_round()).copied().unwrap_or((
+                LONG_RUN.0,
+                LONG_RUN.1,
+                self.long_run_scans,
+            )),
         };
         if let Some(n) = self.runs.checked_sub(OPENING_RUNS.len())
             && self.kind.1 == WritePlan::Nothing
@@ -201,7 +205,12 @@ impl StimulusGenerator {
 
     /// The next scan's step; `eval` is in the state before it. Where writing is allowed, several are drawn and tried: for
     /// goals that are still open, or for a wish.
-    pub(crate) fn next_stimulus(&mut self, hints: &ValueHints, eval: &Evaluator, goals: &CoverageGoals) -> ScanStimulus {
+    pub(crate) fn next_stimulus(
+        &mut self,
+        hints: &ValueHints,
+        eval: &Evaluator,
+        goals: &CoverageGoals,
+    ) -> ScanStimulus {
         let drawn = self.draw_stimulus(hints, eval);
         let writes = self.kind.1 != WritePlan::Nothing && (self.first || self.kind.1 != WritePlan::AllAtStart);
         let mut step = match (writes, self.rng.below(4)) {
@@ -218,7 +227,13 @@ impl StimulusGenerator {
     }
 
     /// Of several steps the one that reaches most goals.
-    fn best_covering(&mut self, hints: &ValueHints, eval: &Evaluator, goals: &CoverageGoals, mut best: ScanStimulus) -> ScanStimulus {
+    fn best_covering(
+        &mut self,
+        hints: &ValueHints,
+        eval: &Evaluator,
+        goals: &CoverageGoals,
+        mut best: ScanStimulus,
+    ) -> ScanStimulus {
         let mut most = goals.count_gain(eval, hints, &best);
         for _ in 1..DRAWS_PER_SCAN {
             let other = self.redraw_stimulus(hints, eval, &best);
@@ -257,10 +272,19 @@ impl StimulusGenerator {
 
     /// Another step for the same scan: other writes, and where no sweep is under way sometimes other inputs.
     fn redraw_stimulus(&mut self, hints: &ValueHints, eval: &Evaluator, step: &ScanStimulus) -> ScanStimulus {
-        let sweeping = self.kind.0 == InputPlan::Sweep && !self.inputs.is_empty() && self.inputs.len() <= MAX_SWEEP_INPUTS;
-        let inputs = if sweeping || self.rng.one_in(2) { step.inputs.clone() } else { self.random_bits(step.inputs.len()) };
+        let sweeping =
+            self.kind.0 == InputPlan::Sweep && !self.inputs.is_empty() && self.inputs.len() <= MAX_SWEEP_INPUTS;
+        let inputs =
+            if sweeping || self.rng.one_in(2) { step.inputs.clone() } else { self.random_bits(step.inputs.len()) };
         let (analog, byte) = self.draw_external(hints);
-        ScanStimulus { inputs, flips: step.flips.clone(), spare: 0, analog, byte, writes: self.draw_writes(hints, eval) }
+        ScanStimulus {
+            inputs,
+            flips: step.flips.clone(),
+            spare: 0,
+            analog,
+            byte,
+            writes: self.draw_writes(hints, eval),
+        }
     }
 
     /// Analog inputs, and a byte for the receiver. Nothing is drawn for programs without them.

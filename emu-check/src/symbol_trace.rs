@@ -7,15 +7,15 @@ use ladder::LadderProgram;
 use ladder_eval::Evaluator;
 
 use crate::CheckOptions;
-use crate::map_contract::ScanPace;
-use crate::families::{MachineVisitor, CheckedChip, visit_machines};
+use crate::boundary_goals::BoundaryGoals;
 use crate::coverage_goals::CoverageGoals;
-use crate::value_hints::ValueHints;
+use crate::families::{CheckedChip, MachineVisitor, visit_machines};
 use crate::html_report::ReportEntry;
-use crate::lockstep::{TestBench, LockstepPair};
+use crate::lockstep::{LockstepPair, TestBench};
+use crate::map_contract::ScanPace;
 use crate::program_places::ProgramPlaces;
 use crate::stimulus::StimulusGenerator;
-use crate::boundary_goals::BoundaryGoals;
+use crate::value_hints::ValueHints;
 
 /// Scans that are kept at most: the last ones.
 const MAX_TRACE_SCANS: usize = 2_000;
@@ -83,7 +83,14 @@ impl MachineVisitor for TraceVisitor<'_> {
 
     fn visit<C: CheckedChip, F: Fn(u64) -> C>(self, power_up: F) -> SymbolTrace {
         let TraceVisitor { program, options, scans, places, hints, eval, worst } = self;
-        let bench = TestBench { power_up, places: &places, hints: &hints, worst_scan_cycles: worst, time_rungs: false, eval: &eval };
+        let bench = TestBench {
+            power_up,
+            places: &places,
+            hints: &hints,
+            worst_scan_cycles: worst,
+            time_rungs: false,
+            eval: &eval,
+        };
         let mut goals = CoverageGoals::new(program, &eval);
         let mut stimulus = StimulusGenerator::new(options.seed, BoundaryGoals::new(program, &eval));
         let symbols = eval.symbols().iter().map(|symbol| (symbol.name.clone(), symbol.kind.is_bit())).collect();

@@ -6,10 +6,10 @@ use std::fs;
 use ladder::LadderProgram;
 use ladder_eval::Evaluator;
 
-use crate::coverage_goals::{CoverageGoals, EvaluatedScan};
-use crate::value_hints::ValueHints;
-use crate::stimulus::{ScanStimulus, StimulusGenerator};
 use crate::boundary_goals::BoundaryGoals;
+use crate::coverage_goals::{CoverageGoals, EvaluatedScan};
+use crate::stimulus::{ScanStimulus, StimulusGenerator};
+use crate::value_hints::ValueHints;
 
 fn program(rungs: &str) -> LadderProgram {
     let text = format!("LDmicro0.1\nCYCLE=1000\nCRYSTAL=1000000\nIO LIST\nEND\nPROGRAM\n{rungs}\n");
@@ -163,7 +163,12 @@ fn nothing_called_impossible_ever_happens() {
             for seed in 0..6 {
                 let (_, goals) = drawn(&program, seed, 2_000);
                 assert_eq!(goals.contradictions(), 0, "{}, seed {seed}", path.display());
-                assert!(!goals.has_open_goals(), "{}, seed {seed}: {:?}", path.display(), goals.coverage(&program).missing);
+                assert!(
+                    !goals.has_open_goals(),
+                    "{}, seed {seed}: {:?}",
+                    path.display(),
+                    goals.coverage(&program).missing
+                );
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use emu_core::rng::Rng;
 use ladder::symbols::for_each_symbol_use;
-use ladder::{LadderDialect, Element, LdFormat, LadderOperand, LadderProgram, SymbolKind};
+use ladder::{Element, LadderDialect, LadderOperand, LadderProgram, LdFormat, SymbolKind};
 use ladder_eval::Evaluator;
 
 use crate::peripherals;
@@ -74,7 +74,9 @@ impl ValueHints {
                 && let Some(own) = own.get_mut(index)
             {
                 let width = bytes.get(index).copied().unwrap_or(0);
-                own.extend([0, -1].map(|n| truncate_to_bytes((1i64 << (8 * u32::from(width.clamp(1, 4)) - 1)) + n, width)));
+                own.extend(
+                    [0, -1].map(|n| truncate_to_bytes((1i64 << (8 * u32::from(width.clamp(1, 4)) - 1)) + n, width)),
+                );
             }
             let around = |&c: &i32| [c.saturating_sub(1), c, c.saturating_add(1), c.saturating_neg()];
             all.extend(constants.iter().flat_map(around));
@@ -109,7 +111,9 @@ impl ValueHints {
             7..10 => boundary(rng),
             10..12 => pick_random(&self.all_values, rng),
             // Another integer's value or its neighbour, for those that are compared with each other.
-            12..14 => pick_random(&self.integers, rng).map(|other| eval.get(other).wrapping_add(rng.below(3) as i32 - 1)),
+            12..14 => {
+                pick_random(&self.integers, rng).map(|other| eval.get(other).wrapping_add(rng.below(3) as i32 - 1))
+            }
             _ => None,
         };
         truncate_to_bytes(drawn.unwrap_or_else(|| rng.next_u64() as i32).into(), bytes)
@@ -125,7 +129,9 @@ impl ValueHints {
             5 => Some(MAX_CONVERSION),
             _ => None,
         };
-        drawn.filter(|value| (0..=MAX_CONVERSION).contains(value)).map_or_else(|| rng.below(MAX_CONVERSION as u64 + 1) as u16, |v| v as u16)
+        drawn
+            .filter(|value| (0..=MAX_CONVERSION).contains(value))
+            .map_or_else(|| rng.below(MAX_CONVERSION as u64 + 1) as u16, |v| v as u16)
     }
 
     /// A byte for the receiver: mostly a constant of the program, an end, or a sign that people send.

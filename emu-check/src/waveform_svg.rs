@@ -25,9 +25,11 @@ pub(crate) fn waveform(trace: &SymbolTrace) -> (String, String) {
     let step = (MIN_WIDTH / rows).clamp(2, MAX_SCAN_WIDTH);
     let drawn = rows * step;
     let height = trace.symbols.len() * ROW_HEIGHT + AXIS_HEIGHT;
-    let signals: Vec<SymbolCurve<'_>> = (0..trace.symbols.len()).map(|symbol| SymbolCurve::new(trace, symbol)).collect();
+    let signals: Vec<SymbolCurve<'_>> =
+        (0..trace.symbols.len()).map(|symbol| SymbolCurve::new(trace, symbol)).collect();
     let widest = |length: fn(&SymbolCurve<'_>) -> usize| signals.iter().map(length).max().unwrap_or(0);
-    let names_width = (widest(|s| s.shown_name().chars().count()) + 2) * CHAR_WIDTH + widest(|s| s.range_text().chars().count()) * 6;
+    let names_width =
+        (widest(|s| s.shown_name().chars().count()) + 2) * CHAR_WIDTH + widest(|s| s.range_text().chars().count()) * 6;
     let mark = widest(|s| s.difference_text().map_or(0, |mark| mark.chars().count()));
     let width = drawn + if mark > 0 { (mark + 2) * CHAR_WIDTH } else { RIGHT_MARGIN };
     let mut names = svg_tag("names", names_width, height);
@@ -35,7 +37,8 @@ pub(crate) fn waveform(trace: &SymbolTrace) -> (String, String) {
     push_grid(&mut svg, trace, step, height);
     for (n, signal) in signals.iter().enumerate() {
         let top = AXIS_HEIGHT + n * ROW_HEIGHT;
-        let (name, shown, range) = (escape_markup(signal.name), escape_markup(&signal.shown_name()), signal.range_text());
+        let (name, shown, range) =
+            (escape_markup(signal.name), escape_markup(&signal.shown_name()), signal.range_text());
         let at = top + SIGNAL_HEIGHT;
         _ = writeln!(names, "<text class=\"name\" x=\"4\" y=\"{at}\"><title>{name} {range}</title>{shown}</text>");
         if !range.is_empty() {
@@ -106,7 +109,9 @@ impl<'a> SymbolCurve<'a> {
 
     fn path(&self, values: &[i32], step: usize, top: usize) -> String {
         let span = (i64::from(self.most) - i64::from(self.least)).max(1);
-        let y = |v: i32| top + SIGNAL_HEIGHT + 2 - ((i64::from(v) - i64::from(self.least)) * SIGNAL_HEIGHT as i64 / span) as usize;
+        let y = |v: i32| {
+            top + SIGNAL_HEIGHT + 2 - ((i64::from(v) - i64::from(self.least)) * SIGNAL_HEIGHT as i64 / span) as usize
+        };
         let (mut path, mut last) = (String::new(), None);
         for (n, &value) in values.iter().enumerate() {
             let level = y(value);

@@ -15,15 +15,17 @@ mod proof;
 
 use std::fs;
 
-use campaign::{SampleSize, FaultVerdict, run_campaign};
+use campaign::{FaultVerdict, SampleSize, run_campaign};
 use emu_check::fuzz::FAMILIES;
 use page::{SurvivorList, table};
 
 /// The whole table.
-const FULL_SIZE: SampleSize = SampleSize { per_kind: 3, random_programs: 200, kinds_per_random_program: 1, recheck_survivors: false };
+const FULL_SIZE: SampleSize =
+    SampleSize { per_kind: 3, random_programs: 200, kinds_per_random_program: 1, recheck_survivors: false };
 
 /// What an ordinary run of the tests does.
-const QUICK_SIZE: SampleSize = SampleSize { per_kind: 1, random_programs: 12, kinds_per_random_program: 1, recheck_survivors: false };
+const QUICK_SIZE: SampleSize =
+    SampleSize { per_kind: 1, random_programs: 12, kinds_per_random_program: 1, recheck_survivors: false };
 
 /// Least faults of a back end in the whole table.
 const MIN_FAULTS: usize = 200;

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use emu_check::{CheckOptions, ScenarioResult, play_on_chip, play_on_evaluator, outcome_name};
+use emu_check::{CheckOptions, ScenarioResult, outcome_name, play_on_chip, play_on_evaluator};
 
 /// A chip of each family.
 const CHIPS: [&str; 4] = ["atmega328p", "at89s52", "pic16f877", "ap101"];
@@ -40,7 +40,11 @@ fn verdicts_are_the_same_everywhere() {
         let scenario = scenario::parse("scenario", &body).unwrap_or_else(|faults| panic!("{head}: {faults:?}"));
         let reference = play_on_evaluator(&program, &scenario).unwrap_or_else(|faults| panic!("{head}: {faults:?}"));
         if verdict_line(&reference) != wanted {
-            wrong.push(format!("{head}: evaluator {} {:?}", verdict_line(&reference), reference.verdict.map(|v| v.why)));
+            wrong.push(format!(
+                "{head}: evaluator {} {:?}",
+                verdict_line(&reference),
+                reference.verdict.map(|v| v.why)
+            ));
             continue;
         }
         for (mcu, count) in CHIPS.iter().zip(&mut played) {
@@ -49,7 +53,11 @@ fn verdicts_are_the_same_everywhere() {
                 Ok(found) => {
                     *count += 1;
                     if !reference.has_same_verdict(&found) {
-                        wrong.push(format!("{head}: {mcu} {} {:?}", verdict_line(&found), found.verdict.map(|v| v.why)));
+                        wrong.push(format!(
+                            "{head}: {mcu} {} {:?}",
+                            verdict_line(&found),
+                            found.verdict.map(|v| v.why)
+                        ));
                     }
                     if found.log != reference.log {
                         wrong.push(format!("{head}: {mcu} logs {:?}, not {:?}", found.log, reference.log));

@@ -1,8 +1,8 @@
 //! Chips are data: one row each, written with struct update syntax.
 
 use crate::image::ImageSpace;
-use crate::pins::{PinLevel, PinId};
-use crate::table::{SyntaxAlias, FlowKind, DisassembledInstruction, InstructionRow, InstructionLocation};
+use crate::pins::{PinId, PinLevel};
+use crate::table::{DisassembledInstruction, FlowKind, InstructionLocation, InstructionRow, SyntaxAlias};
 
 /// The families of chips, each a crate with one instruction table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -237,7 +237,9 @@ impl Chip {
     /// The package `name` (case aside), which vendors spell in many ways: `PDIP28`, `28-PDIP`, `SPDIP-28` are `DIP28`.
     #[must_use]
     pub fn package(&self, name: &str) -> Option<&'static ChipPackage> {
-        self.packages.iter().find(|package| ChipPackage::normalized_kind(package.name) == ChipPackage::normalized_kind(name))
+        self.packages
+            .iter()
+            .find(|package| ChipPackage::normalized_kind(package.name) == ChipPackage::normalized_kind(name))
     }
 
     /// The pin `name` (case aside).

@@ -2,7 +2,7 @@
 
 use crate::chip::Chip;
 use crate::lint::Lint;
-use crate::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use crate::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 use crate::state::SnapshotDamaged;
 
 /// Why a chip is reset.

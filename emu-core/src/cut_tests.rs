@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use crate::cpu::{Cpu, ResetCause, StopReason};
-use crate::pins::{PinLevel, PinId, CycleTime};
+use crate::pins::{CycleTime, PinId, PinLevel};
 use crate::rng::Rng;
 use crate::slices::{RandomInput, SlicePlan, pick_random};
 
@@ -54,7 +54,9 @@ pub fn queue_random_drives<C: Cpu>(cpu: &mut C, pins: &[PinId], span: u64, rng: 
         return;
     }
     let moment = |cycle: u64, rng: &mut Rng| CycleTime { cycle, phase: rng.below(4) as u8 };
-    let level = |rng: &mut Rng| pick_random(rng, &[PinLevel::Low, PinLevel::High, PinLevel::Low, PinLevel::High, PinLevel::Float]);
+    let level = |rng: &mut Rng| {
+        pick_random(rng, &[PinLevel::Low, PinLevel::High, PinLevel::Low, PinLevel::High, PinLevel::Float])
+    };
     for _ in 0..rng.below(10) {
         let (pin, mut at) = (pick_random(rng, pins), rng.below(span));
         match rng.below(8) {
@@ -73,7 +75,9 @@ pub fn queue_random_drives<C: Cpu>(cpu: &mut C, pins: &[PinId], span: u64, rng: 
                     cpu.drive(moment(at + n * bit, rng), pin, PinLevel::from_bit(word >> n & 1 == 1));
                 }
             }
-            6 => _ = cpu.drive_volts(moment(at, rng), pin, pick_random(rng, &[0, 1, 1_250, 2_500, 2_501, 4_999, 5_000])),
+            6 => {
+                _ = cpu.drive_volts(moment(at, rng), pin, pick_random(rng, &[0, 1, 1_250, 2_500, 2_501, 4_999, 5_000]))
+            }
             _ => {
                 let low = pick_random(rng, &[0, 600, 3_000, 3_900, 4_100]);
                 if rng.one_in(3) && cpu.set_supply(moment(at, rng), low) {
@@ -90,8 +94,14 @@ pub fn random_slice_plan<C: Cpu>(mut start: C, pins: &[PinId], span: u64, rng: &
     let chip = start.chip();
     let act = |rng: &mut Rng| match rng.below(8) {
         0..=2 => RandomInput::Poke(chip.reg_space, pick_random(rng, chip.regs).addr.into(), boundary_byte(rng)),
-        3 if !pins.is_empty() => RandomInput::Drive(pick_random(rng, pins), pick_random(rng, &[PinLevel::Low, PinLevel::High, PinLevel::Float])),
-        4 => RandomInput::Reset(pick_random(rng, &[ResetCause::PowerOn, ResetCause::External, ResetCause::Watchdog, ResetCause::BrownOut])),
+        3 if !pins.is_empty() => RandomInput::Drive(
+            pick_random(rng, pins),
+            pick_random(rng, &[PinLevel::Low, PinLevel::High, PinLevel::Float]),
+        ),
+        4 => RandomInput::Reset(pick_random(
+            rng,
+            &[ResetCause::PowerOn, ResetCause::External, ResetCause::Watchdog, ResetCause::BrownOut],
+        )),
         _ => RandomInput::Nothing,
     };
     let mut acts: Vec<(u64, RandomInput)> = (0..rng.below(4)).map(|_| (rng.below(span), act(rng))).collect();

@@ -32,7 +32,13 @@ pub struct RunState {
 
 impl RunState {
     /// At first: loops are jumped over.
-    pub const START: RunState = RunState { breakpoint_to_pass: None, skip_idle_loops: true, no_skip_before: 0, run_while_halted: false, is_blocked: false };
+    pub const START: RunState = RunState {
+        breakpoint_to_pass: None,
+        skip_idle_loops: true,
+        no_skip_before: 0,
+        run_while_halted: false,
+        is_blocked: false,
+    };
 }
 
 /// What predecode has found an instruction to be, besides what it does.
@@ -169,7 +175,8 @@ fn handle_boundary<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut 
         if let Some(why) = cpu.requested_reset() {
             let (stop, before) = (*cpu.stop_requested(), cpu.pc());
             cpu.reset(why);
-            *cpu.stop_requested() = stop | (P::EVENTS && probe.on_event(ChipEvent::Reset { at: CycleTime::at(now), cause: why }));
+            *cpu.stop_requested() =
+                stop | (P::EVENTS && probe.on_event(ChipEvent::Reset { at: CycleTime::at(now), cause: why }));
             report_jump(cpu, before, probe);
             continue;
         }
@@ -255,7 +262,9 @@ fn slow_path<E: CpuEngine, P: Probe>(cpu: &mut E, deadline: u64, idle: bool, pro
                 repeat_iterations(cpu, deadline, start, instructions_before);
             }
         }
-        InstructionMark::ClosesLoop if !trap && may_skip_loops::<E, P>(cpu) => skip_iterations(cpu, pc, deadline, idle, probe),
+        InstructionMark::ClosesLoop if !trap && may_skip_loops::<E, P>(cpu) => {
+            skip_iterations(cpu, pc, deadline, idle, probe)
+        }
         _ => {}
     }
     cpu.clock().expire();
@@ -308,7 +317,13 @@ fn skip_iterations<E: CpuEngine, P: Probe>(cpu: &mut E, end: u32, deadline: u64,
 
 /// At the head of a loop that counts down to zero, with so many turns left: runs one, jumps over all but the last two or as many as
 /// the deadline leaves room for, and runs one more, which leaves the flags that all before it would have.
-fn skip_counted_iterations<E: CpuEngine, P: Probe>(cpu: &mut E, (head, end): (u32, u32), iterations_left: u64, deadline: u64, probe: &mut P) {
+fn skip_counted_iterations<E: CpuEngine, P: Probe>(
+    cpu: &mut E,
+    (head, end): (u32, u32),
+    iterations_left: u64,
+    deadline: u64,
+    probe: &mut P,
+) {
     let (start, counted) = (cpu.cycle(), cpu.instructions());
     // A probe that is told of writes sees the counter's, which may lie in memory.
     if P::DATA || iterations_left.min(deadline.saturating_sub(start)) < MIN_QUIET_CYCLES {

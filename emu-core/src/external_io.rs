@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use crate::cpu::NEVER;
-use crate::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use crate::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 use crate::state::{SnapshotDamaged, SnapshotState, StateTape};
 
 /// Drives from outside that are to come (of a pin to a level, if nothing else is said), in order of time; those of one moment in

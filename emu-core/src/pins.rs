@@ -122,7 +122,14 @@ impl PinState {
     /// A pin that nothing drives and that reads high until something has pulled it low.
     #[must_use]
     pub const fn new_charged() -> PinState {
-        PinState { driven: PinLevel::Float, pull_up: false, external: PinLevel::Float, reads_high: true, high_before: true, changed_cycle: 0 }
+        PinState {
+            driven: PinLevel::Float,
+            pull_up: false,
+            external: PinLevel::Float,
+            reads_high: true,
+            high_before: true,
+            changed_cycle: 0,
+        }
     }
 
     /// Level of the wire.

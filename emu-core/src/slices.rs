@@ -4,8 +4,8 @@
 
 use std::collections::BTreeSet;
 
-use crate::cpu::{Cpu, ProgramFault, Probe, ResetCause, StopReason};
-use crate::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use crate::cpu::{Cpu, Probe, ProgramFault, ResetCause, StopReason};
+use crate::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 use crate::rng::Rng;
 
 /// What is done to a machine between two runs.
@@ -136,10 +136,17 @@ impl<C: Cpu> SliceSubject<C> {
     }
 
     /// Runs the plan; `go` runs a piece that ends at the given cycle at the latest. `more`: traps that are none of the plan's.
-    fn run_plan(&self, plan: &SlicePlan<C>, more: &[u32], skip: bool, mut go: impl FnMut(&mut C, u64) -> StopReason) -> RunTrace {
+    fn run_plan(
+        &self,
+        plan: &SlicePlan<C>,
+        more: &[u32],
+        skip: bool,
+        mut go: impl FnMut(&mut C, u64) -> StopReason,
+    ) -> RunTrace {
         let mut cpu = plan.start.clone();
         (self.set_skip_idle_loops)(&mut cpu, skip);
-        let mut shown = RunTrace { views: Vec::new(), breakpoints_hit: Vec::new(), snapshots: Vec::new(), memories: Vec::new() };
+        let mut shown =
+            RunTrace { views: Vec::new(), breakpoints_hit: Vec::new(), snapshots: Vec::new(), memories: Vec::new() };
         let mut set = BTreeSet::new();
         for &pc in more {
             cpu.set_breakpoint(pc, true);
@@ -182,7 +189,9 @@ impl<C: Cpu> SliceSubject<C> {
     /// # Panics
     /// Where one way differs from another, with the plan that shows it.
     pub fn assert_slicing_invariant(&self, plan: &SlicePlan<C>, rng: &mut Rng) -> u64 {
-        let run = |more: &[u32], skip: bool, go: &mut dyn FnMut(&mut C, u64) -> StopReason| self.run_plan(plan, more, skip, go);
+        let run = |more: &[u32], skip: bool, go: &mut dyn FnMut(&mut C, u64) -> StopReason| {
+            self.run_plan(plan, more, skip, go)
+        };
         let mut bare = HookLog::<false, false, false>::default();
         let wanted = run(&[], true, &mut |cpu, until| cpu.run(until, &mut bare));
         let irqs = bare.irqs;
@@ -199,11 +208,19 @@ impl<C: Cpu> SliceSubject<C> {
         let mut all = HookLog::<true, true, true>::default();
         let shown = run(&[], true, &mut |cpu, until| cpu.run(until, &mut all));
         assert_same_trace("all hooks", plan, &wanted, &shown);
-        assert!(all.irqs == irqs && all.events == events.events, "all hooks: interrupts or events\n{}", plan.description);
+        assert!(
+            all.irqs == irqs && all.events == events.events,
+            "all hooks: interrupts or events\n{}",
+            plan.description
+        );
         // Instructions of a reset machine are counted on.
         // What is no instruction, or a jump that cannot be carried out, is shown, and then stops the run.
-        let refused =
-            |stop: &StopReason| matches!(stop, StopReason::Illegal { .. } | StopReason::Fault { fault: ProgramFault::JumpOutOfProgram { .. }, .. });
+        let refused = |stop: &StopReason| {
+            matches!(
+                stop,
+                StopReason::Illegal { .. } | StopReason::Fault { fault: ProgramFault::JumpOutOfProgram { .. }, .. }
+            )
+        };
         let illegal = shown.views.iter().filter(|look| refused(&look.0)).count() as u64;
         let counted = shown.views.last().map(|look| look.1[1] + illegal);
         assert_eq!(counted, Some(all.insns), "instructions shown\n{}", plan.description);
@@ -214,12 +231,20 @@ impl<C: Cpu> SliceSubject<C> {
 
         let mut plain = HookLog::<false, false, true>::default();
         assert_same_trace("no skip", plan, &wanted, &run(&[], false, &mut |cpu, until| cpu.run(until, &mut plain)));
-        assert!(plain.irqs == irqs && plain.events == events.events, "no skip: interrupts or events\n{}", plan.description);
+        assert!(
+            plain.irqs == irqs && plain.events == events.events,
+            "no skip: interrupts or events\n{}",
+            plan.description
+        );
 
         let mut sliced = HookLog::<false, false, true>::default();
         let mut piece = |cpu: &mut C, until: u64| cpu.run((cpu.cycle() + random_slice(rng)).min(until), &mut sliced);
         assert_same_trace("slices", plan, &wanted, &run(&[], true, &mut piece));
-        assert!(sliced.irqs == irqs && sliced.events == events.events, "slices: interrupts or events\n{}", plan.description);
+        assert!(
+            sliced.irqs == irqs && sliced.events == events.events,
+            "slices: interrupts or events\n{}",
+            plan.description
+        );
 
         let mut stepped = HookLog::<false, false, false>::default();
         let mut step = |cpu: &mut C, until: u64| {
@@ -250,7 +275,12 @@ impl<C: Cpu> SliceSubject<C> {
             cpu.run(cpu.cycle() + 20, &mut ());
             for machine in [&mut *cpu, &mut plan.start.clone()] {
                 assert_eq!(machine.restore(&bytes), Ok(()), "at {}\n{}", machine.cycle(), plan.description);
-                assert!(machine.save() == bytes, "what was saved at {} is another\n{}", machine.cycle(), plan.description);
+                assert!(
+                    machine.save() == bytes,
+                    "what was saved at {} is another\n{}",
+                    machine.cycle(),
+                    plan.description
+                );
             }
             let to = (cpu.cycle() + 50 * random_slice(rng)).min(until);
             let mut stop = cpu.run(to, &mut ());
@@ -265,7 +295,11 @@ impl<C: Cpu> SliceSubject<C> {
 
         let mut picky = HookLog::<true, true, true> { stop_rng: Some(Rng::new(rng.next_u64())), ..HookLog::default() };
         assert_same_trace("stops", plan, &wanted, &run(&[], true, &mut |cpu, until| cpu.run(until, &mut picky)));
-        assert!(picky.irqs == irqs && picky.events == events.events, "stops: interrupts or events\n{}", plan.description);
+        assert!(
+            picky.irqs == irqs && picky.events == events.events,
+            "stops: interrupts or events\n{}",
+            plan.description
+        );
         assert_eq!((picky.data, picky.insns), (all.data, all.insns), "stops: accesses\n{}", plan.description);
 
         let traps: Vec<u32> = match plan.breakpoint_candidates.len() {
@@ -274,7 +308,11 @@ impl<C: Cpu> SliceSubject<C> {
         };
         let mut trapped = HookLog::<false, false, true>::default();
         assert_same_trace("traps", plan, &wanted, &run(&traps, true, &mut |cpu, until| cpu.run(until, &mut trapped)));
-        assert!(trapped.irqs == irqs && trapped.events == events.events, "traps: interrupts or events\n{}", plan.description);
+        assert!(
+            trapped.irqs == irqs && trapped.events == events.events,
+            "traps: interrupts or events\n{}",
+            plan.description
+        );
 
         wanted.views.last().map_or(0, |look| look.1[0])
     }

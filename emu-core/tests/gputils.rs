@@ -1,7 +1,7 @@
 //! Symbols, lines and messages of programs built by gputils 1.4.0 from the sources in `gputils/`, and damaged files.
 
 use emu_core::image::{
-    SourceKind, SimulatorMessage, SYMBOL_CODES, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols,
+    SYMBOL_CODES, SimulatorMessage, SourceKind, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols,
 };
 use emu_core::rng::Rng;
 

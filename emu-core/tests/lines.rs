@@ -87,7 +87,8 @@ fn every_line_has_its_addresses() {
 
 #[test]
 fn whether_lines_were_read_makes_no_difference() {
-    let (read, unread) = (SourceLines::from_elf("a", input("lines.elf")), SourceLines::from_elf("a", input("lines.elf")));
+    let (read, unread) =
+        (SourceLines::from_elf("a", input("lines.elf")), SourceLines::from_elf("a", input("lines.elf")));
     assert_eq!(read.all_lines().len(), 10);
     assert_eq!(read, unread);
     assert_ne!(read, SourceLines::from_elf("a", input("nolines.elf")));

@@ -1,8 +1,8 @@
 //! Names out of files: no reader lets a control character through, nor a name that makes gigabytes of a small file.
 
 use emu_core::image::{
-    WordBits, ElfMachine, Image, SourceLines, ImageSpace, SymbolAt, SymbolFile, SymbolSpaces, Symbols, load, load_messages,
-    load_symbols,
+    ElfMachine, Image, ImageSpace, SourceLines, SymbolAt, SymbolFile, SymbolSpaces, Symbols, WordBits, load,
+    load_messages, load_symbols,
 };
 
 /// ESC and BEL, as they may be in place of other characters.

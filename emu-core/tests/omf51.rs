@@ -5,7 +5,7 @@ mod peers;
 #[path = "omf51/write.rs"]
 mod write;
 
-use emu_core::image::{WordBits, ElfMachine, Image, SourceKind, LoadedImage, OMF_CODES, ImageSpace, load};
+use emu_core::image::{ElfMachine, Image, ImageSpace, LoadedImage, OMF_CODES, SourceKind, WordBits, load};
 use emu_core::rng::Rng;
 use write::{Item, Module, record};
 

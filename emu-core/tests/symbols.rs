@@ -8,7 +8,7 @@ mod sdcc;
 use std::collections::BTreeSet;
 
 use diag::Diagnostic;
-use emu_core::image::{SourceKind, SYMBOL_CODES, SymbolFile, SymbolSpaces, Symbols, load_symbols};
+use emu_core::image::{SYMBOL_CODES, SourceKind, SymbolFile, SymbolSpaces, Symbols, load_symbols};
 
 const DIR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/symbols");
 

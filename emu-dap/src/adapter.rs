@@ -3,16 +3,16 @@
 use std::collections::BTreeSet;
 
 use emu_core::cpu::ResetCause;
-use emu_debug::debug::{UserAction, DebugSession};
+use emu_debug::debug::{DebugSession, UserAction};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
+use crate::breakpoints::BreakpointTable;
 use crate::ladder_source::LadderSource;
 use crate::listing::DisassemblyListing;
-use crate::breakpoints::BreakpointTable;
+use crate::protocol::{self, DapRequest, LaunchArguments, RequestError};
 use crate::runs::PendingRun;
 use crate::stop_events::StopEvent;
-use crate::protocol::{self, LaunchArguments, DapRequest, RequestError};
 
 /// A machine ready to be debugged.
 pub struct OpenedMachine {
@@ -53,7 +53,12 @@ pub(crate) struct ClientCapabilities {
 impl Default for ClientCapabilities {
     fn default() -> ClientCapabilities {
         let path_format = "path".to_owned();
-        ClientCapabilities { lines_start_at1: true, columns_start_at1: true, path_format, supports_invalidated_event: false }
+        ClientCapabilities {
+            lines_start_at1: true,
+            columns_start_at1: true,
+            path_format,
+            supports_invalidated_event: false,
+        }
     }
 }
 
@@ -100,7 +105,11 @@ impl DapMachine {
     }
 
     /// Gives what an expression stands for another value.
-    pub fn assign(&mut self, expr: &emu_debug::debug::DebugExpression, value: emu_debug::debug::ExpressionValue) -> Result<(), RequestError> {
+    pub fn assign(
+        &mut self,
+        expr: &emu_debug::debug::DebugExpression,
+        value: emu_debug::debug::ExpressionValue,
+    ) -> Result<(), RequestError> {
         self.session.assign(expr, value).map_err(RequestError::not_possible)?;
         self.events_reported_to = self.events_reported_to.min(self.session.machine().cycle());
         self.listing = None;
@@ -236,16 +245,22 @@ impl<'a> DebugAdapter<'a> {
         let early = |text: String| Err(RequestError::new(protocol::TOO_EARLY, text));
         let wanted = match (self.stage, command) {
             (_, "disconnect") => return Ok(()),
-            (ConversationStage::Created, "initialize") | (ConversationStage::Initialized, "launch" | "attach") => return Ok(()),
+            (ConversationStage::Created, "initialize") | (ConversationStage::Initialized, "launch" | "attach") => {
+                return Ok(());
+            }
             (ConversationStage::Created, _) => return early(format!("{command} came before initialize")),
-            (_, "initialize") | (ConversationStage::Configuring | ConversationStage::Debugging, "launch" | "attach") => {
+            (_, "initialize")
+            | (ConversationStage::Configuring | ConversationStage::Debugging, "launch" | "attach") => {
                 return early(format!("{command} came twice"));
             }
             (ConversationStage::Initialized, _) => return early(format!("{command} came before launch")),
             (_, wanted) => wanted,
         };
         if self.run.is_some() && !WHILE_RUNNING.contains(&wanted) {
-            return Err(RequestError::new(protocol::RUNNING, format!("{command} is for a machine that stands; pause it first")));
+            return Err(RequestError::new(
+                protocol::RUNNING,
+                format!("{command} is for a machine that stands; pause it first"),
+            ));
         }
         Ok(())
     }
@@ -262,7 +277,10 @@ impl<'a> DebugAdapter<'a> {
         match request.command.as_str() {
             "initialize" => self.initialize(request),
             "launch" => self.launch(request),
-            "attach" => Err(RequestError::not_possible("there is no machine to attach to: a program is launched").shown_to_user()),
+            "attach" => {
+                Err(RequestError::not_possible("there is no machine to attach to: a program is launched")
+                    .shown_to_user())
+            }
             "configurationDone" => self.configured(),
             "restart" => self.restart(request),
             "disconnect" => self.disconnect(),
@@ -354,9 +372,11 @@ impl<'a> DebugAdapter<'a> {
 
     fn open(&mut self, arguments: LaunchArguments) -> Result<(), RequestError> {
         if arguments.program.is_empty() {
-            return Err(
-                RequestError::new(protocol::ARGUMENTS, "launch wants `program`: a HEX or ELF image, or a ladder program").shown_to_user()
-            );
+            return Err(RequestError::new(
+                protocol::ARGUMENTS,
+                "launch wants `program`: a HEX or ELF image, or a ladder program",
+            )
+            .shown_to_user());
         }
         let opened = (self.open)(&arguments).map_err(|why| RequestError::new(protocol::LAUNCH, why).shown_to_user())?;
         let path = std::path::Path::new(&arguments.program);

@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use emu_debug::debug::{AccessKind, DebugExpression, PointHit, ExpressionPlace, DebugSession, PointTrigger};
+use emu_debug::debug::{AccessKind, DebugExpression, DebugSession, ExpressionPlace, PointHit, PointTrigger};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::adapter::{DebugAdapter, DapMachine};
-use crate::protocol::{DapRequest, SetBreakpoints, DapSource, RequestedBreakpoint, RequestError};
+use crate::adapter::{DapMachine, DebugAdapter};
+use crate::protocol::{DapRequest, DapSource, RequestError, RequestedBreakpoint, SetBreakpoints};
 
 /// Breakpoints that are set together.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -149,7 +149,12 @@ impl DebugAdapter<'_> {
     }
 
     /// Sets all breakpoints of a group, in place of those that were there.
-    fn replace_group(&mut self, group: BreakpointGroup, source: DapSource, wanted: Vec<RequestedBreakpoint>) -> Result<Value, RequestError> {
+    fn replace_group(
+        &mut self,
+        group: BreakpointGroup,
+        source: DapSource,
+        wanted: Vec<RequestedBreakpoint>,
+    ) -> Result<Value, RequestError> {
         self.machine()?;
         let mut points = std::mem::take(&mut self.points);
         if let (Some((_, old)), Some(machine)) = (points.groups.remove(&group), &mut self.machine) {
@@ -159,7 +164,8 @@ impl DebugAdapter<'_> {
         let mut told = Vec::new();
         for wanted in wanted {
             points.last_id += 1;
-            let mut entry = BreakpointEntry { id: points.last_id, requested: wanted, point: None, count: None, log: None };
+            let mut entry =
+                BreakpointEntry { id: points.last_id, requested: wanted, point: None, count: None, log: None };
             told.push(self.install_breakpoint(&group, &source, &mut entry));
             entries.push(entry);
         }
@@ -181,7 +187,12 @@ impl DebugAdapter<'_> {
     }
 
     /// Puts a breakpoint into the session; gives what the client is told of it.
-    fn install_breakpoint(&mut self, group: &BreakpointGroup, source: &DapSource, entry: &mut BreakpointEntry) -> Value {
+    fn install_breakpoint(
+        &mut self,
+        group: &BreakpointGroup,
+        source: &DapSource,
+        entry: &mut BreakpointEntry,
+    ) -> Value {
         entry.point = None;
         let mut told = json!({ "id": entry.id, "verified": false });
         let client = self.client.clone();
@@ -200,7 +211,9 @@ impl DebugAdapter<'_> {
                     let at = words.first().copied().unwrap_or_default();
                     condition.map(|text| session.scope.parse_expression_at_word(text, at)).transpose()?
                 }
-                _ => condition.map(|text| session.scope.parse_expression_in_frame(text, session.machine(), 0)).transpose()?,
+                _ => condition
+                    .map(|text| session.scope.parse_expression_in_frame(text, session.machine(), 0))
+                    .transpose()?,
             };
             let count = entry.requested.hit_condition.as_deref().filter(|text| !text.trim().is_empty());
             entry.count = count.map(HitCondition::parse).transpose()?;
@@ -258,12 +271,17 @@ impl DebugAdapter<'_> {
             None => name.clone(),
         };
         let target = machine.session.machine();
-        let found = machine.session.scope.parse_expression_in_frame(&text, target, 0).map(|expr| expr.bind_to_place(target));
+        let found =
+            machine.session.scope.parse_expression_in_frame(&text, target, 0).map(|expr| expr.bind_to_place(target));
         Ok(match found {
             Err(why) => json!({ "dataId": null, "description": why }),
             Ok(expr) => {
-                let memory = matches!(expr, DebugExpression::Place(ExpressionPlace::Memory { .. } | ExpressionPlace::Bit { .. }));
-                let told = memory && machine.session.scope.parse_watched_range(&text, machine.session.machine()).is_ok();
+                let memory = matches!(
+                    expr,
+                    DebugExpression::Place(ExpressionPlace::Memory { .. } | ExpressionPlace::Bit { .. })
+                );
+                let told =
+                    memory && machine.session.scope.parse_watched_range(&text, machine.session.machine()).is_ok();
                 let types: &[&str] = if told { &["read", "write", "readWrite"] } else { &["write"] };
                 json!({ "dataId": text, "description": text, "accessTypes": types, "canPersist": true })
             }
@@ -284,11 +302,21 @@ impl DebugAdapter<'_> {
 }
 
 impl DapMachine {
-    fn locate_breakpoint(&mut self, group: &BreakpointGroup, source: &DapSource, wanted: &RequestedBreakpoint, line: u32) -> Result<PlacedBreakpoint, String> {
+    fn locate_breakpoint(
+        &mut self,
+        group: &BreakpointGroup,
+        source: &DapSource,
+        wanted: &RequestedBreakpoint,
+        line: u32,
+    ) -> Result<PlacedBreakpoint, String> {
         match group {
             BreakpointGroup::Source(_) => {
                 let found = self.words_of(source, line)?;
-                Ok(PlacedBreakpoint { what: PointTrigger::Code(found.words), text: String::new(), line: Some(found.line) })
+                Ok(PlacedBreakpoint {
+                    what: PointTrigger::Code(found.words),
+                    text: String::new(),
+                    line: Some(found.line),
+                })
             }
             BreakpointGroup::Functions => {
                 let words = match self.ladder.as_ref().and_then(|ladder| ladder.parse_name(&wanted.name)) {
@@ -306,8 +334,9 @@ impl DapMachine {
             }
             BreakpointGroup::Data => {
                 let scope = &self.session.scope;
-                let expr =
-                    scope.parse_expression_in_frame(&wanted.data_id, self.session.machine(), 0)?.bind_to_place(self.session.machine());
+                let expr = scope
+                    .parse_expression_in_frame(&wanted.data_id, self.session.machine(), 0)?
+                    .bind_to_place(self.session.machine());
                 let told = || {
                     let found = scope.parse_watched_range(&wanted.data_id, self.session.machine());
                     found.map_err(|why| format!("{why}; `write` sees its changes"))
@@ -316,7 +345,9 @@ impl DapMachine {
                 let (what, text) = match (wanted.access_type.as_deref(), expr.place(self.session.machine())) {
                     (Some("read"), _) => access(AccessKind::Read)?,
                     (Some("readWrite"), _) => access(AccessKind::Any)?,
-                    (None | Some("write"), Some(ExpressionPlace::Pin(pin))) => (PointTrigger::Pin(pin, None), wanted.data_id.clone()),
+                    (None | Some("write"), Some(ExpressionPlace::Pin(pin))) => {
+                        (PointTrigger::Pin(pin, None), wanted.data_id.clone())
+                    }
                     (None | Some("write"), _) => (PointTrigger::Change(expr), wanted.data_id.clone()),
                     (Some(other), _) => return Err(format!("`{other}` is no kind of access")),
                 };

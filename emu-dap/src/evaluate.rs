@@ -4,7 +4,7 @@ use emu_debug::debug::ExpressionPlace;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::adapter::{DebugAdapter, DapMachine};
+use crate::adapter::{DapMachine, DebugAdapter};
 use crate::protocol::{DapRequest, RequestError};
 
 #[derive(Default, Deserialize)]
@@ -83,7 +83,12 @@ impl DebugAdapter<'_> {
         Ok(json!({ "value": value }))
     }
 
-    fn assign_expression(&mut self, text: &str, (value, level): (&str, usize), hex: bool) -> Result<String, RequestError> {
+    fn assign_expression(
+        &mut self,
+        text: &str,
+        (value, level): (&str, usize),
+        hex: bool,
+    ) -> Result<String, RequestError> {
         self.assign(text, value, level)?;
         self.invalidate_client();
         let machine = self.machine()?;
@@ -107,7 +112,9 @@ impl DebugAdapter<'_> {
             "why" if !rest.is_empty() => return lines(self.explain_symbol(rest)?),
             "draw" => {
                 let rung = (!rest.is_empty()).then(|| rest.parse());
-                let rung = rung.transpose().map_err(|_| RequestError::not_found(format!("`{rest}` is no number of a rung")))?;
+                let rung = rung
+                    .transpose()
+                    .map_err(|_| RequestError::not_found(format!("`{rest}` is no number of a rung")))?;
                 return lines(self.draw_rung(rung)?);
             }
             "drive" if !rest.is_empty() => {

@@ -6,7 +6,7 @@ use emu_core::image::SourceLine;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::adapter::{DebugAdapter, DapMachine};
+use crate::adapter::{DapMachine, DebugAdapter};
 use crate::protocol::{DapRequest, DapSource, RequestError};
 
 /// Number of the listing among the sources that this side makes.

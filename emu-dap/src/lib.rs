@@ -17,22 +17,22 @@
 #![forbid(unsafe_code)]
 
 mod adapter;
+mod breakpoints;
 mod evaluate;
 mod files;
 pub mod framing;
-mod stack_frames;
 mod ladder_source;
 mod listing;
 mod locals;
 mod memory;
-mod breakpoints;
+mod protocol;
 mod runs;
 mod serve;
+mod stack_frames;
 mod step_requests;
 mod stop_events;
 mod variables;
-mod protocol;
 
-pub use adapter::{DebugAdapter, OpenedMachine, OpenMachine};
-pub use serve::serve;
+pub use adapter::{DebugAdapter, OpenMachine, OpenedMachine};
 pub use protocol::LaunchArguments;
+pub use serve::serve;

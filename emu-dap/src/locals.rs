@@ -41,13 +41,19 @@ pub fn variables_in(machine: &DapMachine, reference: i64, hex: bool) -> Option<V
             name => format!("({path}).{name}"),
         };
         return Some(
-            object.parts().into_iter().map(|(name, part)| variable_of_object(machine, &name, text(&name), part, hex)).collect(),
+            object
+                .parts()
+                .into_iter()
+                .map(|(name, part)| variable_of_object(machine, &name, text(&name), part, hex))
+                .collect(),
         );
     }
     let number = reference.checked_sub(FIRST_SCOPE_REFERENCE).filter(|number| *number >= 0)?;
     let level = usize::try_from(number / 2).ok()?;
     let found = machine.session.scope.locals(machine.session.machine(), level, number % 2 == 0);
-    Some(found.into_iter().map(|(name, object)| variable_of_object(machine, &name, name.clone(), object, hex)).collect())
+    Some(
+        found.into_iter().map(|(name, object)| variable_of_object(machine, &name, name.clone(), object, hex)).collect(),
+    )
 }
 
 /// The object of a variable behind a reference by its name, so that it can be set.
@@ -64,7 +70,13 @@ pub fn object(machine: &DapMachine, reference: i64, name: &str) -> Option<Object
 }
 
 /// A variable as a client sees it.
-pub fn variable_of_object(machine: &DapMachine, name: &str, text: String, object: ObjectExpr, hex: bool) -> DapVariable {
+pub fn variable_of_object(
+    machine: &DapMachine,
+    name: &str,
+    text: String,
+    object: ObjectExpr,
+    hex: bool,
+) -> DapVariable {
     let (scope, target) = (&machine.session.scope, machine.session.machine());
     let value = object.text(scope, target, hex.then_some('x'));
     DapVariable {

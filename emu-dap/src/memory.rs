@@ -1,10 +1,10 @@
 //! Memory as bytes, and program memory as instructions.
 
-use emu_debug::debug::{UserAction, ExpressionPlace};
+use emu_debug::debug::{ExpressionPlace, UserAction};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::adapter::{DebugAdapter, DapMachine};
+use crate::adapter::{DapMachine, DebugAdapter};
 use crate::listing::hex_words;
 use crate::protocol::{DapRequest, RequestError};
 
@@ -106,7 +106,8 @@ impl DebugAdapter<'_> {
     }
 
     pub(crate) fn disassemble(&mut self, request: &DapRequest) -> Result<Value, RequestError> {
-        let MemoryArguments { memory_reference, offset, instruction_offset, instruction_count, .. } = request.parse_arguments()?;
+        let MemoryArguments { memory_reference, offset, instruction_offset, instruction_count, .. } =
+            request.parse_arguments()?;
         if !(0..=MOST_INSTRUCTIONS).contains(&instruction_count) {
             return Err(RequestError::not_possible(format!("instructionCount is 0 to {MOST_INSTRUCTIONS}")));
         }

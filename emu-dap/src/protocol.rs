@@ -89,7 +89,8 @@ impl DapRequest {
     pub fn parse(message: &Value) -> Result<DapRequest, (i64, String, RequestError)> {
         let seq = message.get("seq").and_then(Value::as_i64);
         let command = message.get("command").and_then(Value::as_str);
-        let told = |text: String| (seq.unwrap_or(0), command.unwrap_or("").to_owned(), RequestError::new(MALFORMED, text));
+        let told =
+            |text: String| (seq.unwrap_or(0), command.unwrap_or("").to_owned(), RequestError::new(MALFORMED, text));
         let Some(fields) = message.as_object() else { return Err(told("a message is an object".to_owned())) };
         match fields.get("type").and_then(Value::as_str) {
             Some("request") => {}

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use emu_core::cpu::LAST_CYCLE;
-use emu_debug::debug::{CallFlow, RunGoal, HaltResult, DebugSession, PointTrigger, HaltReason, call_flow};
+use emu_debug::debug::{CallFlow, DebugSession, HaltReason, HaltResult, PointTrigger, RunGoal, call_flow};
 
 use crate::adapter::DebugAdapter;
 
@@ -153,7 +153,11 @@ impl LineStep {
         } else if flow_of == CallFlow::Call {
             before.0.wrapping_add(call_flow(session.scope.chip(), |word| session.word(word), before.0).1)
         } else {
-            self.done = if flow_of == CallFlow::Return && self.kind == LineStepKind::Out { true } else { self.has_arrived(session) };
+            self.done = if flow_of == CallFlow::Return && self.kind == LineStepKind::Out {
+                true
+            } else {
+                self.has_arrived(session)
+            };
             self.at_self_jump = pc == before.0 && !self.done;
             return self.done || self.at_self_jump;
         };
@@ -288,7 +292,14 @@ impl PendingRun {
     }
 
     fn is_backwards(&self) -> bool {
-        matches!(self, PendingRun::ReverseContinue | PendingRun::BackSteps(_) | PendingRun::BackTo(..) | PendingRun::BackLine(_) | PendingRun::Cycle(_))
+        matches!(
+            self,
+            PendingRun::ReverseContinue
+                | PendingRun::BackSteps(_)
+                | PendingRun::BackTo(..)
+                | PendingRun::BackLine(_)
+                | PendingRun::Cycle(_)
+        )
     }
 }
 

@@ -65,11 +65,12 @@ pub fn serve(input: impl Read + Send + 'static, output: &mut dyn Write, open: &O
     let mut inbox = RequestInbox { from, waiting: VecDeque::new() };
     let mut adapter = DebugAdapter::new(open);
     // False where the client has gone.
-    let mut send = |messages: Vec<Value>| match messages.iter().try_for_each(|message| framing::write_message(output, message)) {
-        Ok(()) => Ok(true),
-        Err(why) if framing::is_disconnect(&why) => Ok(false),
-        Err(why) => Err(format!("the output takes no more: {why}")),
-    };
+    let mut send =
+        |messages: Vec<Value>| match messages.iter().try_for_each(|message| framing::write_message(output, message)) {
+            Ok(()) => Ok(true),
+            Err(why) if framing::is_disconnect(&why) => Ok(false),
+            Err(why) => Err(format!("the output takes no more: {why}")),
+        };
     while !adapter.is_finished() {
         let there = match inbox.next(!adapter.is_running()) {
             Some(Ok(IncomingMessage::Message(message))) => send(adapter.handle(&message))?,

@@ -5,7 +5,7 @@ use emu_debug::debug::CallFrame;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::adapter::{DebugAdapter, DapMachine};
+use crate::adapter::{DapMachine, DebugAdapter};
 use crate::protocol::{self, DapRequest, RequestError};
 
 /// Most frames.

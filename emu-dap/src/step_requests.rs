@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use emu_core::pins::CycleTime;
-use emu_debug::debug::{UserAction, ExpressionPlace};
+use emu_debug::debug::{ExpressionPlace, UserAction};
 use emu_debug::stimulus;
 use emu_debug::{TimedDrive, stimulus::ExternalDrive};
 use serde::Deserialize;
@@ -11,9 +11,9 @@ use serde_json::{Value, json};
 
 use crate::adapter::DebugAdapter;
 use crate::ladder_source::LadderSource;
-use crate::runs::{BackLineStep, LineStepKind, StepOverCall, PendingRun, LineStep};
-use crate::stop_events::StopEvent;
 use crate::protocol::{self, DapRequest, DapSource, RequestError};
+use crate::runs::{BackLineStep, LineStep, LineStepKind, PendingRun, StepOverCall};
+use crate::stop_events::StopEvent;
 
 /// Most steps at once: nobody waits for more.
 const MAX_STEPS: u64 = 1 << 40;
@@ -72,9 +72,13 @@ impl DebugAdapter<'_> {
         match granularity.as_deref() {
             Some("instruction") => Ok(StepUnit::Instruction),
             None | Some("line" | "statement") if machine.ladder.is_some() => Ok(StepUnit::Element),
-            None | Some("line" | "statement") if machine.session.scope.lines.all_lines().is_empty() => Ok(StepUnit::Instruction),
+            None | Some("line" | "statement") if machine.session.scope.lines.all_lines().is_empty() => {
+                Ok(StepUnit::Instruction)
+            }
             None | Some("line" | "statement") => Ok(StepUnit::Line),
-            Some(other) => Err(RequestError::new(protocol::ARGUMENTS, format!("`{other}` is no granularity of a step"))),
+            Some(other) => {
+                Err(RequestError::new(protocol::ARGUMENTS, format!("`{other}` is no granularity of a step")))
+            }
         }
     }
 
@@ -82,8 +86,13 @@ impl DebugAdapter<'_> {
         let unit = self.unit(request)?;
         let machine = self.machine()?;
         let run = match unit {
-            StepUnit::Element => PendingRun::ToWords(machine.ladder.as_ref().map(LadderSource::element_starts).unwrap_or_default(), 1),
-            StepUnit::Line => PendingRun::StepLine(LineStep::new(if into { LineStepKind::Into } else { LineStepKind::Next }, &machine.session)),
+            StepUnit::Element => {
+                PendingRun::ToWords(machine.ladder.as_ref().map(LadderSource::element_starts).unwrap_or_default(), 1)
+            }
+            StepUnit::Line => PendingRun::StepLine(LineStep::new(
+                if into { LineStepKind::Into } else { LineStepKind::Next },
+                &machine.session,
+            )),
             StepUnit::Instruction => match StepOverCall::here(&mut machine.session).filter(|_| !into) {
                 Some(over) => PendingRun::StepOver(over),
                 None => PendingRun::Steps(1),
@@ -109,7 +118,9 @@ impl DebugAdapter<'_> {
         let unit = self.unit(request)?;
         let machine = self.machine()?;
         let run = match unit {
-            StepUnit::Element => PendingRun::BackTo(machine.ladder.as_ref().map(LadderSource::element_starts).unwrap_or_default(), 1),
+            StepUnit::Element => {
+                PendingRun::BackTo(machine.ladder.as_ref().map(LadderSource::element_starts).unwrap_or_default(), 1)
+            }
             StepUnit::Line => PendingRun::BackLine(BackLineStep::new(&machine.session)),
             StepUnit::Instruction => PendingRun::BackSteps(1),
         };
@@ -139,7 +150,8 @@ impl DebugAdapter<'_> {
                 (_, true) => PendingRun::BackLine(BackLineStep::new(&machine.session)),
             });
         }
-        let no_ladder = || RequestError::not_possible("the program is no ladder program, or was launched without its map");
+        let no_ladder =
+            || RequestError::not_possible("the program is no ladder program, or was launched without its map");
         let ladder = machine.ladder.as_ref();
         let words = match unit {
             "element" => ladder.map(LadderSource::element_starts),
@@ -168,8 +180,10 @@ impl DebugAdapter<'_> {
     /// What made a symbol of the ladder program what it is.
     pub(crate) fn explain_symbol(&mut self, symbol: &str) -> Result<Vec<String>, RequestError> {
         let machine = self.machine()?;
-        let ladder = machine.ladder.as_ref().ok_or_else(|| RequestError::not_possible("`why` is for ladder programs"))?;
-        let follow = machine.session.follower().ok_or_else(|| RequestError::not_possible("nobody follows the program"))?;
+        let ladder =
+            machine.ladder.as_ref().ok_or_else(|| RequestError::not_possible("`why` is for ladder programs"))?;
+        let follow =
+            machine.session.follower().ok_or_else(|| RequestError::not_possible("nobody follows the program"))?;
         ladder.view().explain_value(follow, machine.session.machine(), symbol.trim()).map_err(RequestError::not_found)
     }
 
@@ -181,7 +195,8 @@ impl DebugAdapter<'_> {
     /// A rung, or the one that is carried out, with the power in it.
     pub(crate) fn draw_rung(&mut self, rung: Option<u32>) -> Result<Vec<String>, RequestError> {
         let machine = self.machine()?;
-        let ladder = machine.ladder.as_ref().ok_or_else(|| RequestError::not_possible("rungs are of ladder programs"))?;
+        let ladder =
+            machine.ladder.as_ref().ok_or_else(|| RequestError::not_possible("rungs are of ladder programs"))?;
         let (follow, target) = (machine.session.follower(), machine.session.machine());
         Ok(match rung {
             None => ladder.view().draw(follow, target, false),

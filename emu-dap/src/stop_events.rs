@@ -1,7 +1,7 @@
 //! Why the machine stands, as events.
 
 use emu_core::pins::ChipEvent;
-use emu_debug::debug::{PointHit, PointTrigger, HaltReason};
+use emu_debug::debug::{HaltReason, PointHit, PointTrigger};
 use serde_json::{Value, json};
 
 use crate::adapter::{DebugAdapter, THREAD};
@@ -71,7 +71,9 @@ impl DebugAdapter<'_> {
         match why {
             HaltReason::Done | HaltReason::Limit => StopEvent::plain("step"),
             HaltReason::Interrupted => StopEvent::plain("pause"),
-            HaltReason::Beginning => StopEvent { description: Some("The history begins here".to_owned()), ..StopEvent::plain("entry") },
+            HaltReason::Beginning => {
+                StopEvent { description: Some("The history begins here".to_owned()), ..StopEvent::plain("entry") }
+            }
             HaltReason::Halted => StopEvent {
                 description: Some("Halted".to_owned()),
                 text: Some("Nothing can wake the chip any more.".to_owned()),
@@ -115,7 +117,8 @@ impl DebugAdapter<'_> {
 
     pub(crate) fn exception_info(&mut self) -> Result<Value, RequestError> {
         let stop = &self.machine()?.stop;
-        let id = stop.exception.ok_or_else(|| RequestError::not_found("the machine does not stand because of a fault"))?;
+        let id =
+            stop.exception.ok_or_else(|| RequestError::not_found("the machine does not stand because of a fault"))?;
         Ok(json!({
             "exceptionId": id, "description": stop.text, "breakMode": "always",
         }))

@@ -3,12 +3,12 @@
 use std::borrow::Cow;
 
 use emu_core::image::SymbolAt;
-use emu_core::pins::{PinLevel, PinId};
-use emu_debug::debug::{ObjectByteLocation, DebugExpression, ObjectExpr, ExpressionPlace};
+use emu_core::pins::{PinId, PinLevel};
+use emu_debug::debug::{DebugExpression, ExpressionPlace, ObjectByteLocation, ObjectExpr};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use crate::adapter::{DebugAdapter, DapMachine};
+use crate::adapter::{DapMachine, DebugAdapter};
 use crate::locals;
 use crate::protocol::{DapRequest, RequestError};
 
@@ -128,7 +128,8 @@ impl DebugAdapter<'_> {
         } else {
             let machine = self.machine()?;
             let text = machine.evaluate_name(number, name);
-            let text = text.ok_or_else(|| RequestError::not_found(format!("there is no variable `{name}` that can be set")))?;
+            let text =
+                text.ok_or_else(|| RequestError::not_found(format!("there is no variable `{name}` that can be set")))?;
             self.assign(&text, &arguments.value, 0)?;
         }
         self.invalidate_client();
@@ -177,7 +178,10 @@ impl DapMachine {
 
     /// Reads an expression in the frame at a level.
     pub fn parse_expression(&self, text: &str, level: usize) -> Result<DebugExpression, RequestError> {
-        self.session.scope.parse_expression_in_frame(text, self.session.machine(), level).map_err(RequestError::not_found)
+        self.session
+            .scope
+            .parse_expression_in_frame(text, self.session.machine(), level)
+            .map_err(RequestError::not_found)
     }
 
     /// The place of the first byte of an object, as `readMemory` takes it.

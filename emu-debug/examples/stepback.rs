@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use emu_core::Chip;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::{self, ElfMachine, Image};
-use emu_debug::debug::{RunGoal, SessionOptions, MachineWithDevices, NameScope, DebugSession, DynMachine};
+use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, RunGoal, SessionOptions};
 use emu_debug::{AttachedDevices, CycleClock};
 
 /// Cycles that are run first.
@@ -27,7 +27,10 @@ fn load(chip: &'static Chip, file: &str) -> Image {
 }
 
 fn boxed<C: Cpu + 'static>(cpu: C) -> Box<dyn DynMachine> {
-    Box::new(MachineWithDevices::new(cpu, AttachedDevices::new(Vec::new(), CycleClock { hz: 16_000_000, clocks_per_cycle: 1 })))
+    Box::new(MachineWithDevices::new(
+        cpu,
+        AttachedDevices::new(Vec::new(), CycleClock { hz: 16_000_000, clocks_per_cycle: 1 }),
+    ))
 }
 
 fn main() {
@@ -48,7 +51,11 @@ fn main() {
     for (file, chip, build) in machines {
         let target = build(chip, &load(chip, file));
         let clock = CycleClock { hz: chip.default_hz, clocks_per_cycle: target.clocks_per_cycle() };
-        let mut session = DebugSession::new(target, NameScope::new(chip), SessionOptions { clock, history_bytes: 64 << 20, follower: None });
+        let mut session = DebugSession::new(
+            target,
+            NameScope::new(chip),
+            SessionOptions { clock, history_bytes: 64 << 20, follower: None },
+        );
         let start = Instant::now();
         let until = Some(CYCLES);
         let halt = session.run(&RunGoal { until, ..RunGoal::default() }, &mut || true);

@@ -1,11 +1,11 @@
 //! What looks at every instruction and every access: costs time, so it is a type parameter of the tools.
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{ProgramFault, Probe, Subcycle};
+use emu_core::cpu::{Probe, ProgramFault, Subcycle};
 use emu_core::pins::CycleTime;
 
-use crate::bit_space::{self, BIT_SPACE};
 use crate::address_names::AddressRange;
+use crate::bit_space::{self, BIT_SPACE};
 
 /// An access that was waited for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -75,7 +75,16 @@ impl AccessMonitor {
     #[must_use]
     pub fn new(chip: &'static Chip, watches: Vec<AccessWatch>, trap: Option<&RamCheck<'_>>) -> AccessMonitor {
         let fresh = trap.map(|trap| UnwrittenRam::new(chip, trap));
-        AccessMonitor { first_access: None, unwritten_read: None, chip, watches, awaited_fetches: Vec::new(), seen_fetch: None, unwritten_ram: fresh, pc: 0 }
+        AccessMonitor {
+            first_access: None,
+            unwritten_read: None,
+            chip,
+            watches,
+            awaited_fetches: Vec::new(),
+            seen_fetch: None,
+            unwritten_ram: fresh,
+            pc: 0,
+        }
     }
 
     /// Waits also for the fetch of one of these program words, on machines that have subcycles.
@@ -123,7 +132,8 @@ impl UnwrittenRam {
     /// All RAM of `chip` but what counts as written.
     pub(crate) fn new(chip: &'static Chip, ram: &RamCheck<'_>) -> UnwrittenRam {
         let size = chip.spaces.iter().find(|(name, ..)| *name == chip.ram_space).map_or(0, |space| space.1);
-        let filled = |addr| ram.initialized.iter().any(|r| r.space == chip.ram_space && (r.start..r.end).contains(&addr));
+        let filled =
+            |addr| ram.initialized.iter().any(|r| r.space == chip.ram_space && (r.start..r.end).contains(&addr));
         UnwrittenRam {
             space: chip.ram_space,
             canonical: (0..size).map(ram.canonical_address).collect(),

@@ -47,7 +47,11 @@ impl AddressNames<'_> {
                     ));
                 }
                 [] => {
-                    return Err(format!("`{text}` names no memory; write {} (memories: {})", self.example_address(), spaces()));
+                    return Err(format!(
+                        "`{text}` names no memory; write {} (memories: {})",
+                        self.example_address(),
+                        spaces()
+                    ));
                 }
                 several => return Err(format!("`{text}` is in several memories: {}", several.join(", "))),
             },
@@ -120,7 +124,11 @@ impl AddressNames<'_> {
 
     /// A register of the core, or a bit of one.
     fn is_accessed_implicitly(&self, space: &str, addr: u32) -> bool {
-        let byte = if space == BIT_SPACE { bit_space::byte_of_bit(self.chip, addr).map(|(of, byte, _)| (of, byte)) } else { None };
+        let byte = if space == BIT_SPACE {
+            bit_space::byte_of_bit(self.chip, addr).map(|(of, byte, _)| (of, byte))
+        } else {
+            None
+        };
         let (space, addr) = byte.unwrap_or((space, addr));
         self.chip.implicit_accesses.contains(&(space, addr))
     }
@@ -190,7 +198,8 @@ impl AddressNames<'_> {
 
     /// The address in a memory of what data sheets and image files have at the word `word`, where words are what they count.
     fn word_to_space_address(&self, space: &str, word: u32) -> Option<u32> {
-        let window = self.chip.hex_spaces.iter().find(|window| window.name == space && window.word > 1 && window.start > 0)?;
+        let window =
+            self.chip.hex_spaces.iter().find(|window| window.name == space && window.word > 1 && window.start > 0)?;
         let first = window.start / window.word;
         word.checked_sub(first).filter(|addr| *addr < window.len / window.word)
     }
@@ -215,14 +224,18 @@ impl AddressNames<'_> {
     }
 
     fn parse_word_up_to(&self, text: &str, most: u32) -> Result<u32, String> {
-        let (addr, width) = (self.parse_address(self.chip.code_space, text)?, self.chip.bytes_per_address(self.chip.code_space));
+        let (addr, width) =
+            (self.parse_address(self.chip.code_space, text)?, self.chip.bytes_per_address(self.chip.code_space));
         let byte = addr.saturating_mul(width);
         if addr % (self.chip.word_bytes / width).max(1) != 0 {
             return Err(format!("0x{addr:x} is not the start of a word; program addresses are even byte addresses"));
         }
         if byte > most {
             let last = (self.chip.flash_bytes - 1) / width;
-            return Err(format!("0x{addr:x} reaches beyond {}, whose last address is 0x{last:x}", self.chip.code_space));
+            return Err(format!(
+                "0x{addr:x} reaches beyond {}, whose last address is 0x{last:x}",
+                self.chip.code_space
+            ));
         }
         Ok(byte / self.chip.word_bytes)
     }
@@ -284,7 +297,8 @@ impl AddressNames<'_> {
             let addr = self.parse_address(space, name)?.checked_add(offset);
             return addr.ok_or_else(|| format!("`{text}` is no address"));
         }
-        if let Some((byte, position)) = text.rsplit_once('.').filter(|_| space == BIT_SPACE && self.chip.bit(text).is_none())
+        if let Some((byte, position)) =
+            text.rsplit_once('.').filter(|_| space == BIT_SPACE && self.chip.bit(text).is_none())
         {
             return self.parse_bit_of_byte(byte, position);
         }
@@ -327,7 +341,8 @@ impl AddressNames<'_> {
     fn ambiguous_name_message(&self, space: &str, text: &str, symbols: &[&SymbolAt]) -> String {
         const MOST: usize = 8;
         let each = symbols.iter().take(MOST);
-        let each: Vec<String> = each.map(|s| format!("{} (0x{:x})", s.name, s.addr / self.chip.bytes_per_address(space))).collect();
+        let each: Vec<String> =
+            each.map(|s| format!("{} (0x{:x})", s.name, s.addr / self.chip.bytes_per_address(space))).collect();
         let more = if symbols.len() > MOST { ", .." } else { "" };
         format!("`{text}` is part of several names, write one whole: {}{more}", each.join(", "))
     }

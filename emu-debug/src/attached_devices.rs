@@ -7,7 +7,7 @@
 //! cycle, and the machine runs the stretch: exact to the cycle, for any [`Cpu`], and with any probe.
 
 use emu_core::cpu::{Cpu, Probe, StopReason};
-use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
 use crate::devices::ExternalDevice;
 use crate::dyn_probe;
@@ -118,7 +118,13 @@ impl AttachedDevices {
         loop {
             let mut copy = cpu.clone();
             let state = self.state.clone();
-            let mut scout = LookaheadProbe { state, clock: self.clock, queued_answers: known, edges: Vec::new(), answers: Vec::new() };
+            let mut scout = LookaheadProbe {
+                state,
+                clock: self.clock,
+                queued_answers: known,
+                edges: Vec::new(),
+                answers: Vec::new(),
+            };
             let ended = 'copy: loop {
                 let stop = copy.run(goal, &mut dyn_probe::probe_events(&mut scout));
                 for (at, pin, level) in std::mem::take(&mut scout.answers) {
@@ -134,7 +140,8 @@ impl AttachedDevices {
                 }
             };
             if let Some(stop) = ended {
-                self.stretch = if turns > MAX_LOOKAHEAD_PASSES { self.stretch / 2 } else { self.stretch * 2 }.clamp(least, most);
+                self.stretch =
+                    if turns > MAX_LOOKAHEAD_PASSES { self.stretch / 2 } else { self.stretch * 2 }.clamp(least, most);
                 // Where the program has ended the machine ends by itself.
                 return (if stop == StopReason::Limit { goal } else { until }, scout.edges);
             }

@@ -32,11 +32,17 @@ pub fn byte_of_bit(chip: &Chip, addr: u32) -> Option<(&'static str, u32, u32)> {
 /// Addresses of the eight bits of a byte, as a range of the memory `bit`; nothing where they have none.
 #[must_use]
 pub fn bits_of_byte(chip: &Chip, space: &str, byte: u32) -> Option<AddressRange> {
-    let first = if space == chip.ram_space && (FIRST_BIT_ADDRESSABLE_BYTE..FIRST_BIT_ADDRESSABLE_BYTE + FIRST_SFR_BIT / 8).contains(&byte) {
+    let first = if space == chip.ram_space
+        && (FIRST_BIT_ADDRESSABLE_BYTE..FIRST_BIT_ADDRESSABLE_BYTE + FIRST_SFR_BIT / 8).contains(&byte)
+    {
         (byte - FIRST_BIT_ADDRESSABLE_BYTE) * 8
     } else {
         byte
     };
     let (found, at, position) = byte_of_bit(chip, first)?;
-    (found == space && at == byte && position == 0).then_some(AddressRange { space: BIT_SPACE, start: first, end: first + 8 })
+    (found == space && at == byte && position == 0).then_some(AddressRange {
+        space: BIT_SPACE,
+        start: first,
+        end: first + 8,
+    })
 }

@@ -5,12 +5,14 @@ use std::collections::HashMap;
 use diag::{Diagnostic, Severity};
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
-use emu_core::pins::{PinLevel, PinId, CycleTime};
-use scenario::{ScenarioInput, ScenarioOutput, OutputReading, TimeScale, Scenario, NameResolver, TimedStimulus, ScenarioValue, bind};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
+use scenario::{
+    NameResolver, OutputReading, Scenario, ScenarioInput, ScenarioOutput, ScenarioValue, TimeScale, TimedStimulus, bind,
+};
 
 use crate::serial_sender::SerialLineSender;
-use crate::stimulus::{TimedDrive, ExternalDrive, missing_pin_reason, find_pin, parse_drive, supply_name};
-use crate::{CycleClock, AddressNames};
+use crate::stimulus::{ExternalDrive, TimedDrive, find_pin, missing_pin_reason, parse_drive, supply_name};
+use crate::{AddressNames, CycleClock};
 
 /// Bytes of the widest thing in memory that is one number.
 const MAX_NUMBER_BYTES: u32 = 4;
@@ -120,7 +122,9 @@ impl NameResolver for ChipResolver<'_> {
     }
 
     fn canonical_name(&self, name: &str) -> String {
-        let pin = find_pin(self.chip(), &self.canonical_name(name)).ok().and_then(|pin| self.chip().pins.get(usize::from(pin)));
+        let pin = find_pin(self.chip(), &self.canonical_name(name))
+            .ok()
+            .and_then(|pin| self.chip().pins.get(usize::from(pin)));
         match (pin, self.resolve_memory(name)) {
             (Some(pin), _) => pin.name.to_owned(),
             (None, Ok((space, addr, bytes))) => format!("{space}:{addr}..{bytes}"),
@@ -146,7 +150,8 @@ impl NameResolver for ChipResolver<'_> {
             }
             outside().map_err(|why| (why, false))?
         } else {
-            let (space, addr, bytes) = self.resolve_memory(name).map_err(|why| (self.unknown_name_message(name, &why), true))?;
+            let (space, addr, bytes) =
+                self.resolve_memory(name).map_err(|why| (self.unknown_name_message(name, &why), true))?;
             let (low, high) = (-(1i64 << (8 * bytes - 1)), (1i64 << (8 * bytes)) - 1);
             let ScenarioValue::Number(number) = value else {
                 return Err((format!("`{name}` takes a number, not `{value}`"), false));
@@ -170,12 +175,17 @@ impl NameResolver for ChipResolver<'_> {
             Ok(pin) => return Err(missing_pin_reason(self.chip(), pin)),
             Err(_) if self.is_supply(&own) => return Err(format!("{own} can be set, not looked at")),
             Err(_) => {
-                let (space, addr, bytes) = self.resolve_memory(name).map_err(|why| self.unknown_name_message(name, &why))?;
+                let (space, addr, bytes) =
+                    self.resolve_memory(name).map_err(|why| self.unknown_name_message(name, &why))?;
                 (ChipObservable::Memory(space, addr, bytes), (0, (1 << (8 * bytes)) - 1))
             }
         };
         self.bindings.observables.push(seen);
-        Ok(ScenarioOutput { id: self.bindings.observables.len() - 1, range, can_float: matches!(seen, ChipObservable::Pin(_)) })
+        Ok(ScenarioOutput {
+            id: self.bindings.observables.len() - 1,
+            range,
+            can_float: matches!(seen, ChipObservable::Pin(_)),
+        })
     }
 
     fn known_names(&self) -> Vec<String> {

@@ -6,7 +6,7 @@ use emu_core::pins::CycleTime;
 
 use crate::access_monitor::AccessMonitor;
 use crate::lints::LintProbe;
-use crate::run::{RunProbe, ReadMemory};
+use crate::run::{ReadMemory, RunProbe};
 use crate::trace::TraceProbe;
 
 /// A probe along whose type is not known.

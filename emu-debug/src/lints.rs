@@ -9,7 +9,7 @@ use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Probe;
 use emu_core::lint::Lint;
 
-use crate::access_monitor::{UnwrittenRam, RamCheck};
+use crate::access_monitor::{RamCheck, UnwrittenRam};
 use crate::address_names::AddressNames;
 
 /// A lint at one instruction.
@@ -40,7 +40,13 @@ impl LintProbe {
     /// For a run of `chip` whose RAM is as `ram` says.
     #[must_use]
     pub fn new(chip: &'static Chip, ram: &RamCheck<'_>) -> LintProbe {
-        LintProbe { chip, unwritten_ram: UnwrittenRam::new(chip, ram), pc: 0, found: Vec::new(), positions: BTreeMap::new() }
+        LintProbe {
+            chip,
+            unwritten_ram: UnwrittenRam::new(chip, ram),
+            pc: 0,
+            found: Vec::new(),
+            positions: BTreeMap::new(),
+        }
     }
 
     /// What was found, in the order of first cycles.
@@ -109,11 +115,12 @@ pub fn describe_lint(lint: Lint, names: &AddressNames<'_>) -> String {
         Lint::UnknownRead { space, addr } => format!("{} is read before it was written", cell_name(names, space, addr)),
         Lint::UnknownUse { space, addr } => format!("{} is used before it was written", cell_name(names, space, addr)),
         Lint::StackMeets { limit } => {
-            let limit = match names.symbols.iter().find(|s| s.space == names.chip.ram_space && s.addr == u32::from(limit)) {
-                _ if limit == names.chip.ram_start => format!("0x{limit:04x}, where RAM begins"),
-                Some(symbol) => format!("0x{limit:04x} ({})", symbol.name),
-                None => format!("0x{limit:04x}, up to where the heap reaches"),
-            };
+            let limit =
+                match names.symbols.iter().find(|s| s.space == names.chip.ram_space && s.addr == u32::from(limit)) {
+                    _ if limit == names.chip.ram_start => format!("0x{limit:04x}, where RAM begins"),
+                    Some(symbol) => format!("0x{limit:04x} ({})", symbol.name),
+                    None => format!("0x{limit:04x}, up to where the heap reaches"),
+                };
             format!("the stack grows below {limit}")
         }
         Lint::NothingThere { addr } => format!("{}:0x{addr:02x} is written, where nothing is", names.chip.reg_space),

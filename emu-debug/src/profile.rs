@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use emu_core::chip::Chip;
 use emu_core::cpu::Probe;
 use emu_core::image::Image;
-use emu_core::table::{FlowKind, instruction_bits, find_row};
+use emu_core::table::{FlowKind, find_row, instruction_bits};
 
 /// Places: one for each program word that a counter of 16 bits reaches.
 const WORD_COUNT: usize = 0x1_0000;
@@ -117,7 +117,9 @@ impl CycleProfile {
         };
         let fact = self.facts.get(word as usize).copied().unwrap_or_default();
         // One more than the table says: a write to the program counter of a PIC takes a second cycle.
-        if let (CycleOwner::Word(_), true, true) = (self.current, fact.max_cycles > 0, passed > u64::from(fact.max_cycles) + 1) {
+        if let (CycleOwner::Word(_), true, true) =
+            (self.current, fact.max_cycles > 0, passed > u64::from(fact.max_cycles) + 1)
+        {
             let stood = passed - u64::from(fact.max_cycles);
             *self.idle.entry(serving).or_default() += stood;
             passed -= stood;
@@ -200,7 +202,10 @@ fn fact(chip: &Chip, words: &[u16]) -> InstructionFact {
     // What names a place to go to may close a loop.
     let goes = row.operands.iter().any(|slot| slot.kind.name.starts_with("target"));
     let most = row.cycles.possible_counts().iter().copied().max().unwrap_or(0);
-    InstructionFact { max_cycles: if goes { 0 } else { most }, ends_service: (isa.flow)(position) == FlowKind::EndsInterrupt }
+    InstructionFact {
+        max_cycles: if goes { 0 } else { most },
+        ends_service: (isa.flow)(position) == FlowKind::EndsInterrupt,
+    }
 }
 
 impl Probe for CycleProfile {

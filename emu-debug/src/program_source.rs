@@ -3,8 +3,8 @@
 use emu_core::chip::ChipFamily;
 use emu_core::image::{SourceLine, SourceLines};
 
-use crate::bit_space::BIT_SPACE;
 use crate::address_names::{AddressNames, parse_number};
+use crate::bit_space::BIT_SPACE;
 use crate::stop_condition::{StopCondition, parse_condition};
 
 /// Bytes of program memory that GOTO and CALL of a PIC16 reach (2048 words of two bytes).
@@ -23,7 +23,8 @@ impl ProgramSource<'_> {
     /// A program word as a place: `0x0086 (main+0x4, main.c:12)`, with what of it is known.
     #[must_use]
     pub fn describe_word(&self, word: u32) -> String {
-        let known: Vec<String> = self.names.nearest_symbol(self.byte_address(word)).into_iter().chain(self.line_text(word)).collect();
+        let known: Vec<String> =
+            self.names.nearest_symbol(self.byte_address(word)).into_iter().chain(self.line_text(word)).collect();
         let addr = self.names.chip.code_address(word);
         match known.as_slice() {
             [] => format!("0x{addr:04x}"),
@@ -51,7 +52,9 @@ impl ProgramSource<'_> {
     /// # Errors
     /// As [`Names::program_word`]; no such file, or a line without code.
     pub fn parse_words(&self, text: &str) -> Result<Vec<u32>, String> {
-        let Some((file, line)) = split_file_and_line(text) else { return Ok(vec![self.names.parse_program_word(text)?]) };
+        let Some((file, line)) = split_file_and_line(text) else {
+            return Ok(vec![self.names.parse_program_word(text)?]);
+        };
         let chip = self.names.chip;
         let places = self.lines.addresses_of_line(file, line)?.into_iter();
         let words = places.filter(|byte| *byte < chip.flash_bytes && byte % chip.word_bytes == 0);

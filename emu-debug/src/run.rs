@@ -1,20 +1,20 @@
 //! The runner: until something that was waited for, a limit, the end of the program or its fault.
 
 use emu_core::chip::Chip;
-use emu_core::cpu::{Cpu, ProgramFault, Probe, StopReason};
-use emu_core::pins::{PinLevel, PinId};
+use emu_core::cpu::{Cpu, Probe, ProgramFault, StopReason};
+use emu_core::pins::{PinId, PinLevel};
 
-use crate::attached_devices::AttachedDevices;
-use crate::access_monitor::{WatchedAccess, AccessMonitor, RamCheck, AccessWatch};
-use crate::combined_probe::{DynRunProbe, CombinedProbe};
-use crate::run_controller::{RunDecision, RunController, ContinueCallback, CYCLES_BETWEEN_DECISIONS, StretchWatch};
-use crate::lints::{LintFinding, LintProbe};
+use crate::access_monitor::{AccessMonitor, AccessWatch, RamCheck, WatchedAccess};
 use crate::address_names::AddressRange;
-use crate::time::CycleClock;
+use crate::attached_devices::AttachedDevices;
+use crate::combined_probe::{CombinedProbe, DynRunProbe};
+use crate::lints::{LintFinding, LintProbe};
+use crate::run_controller::{CYCLES_BETWEEN_DECISIONS, ContinueCallback, RunController, RunDecision, StretchWatch};
 use crate::run_probes::RunProbes;
+use crate::stop_condition::StopCondition;
+use crate::time::CycleClock;
 use crate::trace::{self, TraceProbe};
 use crate::uart_log::UartLog;
-use crate::stop_condition::StopCondition;
 use crate::waveform::WaveWriter;
 
 /// What ends a run.
@@ -90,7 +90,12 @@ pub struct RunResult {
 
 /// Runs `cpu` as `plan` says. `wave` is written along and ended; `go_on` is called with all bytes sent so far before the
 /// first cycle, every few million cycles and at the end, and its false ends the run.
-pub fn run<C: Cpu>(cpu: &mut C, plan: &RunPlan, wave: Option<WaveWriter>, go_on: &mut dyn FnMut(&[u8]) -> bool) -> RunResult {
+pub fn run<C: Cpu>(
+    cpu: &mut C,
+    plan: &RunPlan,
+    wave: Option<WaveWriter>,
+    go_on: &mut dyn FnMut(&[u8]) -> bool,
+) -> RunResult {
     let clock = CycleClock { hz: 1, clocks_per_cycle: cpu.clocks_per_cycle() };
     run_with_devices(&mut AttachedDevices::new(Vec::new(), clock), cpu, plan, wave, &mut ContinueCallback(go_on))
 }
@@ -207,13 +212,16 @@ pub fn shown_pin_levels<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<Option<PinLevel>> {
 impl RunPlan {
     /// Every instruction and every access has to be looked at.
     fn needs_every_access(&self) -> bool {
-        let close = |until: &StopCondition| matches!(until, StopCondition::Read(_) | StopCondition::Write(_) | StopCondition::Fetch(_));
+        let close = |until: &StopCondition| {
+            matches!(until, StopCondition::Read(_) | StopCondition::Write(_) | StopCondition::Fetch(_))
+        };
         self.stop_on_unwritten_read || self.lint || self.until.iter().any(close)
     }
 
     /// What looks at them.
     fn access_probes<C: Cpu>(&self, cpu: &C) -> (AccessMonitor, Option<LintProbe>) {
-        let ram = RamCheck { canonical_address: &|addr| cpu.canonical_ram_address(addr), initialized: &self.initialized };
+        let ram =
+            RamCheck { canonical_address: &|addr| cpu.canonical_ram_address(addr), initialized: &self.initialized };
         let watches = self.watches().into_iter().map(|(_, watch)| watch).collect();
         let close = AccessMonitor::new(cpu.chip(), watches, self.stop_on_unwritten_read.then_some(&ram));
         let close = close.with_fetches(self.awaited_fetches().into_iter().map(|(_, pc)| pc).collect());
@@ -304,7 +312,9 @@ fn run_with<C: Cpu, L: RunObserver>(
         }
         tools.stretch_watch.triggered = false;
         let until = match host.next_decision(cpu, &tools.uart.sent, &mut tools.stretch_watch) {
-            RunDecision::RunUntil(cycle) => plan.limit.min(cycle).min(cpu.cycle().saturating_add(CYCLES_BETWEEN_DECISIONS)),
+            RunDecision::RunUntil(cycle) => {
+                plan.limit.min(cycle).min(cpu.cycle().saturating_add(CYCLES_BETWEEN_DECISIONS))
+            }
             RunDecision::StopWaiting => break RunEnd::Declined,
             RunDecision::Finished => {
                 // What was done in the last moment is seen.

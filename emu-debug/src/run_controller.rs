@@ -45,7 +45,11 @@ pub struct ContinueCallback<'a>(pub &'a mut dyn FnMut(&[u8]) -> bool);
 
 impl<C: Cpu> RunController<C> for ContinueCallback<'_> {
     fn next_decision(&mut self, cpu: &mut C, sent: &[u8], _: &mut StretchWatch) -> RunDecision {
-        if (self.0)(sent) { RunDecision::RunUntil(cpu.cycle().saturating_add(CYCLES_BETWEEN_DECISIONS)) } else { RunDecision::StopWaiting }
+        if (self.0)(sent) {
+            RunDecision::RunUntil(cpu.cycle().saturating_add(CYCLES_BETWEEN_DECISIONS))
+        } else {
+            RunDecision::StopWaiting
+        }
     }
 
     fn finish(&mut self, _: &mut C, sent: &[u8]) {

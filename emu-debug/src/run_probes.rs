@@ -2,7 +2,7 @@
 
 use emu_core::cpu::{Probe, Subcycle};
 use emu_core::lint::Lint;
-use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
 use crate::run_controller::StretchWatch;
 use crate::uart_log::UartLog;
@@ -75,7 +75,9 @@ impl<C: Probe> Probe for RunProbes<C> {
             wave.write_event(event);
         }
         match event {
-            ChipEvent::Edge { pin, .. } if self.stretch_watch.pins.contains(&pin) => self.stretch_watch.triggered = true,
+            ChipEvent::Edge { pin, .. } if self.stretch_watch.pins.contains(&pin) => {
+                self.stretch_watch.triggered = true
+            }
             ChipEvent::Sent { uart: 0, .. } if self.stretch_watch.bytes => self.stretch_watch.triggered = true,
             _ => {}
         }

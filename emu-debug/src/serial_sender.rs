@@ -1,8 +1,8 @@
 //! What comes in over a serial line: bytes as the edges that a sender makes, 8 bits, no parity, one stop bit.
 
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 
-use crate::stimulus::{TimedDrive, ExternalDrive};
+use crate::stimulus::{ExternalDrive, TimedDrive};
 use crate::time::{CycleClock, MAX_CYCLES};
 
 /// Bits of a frame: start bit, 8 data bits from the lowest, stop bit.
@@ -53,7 +53,12 @@ impl SerialLineSender {
     ///
     /// # Errors
     /// Edges later than 2^62 cycles.
-    pub fn edges_of_bytes(&mut self, clock: CycleClock, at: CycleTime, bytes: &[u8]) -> Result<Vec<TimedDrive>, String> {
+    pub fn edges_of_bytes(
+        &mut self,
+        clock: CycleClock,
+        at: CycleTime,
+        bytes: &[u8],
+    ) -> Result<Vec<TimedDrive>, String> {
         let per_cycle = u128::from(clock.clocks_per_cycle.max(1));
         let (hz, baud) = (u128::from(clock.hz), u128::from(self.baud));
         let asked = u128::from(at.cycle) * per_cycle + u128::from(at.phase);
@@ -84,7 +89,11 @@ impl SerialLineSender {
     ///
     /// # Errors
     /// Those of [`Sender::send`].
-    pub fn edges_of_texts(mut self, clock: CycleClock, texts: &[(CycleTime, Vec<u8>)]) -> Result<Vec<TimedDrive>, String> {
+    pub fn edges_of_texts(
+        mut self,
+        clock: CycleClock,
+        texts: &[(CycleTime, Vec<u8>)],
+    ) -> Result<Vec<TimedDrive>, String> {
         let mut drives = vec![self.idle_level()];
         let mut sorted: Vec<&(CycleTime, Vec<u8>)> = texts.iter().collect();
         sorted.sort_by_key(|(at, _)| *at);
@@ -106,7 +115,9 @@ mod tests {
         let texts: Vec<_> = texts.iter().map(|(cycle, text)| (at(*cycle), text.as_bytes().to_vec())).collect();
         let drives = SerialLineSender::new(7, baud).expect("a rate").edges_of_texts(clock, &texts).expect("edges");
         let edge = |drive: &TimedDrive| match drive.drive {
-            ExternalDrive::Level(7, level @ (PinLevel::High | PinLevel::Low)) => (drive.at.cycle, drive.at.phase, level == PinLevel::High),
+            ExternalDrive::Level(7, level @ (PinLevel::High | PinLevel::Low)) => {
+                (drive.at.cycle, drive.at.phase, level == PinLevel::High)
+            }
             ref other => panic!("{other:?}"),
         };
         drives.iter().map(edge).collect()

@@ -3,7 +3,7 @@
 //! A head says for which chip, program and options the state is; a checksum covers all of it. Whatever was damaged, cut short or made for
 //! another machine is refused here, before a machine looks at it.
 
-use diag::{DiagnosticCode, Diagnostic, Pos, Severity};
+use diag::{Diagnostic, DiagnosticCode, Pos, Severity};
 use emu_core::image::Image;
 
 /// The first bytes of every such file.
@@ -158,7 +158,11 @@ pub fn decode_snapshot<'a>(name: &str, bytes: &'a [u8]) -> Result<(SnapshotHeade
 ///
 /// # Errors
 /// What is wrong with the file, or what the machine has that is not as in the file.
-pub fn decode_snapshot_for<'a>(name: &str, bytes: &'a [u8], wanted: &SnapshotHeader) -> Result<(u64, &'a [u8]), Diagnostic> {
+pub fn decode_snapshot_for<'a>(
+    name: &str,
+    bytes: &'a [u8],
+    wanted: &SnapshotHeader,
+) -> Result<(u64, &'a [u8]), Diagnostic> {
     let (head, state) = decode_snapshot(name, bytes)?;
     let (code, cause, hint) = if head.chip != wanted.chip {
         let cause = format!("is a snapshot of {}, and the chip is {}", head.chip, wanted.chip);
@@ -245,7 +249,10 @@ mod tests {
         let (head, file) = sample();
         assert_eq!(crc32(b"123456789"), 0xCBF4_3926);
         assert_eq!(decode_snapshot("x", &file), Ok((head.clone(), &[1, 2, 3, 0, 255][..])));
-        assert_eq!(decode_snapshot_for("x", &file, &SnapshotHeader { cycle: 0, ..head }), Ok((1234, &[1, 2, 3, 0, 255][..])));
+        assert_eq!(
+            decode_snapshot_for("x", &file, &SnapshotHeader { cycle: 0, ..head }),
+            Ok((1234, &[1, 2, 3, 0, 255][..]))
+        );
     }
 
     #[test]

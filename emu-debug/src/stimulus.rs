@@ -2,7 +2,7 @@
 
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 
 use crate::time::{CycleClock, parse_decimal, split_unit};
 
@@ -99,10 +99,14 @@ pub fn parse_drive(chip: &Chip, text: &str) -> Result<ExternalDrive, String> {
         // The 8051 and AP101 know levels only.
         let volts = match parse_decimal(value) {
             _ if matches!(chip.family, ChipFamily::Mcs51 | ChipFamily::Ap101) => String::new(),
-            Some(_) if parse_millivolts(&format!("{value}V")).is_ok_and(|millivolts| millivolts <= INITIAL_SUPPLY_MV) => {
+            Some(_)
+                if parse_millivolts(&format!("{value}V")).is_ok_and(|millivolts| millivolts <= INITIAL_SUPPLY_MV) =>
+            {
                 format!(", or volts with their unit: {name}={value}V")
             }
-            Some((count, 0)) if count < ADC_COUNTS.into() => format!(", or what a converter reads: {name}={value}counts"),
+            Some((count, 0)) if count < ADC_COUNTS.into() => {
+                format!(", or what a converter reads: {name}={value}counts")
+            }
             _ => format!(", or volts: {name}=1.25V"),
         };
         format!("`{value}` is no level of a pin; write 0, 1, z, pullup or pulldown{volts}")
@@ -139,7 +143,11 @@ pub fn queue_drives<C: Cpu>(cpu: &mut C, drives: &[TimedDrive]) -> Result<(), St
 ///
 /// # Errors
 /// As [`queue`].
-pub fn queue_drive<C: Cpu>(cpu: &mut C, TimedDrive { at, drive: put }: TimedDrive, supply: &mut u32) -> Result<(), String> {
+pub fn queue_drive<C: Cpu>(
+    cpu: &mut C,
+    TimedDrive { at, drive: put }: TimedDrive,
+    supply: &mut u32,
+) -> Result<(), String> {
     let done = match put {
         ExternalDrive::Level(pin, level) => {
             cpu.drive(at, pin, level);
@@ -148,7 +156,8 @@ pub fn queue_drive<C: Cpu>(cpu: &mut C, TimedDrive { at, drive: put }: TimedDriv
         ExternalDrive::Volts(pin, millivolts) => cpu.drive_volts(at, pin, millivolts),
         // The middle of the step.
         ExternalDrive::Counts(pin, count) => {
-            let millivolts = ((2 * u32::from(count) + 1) * *supply + u32::from(ADC_COUNTS)) / (2 * u32::from(ADC_COUNTS));
+            let millivolts =
+                ((2 * u32::from(count) + 1) * *supply + u32::from(ADC_COUNTS)) / (2 * u32::from(ADC_COUNTS));
             cpu.drive_volts(at, pin, millivolts)
         }
         ExternalDrive::Supply(millivolts) => {
@@ -181,7 +190,11 @@ pub fn supply_changes(drives: &[TimedDrive]) -> Vec<(CycleTime, u32)> {
 pub fn check_drive_supported<C: Cpu>(cpu: &C, put: ExternalDrive) -> Result<(), String> {
     match put {
         ExternalDrive::Level(..) => Ok(()),
-        put => queue_drive(&mut cpu.clone(), TimedDrive { at: CycleTime::at(cpu.cycle()), drive: put }, &mut INITIAL_SUPPLY_MV.clone()),
+        put => queue_drive(
+            &mut cpu.clone(),
+            TimedDrive { at: CycleTime::at(cpu.cycle()), drive: put },
+            &mut INITIAL_SUPPLY_MV.clone(),
+        ),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Conditions that end a run.
 
 use emu_core::chip::ChipFamily;
-use emu_core::pins::{PinLevel, PinId};
+use emu_core::pins::{PinId, PinLevel};
 
 use crate::address_names::{AddressNames, AddressRange};
 use crate::stimulus::{example_pin, parse_pin_level};
@@ -43,7 +43,8 @@ pub fn parse_condition(names: &AddressNames<'_>, text: &str) -> Result<StopCondi
             "`{text}` is for chips that fetch and execute one after the other, as ap101; {} is none",
             names.chip.name
         )),
-        "pin" => parse_pin_level(names.chip, &names.replace_channel_name(rest)).map(|(pin, level)| StopCondition::Pin(pin, level)),
+        "pin" => parse_pin_level(names.chip, &names.replace_channel_name(rest))
+            .map(|(pin, level)| StopCondition::Pin(pin, level)),
         "read" => Ok(StopCondition::Read(parse_data_range(names, rest)?)),
         "write" => Ok(StopCondition::Write(parse_data_range(names, rest)?)),
         "uart" => {

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use emu_core::chip::{Chip, PinDef};
-use emu_core::pins::{ChipEvent, PinLevel, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinLevel};
 use vcd::{IdCode, SimulationCommand, TimescaleUnit, Value, VarType, Writer};
 
 use crate::time::CycleClock;
@@ -46,7 +46,9 @@ impl VcdWires {
         Ok(match bits {
             1 => VcdWires::Bit(out.add_wire(1, name)?),
             _ if !split => VcdWires::Vector(out.add_var(VarType::Reg, bits, name, None)?, bits),
-            _ => VcdWires::Bits((0..bits).map(|bit| out.add_wire(1, &format!("{name}_{bit}"))).collect::<Result<_, _>>()?),
+            _ => VcdWires::Bits(
+                (0..bits).map(|bit| out.add_wire(1, &format!("{name}_{bit}"))).collect::<Result<_, _>>()?,
+            ),
         })
     }
 

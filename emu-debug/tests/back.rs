@@ -6,7 +6,10 @@ use std::rc::Rc;
 use emu_core::Chip;
 use emu_core::cpu::RamInit;
 use emu_core::image::{self, ElfMachine};
-use emu_debug::debug::{CallFlow, ProgramFollower, RunGoal, ObserveLevel, SessionOptions, MachineWithDevices, NameScope, DebugSession, DynMachine, PointTrigger, HaltReason, call_flow};
+use emu_debug::debug::{
+    CallFlow, DebugSession, DynMachine, HaltReason, MachineWithDevices, NameScope, ObserveLevel, PointTrigger,
+    ProgramFollower, RunGoal, SessionOptions, call_flow,
+};
 use emu_debug::{AttachedDevices, CycleClock};
 
 fn chip() -> &'static Chip {
@@ -20,7 +23,10 @@ fn target(file: &str) -> Box<dyn DynMachine> {
     let loaded = image::load(file, &bytes, chip().hex_spaces, chip().elf_spaces, ElfMachine(chip().elf_machine));
     let Ok(loaded) = loaded else { panic!("{path}") };
     let cpu = emu_avr::Avr::new(chip(), &loaded.image, RamInit::Zero);
-    Box::new(MachineWithDevices::new(cpu, AttachedDevices::new(Vec::new(), CycleClock { hz: 16_000_000, clocks_per_cycle: 1 })))
+    Box::new(MachineWithDevices::new(
+        cpu,
+        AttachedDevices::new(Vec::new(), CycleClock { hz: 16_000_000, clocks_per_cycle: 1 }),
+    ))
 }
 
 /// Counts the copies that are made of it.
@@ -51,8 +57,11 @@ fn a_point_that_is_long_past_is_found_with_few_copies() {
     let copies = Rc::new(Cell::new(0));
     let follow: Option<Box<dyn ProgramFollower>> = Some(Box::new(Copies(Rc::clone(&copies))));
     let clock = CycleClock { hz: 16_000_000, clocks_per_cycle: 1 };
-    let mut session =
-        DebugSession::new(target("millis.elf"), NameScope::new(chip()), SessionOptions { clock, history_bytes: 64 << 20, follower: follow });
+    let mut session = DebugSession::new(
+        target("millis.elf"),
+        NameScope::new(chip()),
+        SessionOptions { clock, history_bytes: 64 << 20, follower: follow },
+    );
     // The start of main, to which the program comes once.
     let main = 0x102 / 2;
     let id = session.points.add(PointTrigger::Code(vec![main]), "main", false);

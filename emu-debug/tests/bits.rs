@@ -2,10 +2,10 @@
 //! accesses are seen.
 
 use emu_avr::chips::ATMEGA328P;
-use emu_core::chip::{Chip, PinDef, NamedAddress};
+use emu_core::chip::{Chip, NamedAddress, PinDef};
 use emu_core::cpu::Probe;
 use emu_core::image::SymbolAt;
-use emu_debug::access_monitor::{RamCheck, AccessWatch};
+use emu_debug::access_monitor::{AccessWatch, RamCheck};
 use emu_debug::stimulus::parse_pin_level;
 use emu_debug::stop_condition::parse_condition;
 use emu_debug::{AccessMonitor, AddressNames, StopCondition};
@@ -20,7 +20,11 @@ const CHIP: Chip = Chip {
     ram_len: 256,
     word_bytes: 1,
     reg_space: "sfr",
-    regs: &[NamedAddress { name: "TCON", addr: 0x88 }, NamedAddress { name: "TL0", addr: 0x8A }, NamedAddress { name: "P1", addr: 0x90 }],
+    regs: &[
+        NamedAddress { name: "TCON", addr: 0x88 },
+        NamedAddress { name: "TL0", addr: 0x8A },
+        NamedAddress { name: "P1", addr: 0x90 },
+    ],
     bits: &[NamedAddress { name: "TF0", addr: 0x8D }],
     pins: &[PinDef { name: "P1.0", dip: 1, note: "" }, PinDef { name: "RST", dip: 9, note: "" }],
     packages: &[],
@@ -122,6 +126,7 @@ fn bits_and_bytes_agree() {
     }
     assert_eq!(emu_debug::bit_space::byte_of_bit(&CHIP, 256), None);
     assert_eq!(emu_debug::bit_space::byte_of_bit(&ATMEGA328P, 0), None);
-    let with_bits = |space: &str| (0..256).filter(|&b| emu_debug::bit_space::bits_of_byte(&CHIP, space, b).is_some()).count();
+    let with_bits =
+        |space: &str| (0..256).filter(|&b| emu_debug::bit_space::bits_of_byte(&CHIP, space, b).is_some()).count();
     assert_eq!(["idata", "sfr", "xdata", "code", "bit"].map(with_bits), [16, 16, 0, 0, 0]);
 }

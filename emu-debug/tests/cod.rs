@@ -5,10 +5,10 @@ use std::sync::OnceLock;
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::{
-    ElfMachine, Image, SimulatorMessage, Segment, SymbolAt, SymbolFile, SymbolSpaces, load, load_messages, load_symbols,
+    ElfMachine, Image, Segment, SimulatorMessage, SymbolAt, SymbolFile, SymbolSpaces, load, load_messages, load_symbols,
 };
 use emu_debug::AddressNames;
-use emu_debug::cod::{CodRunLimits, CodOutcome, CodScript, CodVerdict, run_script};
+use emu_debug::cod::{CodOutcome, CodRunLimits, CodScript, CodVerdict, run_script};
 use emu_pic16::{Options, Pic16};
 
 const DIR: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cod");
@@ -239,8 +239,10 @@ fn voltages_are_told() {
         (4, "v.voltage = 3.25"),
     ];
     let kind = |addr| if addr == 0 { 'e' } else { 'C' };
-    let list: Vec<SimulatorMessage> =
-        list.map(|(addr, text)| SimulatorMessage { addr, kind: kind(addr), text: text.to_owned() }).into_iter().collect();
+    let list: Vec<SimulatorMessage> = list
+        .map(|(addr, text)| SimulatorMessage { addr, kind: kind(addr), text: text.to_owned() })
+        .into_iter()
+        .collect();
     let script = CodScript::read(&list).unwrap();
     let names = AddressNames { chip: chip(), symbols: &[] };
     let mut told = Vec::new();

@@ -3,7 +3,7 @@
 use emu_avr::{Avr, chips::ATMEGA328P};
 use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
 use emu_core::image::{ElfMachine, load};
-use emu_core::pins::{ChipEvent, PinLevel, PinId};
+use emu_core::pins::{ChipEvent, PinId, PinLevel};
 use emu_core::rng::Rng;
 use emu_debug::devices::ExternalDevice;
 use emu_debug::devices::eeprom24::Eeprom24;
@@ -200,7 +200,8 @@ fn board(
     until: &mut dyn FnMut(u64) -> u64,
 ) -> (Avr, AttachedDevices, Edges) {
     let chip = &ATMEGA328P;
-    let image = load("image", hex, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine)).expect("an image").image;
+    let image =
+        load("image", hex, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine)).expect("an image").image;
     let mut cpu = Avr::new(chip, &image, RamInit::Zero);
     let mut board = AttachedDevices::new(vec![WiredDevice { device, wires: wires.to_vec() }], CLOCK);
     let mut edges = Edges::default();

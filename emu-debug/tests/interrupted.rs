@@ -3,7 +3,9 @@
 use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::cpu::RamInit;
-use emu_debug::debug::{RunGoal, SessionOptions, MachineWithDevices, NameScope, DebugSession, PointTrigger, HaltReason};
+use emu_debug::debug::{
+    DebugSession, HaltReason, MachineWithDevices, NameScope, PointTrigger, RunGoal, SessionOptions,
+};
 use emu_debug::{AttachedDevices, CycleClock};
 
 fn session() -> DebugSession {
@@ -13,7 +15,8 @@ fn session() -> DebugSession {
 fn session_of(program: &str) -> DebugSession {
     let image = emu_asm::assemble_text(&ATMEGA328P, program).expect("a program");
     let clock = CycleClock { hz: 16_000_000, clocks_per_cycle: 1 };
-    let rig = MachineWithDevices::new(Avr::new(&ATMEGA328P, &image, RamInit::Zero), AttachedDevices::new(Vec::new(), clock));
+    let rig =
+        MachineWithDevices::new(Avr::new(&ATMEGA328P, &image, RamInit::Zero), AttachedDevices::new(Vec::new(), clock));
     let options = SessionOptions { clock, history_bytes: 1 << 20, follower: None };
     DebugSession::new(Box::new(rig), NameScope::new(&ATMEGA328P), options)
 }
@@ -75,7 +78,10 @@ fn what_waits_for_ever_is_stopped() {
     let rows = [
         ("loop: sbis 0x09, 2\nrjmp loop\n", HaltReason::BlockedOnInput),
         ("loop: sbis 0x09, 2\nrjmp loop\nend: rjmp end\n", HaltReason::BlockedOnInput),
-        ("ldi r16, 0x98\nsts 0xC1, r16\nldi r16, 1\nout 0x33, r16\nsei\nloop: sleep\nrjmp loop\n", HaltReason::BlockedOnInput),
+        (
+            "ldi r16, 0x98\nsts 0xC1, r16\nldi r16, 1\nout 0x33, r16\nsei\nloop: sleep\nrjmp loop\n",
+            HaltReason::BlockedOnInput,
+        ),
         ("ldi r16, 1\nout 0x33, r16\nloop: sleep\nrjmp loop\n", HaltReason::Halted),
         ("loop: rjmp loop\n", HaltReason::Halted),
     ];

@@ -3,10 +3,10 @@
 use emu_avr::chips::ATMEGA328P;
 use emu_core::image::{CONSTANT_SPACE, SymbolAt};
 use emu_debug::stimulus::{ExternalDrive, parse_timed_drive};
+use emu_debug::stop_condition::parse_condition;
 use emu_debug::text_escapes::{escape, unescape};
 use emu_debug::time::{parse_duration, parse_hertz};
-use emu_debug::stop_condition::parse_condition;
-use emu_debug::{CycleClock, AddressNames};
+use emu_debug::{AddressNames, CycleClock};
 
 fn read(section: &str, text: &str) -> Result<String, String> {
     let symbol = |name: &str, space, addr| SymbolAt::new(name, space, addr, 2);
@@ -27,7 +27,8 @@ fn read(section: &str, text: &str) -> Result<String, String> {
         "cycles" | "moment" => {
             let (hz, rest) = text.split_once(' ').expect("Hz");
             let (per_cycle, text) = rest.split_once(' ').expect("clocks a cycle");
-            let clock = CycleClock { hz: hz.parse().expect("Hz"), clocks_per_cycle: per_cycle.parse().expect("clocks") };
+            let clock =
+                CycleClock { hz: hz.parse().expect("Hz"), clocks_per_cycle: per_cycle.parse().expect("clocks") };
             match section {
                 "cycles" => clock.parse_cycles(text).map(|c| c.to_string()),
                 _ => clock.parse_moment(text).map(|time| format!("{} {}", time.cycle, time.phase)),
@@ -37,11 +38,15 @@ fn read(section: &str, text: &str) -> Result<String, String> {
         "duration" => parse_duration(text).map(|d| d.as_nanos().to_string()),
         "range" => names.parse_range(text).map(|r| format!("{} {} {}", r.space, r.start, r.end)),
         "until" => parse_condition(&names, text).map(|u| format!("{u:?}")),
-        "drive" => parse_timed_drive(&ATMEGA328P, CycleClock { hz: 16_000_000, clocks_per_cycle: 1 }, text).map(|d| match d.drive {
-            ExternalDrive::Level(pin, level) => format!("{} 8*{}+{} {level:?}", d.at.cycle, pin / 8, pin % 8),
-            ExternalDrive::Volts(pin, millivolts) => format!("{} 8*{}+{} {millivolts} mV", d.at.cycle, pin / 8, pin % 8),
-            ExternalDrive::Counts(pin, count) => format!("{} 8*{}+{} {count} counts", d.at.cycle, pin / 8, pin % 8),
-            ExternalDrive::Supply(millivolts) => format!("{} {millivolts} mV", d.at.cycle),
+        "drive" => parse_timed_drive(&ATMEGA328P, CycleClock { hz: 16_000_000, clocks_per_cycle: 1 }, text).map(|d| {
+            match d.drive {
+                ExternalDrive::Level(pin, level) => format!("{} 8*{}+{} {level:?}", d.at.cycle, pin / 8, pin % 8),
+                ExternalDrive::Volts(pin, millivolts) => {
+                    format!("{} 8*{}+{} {millivolts} mV", d.at.cycle, pin / 8, pin % 8)
+                }
+                ExternalDrive::Counts(pin, count) => format!("{} 8*{}+{} {count} counts", d.at.cycle, pin / 8, pin % 8),
+                ExternalDrive::Supply(millivolts) => format!("{} {millivolts} mV", d.at.cycle),
+            }
         }),
         "unescape" => unescape(text).map(|b| b.iter().map(|b| format!("{b:02x}")).collect::<Vec<_>>().join(" ")),
         other => panic!("no section {other}"),

@@ -6,7 +6,7 @@ use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
 use emu_debug::stimulus::{parse_timed_drive, queue_drives};
 use emu_debug::stop_condition::parse_condition;
-use emu_debug::{CycleClock, AddressNames, RunPlan};
+use emu_debug::{AddressNames, CycleClock, RunPlan};
 
 const WORDS: &[&str] = &["until", "at", "limit", "expect", "fail", "trap", "host"];
 

@@ -1,10 +1,10 @@
 //! Stimuli of scenarios as drives at fixed times (`scene::drives`): steps, and what they come to in cycles and clocks.
 
 use emu_core::chip::Chip;
-use emu_core::pins::{PinLevel, PinId};
-use emu_debug::chip_scenario::{ChipResolver, ChipBindings, timed_drives};
+use emu_core::pins::{PinId, PinLevel};
+use emu_debug::chip_scenario::{ChipBindings, ChipResolver, timed_drives};
 use emu_debug::stimulus::ExternalDrive;
-use emu_debug::{CycleClock, AddressNames};
+use emu_debug::{AddressNames, CycleClock};
 use emu_pic16::chips::PIC16F873;
 
 /// `steps => drives`, on a PIC16F873 at 4 MHz with four clocks a cycle: `cycle.clock NAME=VALUE`; or the place and code of a refusal.
@@ -62,7 +62,9 @@ fn found(steps: &str) -> String {
         Ok(drives) => {
             let shown = drives.iter().map(|drive| {
                 let what = match drive.drive {
-                    ExternalDrive::Level(pin, PinLevel::PullUp | PinLevel::PullDown) => format!("{}=resistor", name(chip, pin)),
+                    ExternalDrive::Level(pin, PinLevel::PullUp | PinLevel::PullDown) => {
+                        format!("{}=resistor", name(chip, pin))
+                    }
                     ExternalDrive::Level(pin, level) => format!("{}={level:?}", name(chip, pin)),
                     ExternalDrive::Volts(pin, millivolts) => format!("{}={millivolts}mV", name(chip, pin)),
                     ExternalDrive::Counts(pin, count) => format!("{}={count}", name(chip, pin)),

@@ -8,11 +8,14 @@ use std::collections::BTreeMap;
 use emu_core::Chip;
 use emu_core::cpu::{Cpu, RamInit, ResetCause};
 use emu_core::image::Image;
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
 use emu_core::slices::pick_random;
-use emu_debug::debug::{UserAction, RunGoal, SessionOptions, ExpressionPlace, MachineWithDevices, NameScope, DebugSession, DynMachine, HaltReason};
-use emu_debug::stimulus::{TimedDrive, ExternalDrive};
+use emu_debug::debug::{
+    DebugSession, DynMachine, ExpressionPlace, HaltReason, MachineWithDevices, NameScope, RunGoal, SessionOptions,
+    UserAction,
+};
+use emu_debug::stimulus::{ExternalDrive, TimedDrive};
 use emu_debug::{AttachedDevices, CycleClock};
 
 use examples::{chip_8051, chip_pic, load};
@@ -53,7 +56,10 @@ struct Family {
 }
 
 fn boxed<C: Cpu + 'static>(cpu: C) -> Box<dyn DynMachine> {
-    Box::new(MachineWithDevices::new(cpu, AttachedDevices::new(Vec::new(), CycleClock { hz: 16_000_000, clocks_per_cycle: 1 })))
+    Box::new(MachineWithDevices::new(
+        cpu,
+        AttachedDevices::new(Vec::new(), CycleClock { hz: 16_000_000, clocks_per_cycle: 1 }),
+    ))
 }
 
 fn walks(family: Family, name: &str, count: u64) {
@@ -89,7 +95,10 @@ fn walks(family: Family, name: &str, count: u64) {
                 0 | 1 => {
                     let most = pick_random(&mut rng, &[100, 5_000, 300_000]);
                     let until = now + rng.below(most);
-                    session.run(&RunGoal { until: Some(until), runs_while_halted: rng.below(2) == 0, ..RunGoal::default() }, &mut on);
+                    session.run(
+                        &RunGoal { until: Some(until), runs_while_halted: rng.below(2) == 0, ..RunGoal::default() },
+                        &mut on,
+                    );
                     // A step ends at a position; else it may stand within one, such as in sleep.
                     if rng.below(2) == 0 {
                         session.step_instructions(1, until + 100_000, &mut on);
@@ -136,7 +145,9 @@ fn walks(family: Family, name: &str, count: u64) {
                     let level = pick_random(&mut rng, &[PinLevel::Low, PinLevel::High, PinLevel::Float]);
                     if session.machine().has_pin(pin) {
                         let at = CycleTime::at(now + rng.below(3) * rng.below(2_000));
-                        session.apply_action(UserAction::Drive(TimedDrive { at, drive: ExternalDrive::Level(pin, level) })).expect("a level");
+                        session
+                            .apply_action(UserAction::Drive(TimedDrive { at, drive: ExternalDrive::Level(pin, level) }))
+                            .expect("a level");
                         known.retain(|cycle, _| *cycle < now);
                     }
                 }

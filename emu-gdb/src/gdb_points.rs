@@ -1,7 +1,7 @@
 //! Breakpoints and watchpoints. gdb sets them before each run and takes them away after it.
 
-use emu_debug::debug::{AccessKind, PointTrigger};
 use emu_debug::address_names::AddressRange;
+use emu_debug::debug::{AccessKind, PointTrigger};
 use gdbstub::target::TargetResult;
 use gdbstub::target::ext::breakpoints::{
     Breakpoints, HwBreakpoint, HwBreakpointOps, HwWatchpoint, HwWatchpointOps, SwBreakpoint, SwBreakpointOps, WatchKind,
@@ -56,7 +56,9 @@ impl GdbTarget<'_> {
     }
 
     fn trigger(&self, asked: GdbPointKind, addr: u32) -> Option<PointTrigger> {
-        let GdbPointKind::Watch(kind, len) = asked else { return Some(PointTrigger::Code(vec![self.layout.program_word(addr)?])) };
+        let GdbPointKind::Watch(kind, len) = asked else {
+            return Some(PointTrigger::Code(vec![self.layout.program_word(addr)?]));
+        };
         let (memory, offset) = self.layout.find_memory(addr, len.try_into().ok()?)?;
         if len == 0 {
             return None;

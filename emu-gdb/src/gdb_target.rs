@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 
-use emu_debug::debug::{UserAction, ExpressionPlace, DebugSession};
+use emu_debug::debug::{DebugSession, ExpressionPlace, UserAction};
 use gdbstub::target::ext::base::BaseOps;
 use gdbstub::target::ext::base::single_register_access::{SingleRegisterAccess, SingleRegisterAccessOps};
 use gdbstub::target::ext::base::singlethread::{SingleThreadBase, SingleThreadResumeOps};
@@ -17,10 +17,10 @@ use gdbstub::target::{Target, TargetError, TargetResult};
 
 use crate::MonitorHandler;
 use crate::gdb_arch::{AnyArch, RegisterBytes, RegisterNumber};
-use crate::layout::{GdbRegister, GdbLayout};
 use crate::gdb_points::GdbPoint;
-use crate::resume::ResumeKind;
+use crate::layout::{GdbLayout, GdbRegister};
 use crate::packets::ClientInput;
+use crate::resume::ResumeKind;
 
 /// `EFAULT`: there is no such place.
 const EFAULT: u8 = 14;
@@ -45,10 +45,23 @@ pub(crate) struct GdbTarget<'a> {
 }
 
 impl<'a> GdbTarget<'a> {
-    pub(crate) fn new(session: &'a mut DebugSession, input: ClientInput, monitor: Option<&'a mut MonitorHandler>) -> GdbTarget<'a> {
+    pub(crate) fn new(
+        session: &'a mut DebugSession,
+        input: ClientInput,
+        monitor: Option<&'a mut MonitorHandler>,
+    ) -> GdbTarget<'a> {
         let layout = GdbLayout::new(session.machine());
         let why = "the client has just come".to_owned();
-        GdbTarget { session, input, layout, monitor, points: Vec::new(), resume: ResumeKind::Step, last_halt: why, loading: None }
+        GdbTarget {
+            session,
+            input,
+            layout,
+            monitor,
+            points: Vec::new(),
+            resume: ResumeKind::Step,
+            last_halt: why,
+            loading: None,
+        }
     }
 
     /// Value of a register, the program counter in bytes.
@@ -78,7 +91,8 @@ impl<'a> GdbTarget<'a> {
 
     /// Writes bytes. Of program memory only those that are different, four at a time: an action is kept for each.
     pub(crate) fn write_bytes(&mut self, addr: u32, data: &[u8]) -> TargetResult<(), Self> {
-        let Some((memory, offset)) = self.layout.find_memory(addr, data.len()).map(|(memory, offset)| (*memory, offset))
+        let Some((memory, offset)) =
+            self.layout.find_memory(addr, data.len()).map(|(memory, offset)| (*memory, offset))
         else {
             return Err(TargetError::Errno(EFAULT));
         };
@@ -86,10 +100,12 @@ impl<'a> GdbTarget<'a> {
         let program = memory.space == chip.code_space;
         let mut at = offset;
         for bytes in data.chunks(if program { 4 } else { 1 }) {
-            let known = (at..).zip(bytes).all(|(at, byte)| self.session.machine().peek(memory.space, at) == Some(*byte));
+            let known =
+                (at..).zip(bytes).all(|(at, byte)| self.session.machine().peek(memory.space, at) == Some(*byte));
             if !(program && known) {
                 let value = bytes.iter().rev().fold(0, |value, byte| value << 8 | i64::from(*byte));
-                let place = ExpressionPlace::Memory { space: memory.space, addr: at, bytes: bytes.len() as u8, signed: false };
+                let place =
+                    ExpressionPlace::Memory { space: memory.space, addr: at, bytes: bytes.len() as u8, signed: false };
                 let done = self.session.apply_action(UserAction::Set(place, value));
                 done.map_err(|_| TargetError::Errno(EINVAL))?;
             }
@@ -187,7 +203,12 @@ fn little_endian(bytes: &[u8]) -> u32 {
 }
 
 impl SingleRegisterAccess<()> for GdbTarget<'_> {
-    fn read_register(&mut self, (): (), RegisterNumber(at): RegisterNumber, buf: &mut [u8]) -> TargetResult<usize, Self> {
+    fn read_register(
+        &mut self,
+        (): (),
+        RegisterNumber(at): RegisterNumber,
+        buf: &mut [u8],
+    ) -> TargetResult<usize, Self> {
         let &(kind, bytes) = self.layout.registers.get(at).ok_or(TargetError::Errno(EFAULT))?;
         for (to, from) in buf.iter_mut().zip(self.register(kind).to_le_bytes().iter().take(bytes)) {
             *to = *from;

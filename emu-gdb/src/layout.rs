@@ -15,7 +15,10 @@ const MEMORY_BASES: &[(ChipFamily, &[(&str, u32)])] = &[
         ChipFamily::Avr,
         &[("flash", 0), ("data", 0x80_0000), ("eeprom", 0x81_0000), ("fuse", 0x82_0000), ("lock", 0x83_0000)],
     ),
-    (ChipFamily::Mcs51, &[("code", 0), ("idata", 0x80_0000), ("sfr", 0x81_0000), ("xdata", 0x82_0000), ("bit", 0x83_0000)]),
+    (
+        ChipFamily::Mcs51,
+        &[("code", 0), ("idata", 0x80_0000), ("sfr", 0x81_0000), ("xdata", 0x82_0000), ("bit", 0x83_0000)],
+    ),
     (ChipFamily::Pic16, &[("flash", 0), ("data", 0x80_0000), ("eeprom", 0x81_0000), ("config", 0x82_0000)]),
     (
         ChipFamily::Ap101,

@@ -17,15 +17,15 @@
 
 #![forbid(unsafe_code)]
 
-mod gdb_arch;
 mod flash;
+mod gdb_arch;
+mod gdb_points;
+mod gdb_target;
 mod layout;
 mod monitor;
-mod gdb_points;
+mod packets;
 mod resume;
 mod serve;
-mod gdb_target;
-mod packets;
 
 pub use serve::{ClientEnd, GdbOptions, parse_address, serve};
 

@@ -3,8 +3,8 @@
 use std::convert::Infallible;
 
 use emu_core::cpu::ResetCause;
-use emu_debug::debug::{UserAction, HaltReason};
 use emu_debug::address_names::AddressRange;
+use emu_debug::debug::{HaltReason, UserAction};
 use gdbstub::target::ext::monitor_cmd::{ConsoleOutput, MonitorCmd};
 
 use crate::gdb_target::GdbTarget;

@@ -107,7 +107,13 @@ pub(crate) struct ClientInput {
 impl ClientInput {
     /// From this stream.
     pub(crate) fn new(stream: TcpStream) -> ClientInput {
-        ClientInput { stream, decoder: PacketDecoder::default(), waiting: VecDeque::new(), last_poll: Instant::now(), closed_because: None }
+        ClientInput {
+            stream,
+            decoder: PacketDecoder::default(),
+            waiting: VecDeque::new(),
+            last_poll: Instant::now(),
+            closed_because: None,
+        }
     }
 
     /// The next item; waits for it. Nothing where the client has gone.

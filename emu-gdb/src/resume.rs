@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use std::ops::Range;
 
 use emu_core::cpu::{LAST_CYCLE, ProgramFault, StopReason};
-use emu_debug::debug::{CallFlow, RunGoal, HaltResult, PointHit, ObserveLevel, DebugSession, PointTrigger, HaltReason};
+use emu_debug::debug::{CallFlow, DebugSession, HaltReason, HaltResult, ObserveLevel, PointHit, PointTrigger, RunGoal};
 use gdbstub::common::Signal;
 use gdbstub::stub::SingleThreadStopReason;
 use gdbstub::target::ext::base::reverse_exec::{
@@ -162,7 +162,9 @@ fn run_back(session: &mut DebugSession, go_on: &mut dyn FnMut() -> bool) -> Halt
         }
     }
     match session.run_back(go_on).reason {
-        HaltReason::Points(hits) if !hits.iter().any(|hit| is_breakpoint(session, hit.id)) => step_before_access(session, hits),
+        HaltReason::Points(hits) if !hits.iter().any(|hit| is_breakpoint(session, hit.id)) => {
+            step_before_access(session, hits)
+        }
         why => HaltResult { reason: why },
     }
 }
@@ -181,7 +183,10 @@ fn is_breakpoint(session: &DebugSession, id: u32) -> bool {
 /// Breakpoints on the instruction that is next.
 fn breakpoints_here(session: &DebugSession) -> Vec<PointHit> {
     let pc = session.machine().pc();
-    let on = session.points.enabled().filter(|point| matches!(&point.trigger, PointTrigger::Code(words) if words.contains(&pc)));
+    let on = session
+        .points
+        .enabled()
+        .filter(|point| matches!(&point.trigger, PointTrigger::Code(words) if words.contains(&pc)));
     on.map(|point| PointHit { id: point.id, old: None, new: None, write: None, pc }).collect()
 }
 

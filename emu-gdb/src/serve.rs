@@ -74,7 +74,8 @@ pub fn serve(
         let (stream, peer) = listener.accept()?;
         log(&format!("a client has come from {peer}"));
         let monitor = options.monitor.as_deref_mut();
-        let ended = serve_client(session, stream, monitor).unwrap_or_else(|error| ClientEnd::ConnectionLost(error.to_string()));
+        let ended =
+            serve_client(session, stream, monitor).unwrap_or_else(|error| ClientEnd::ConnectionLost(error.to_string()));
         log(&ended.to_string());
         if !options.persist {
             return Ok(ended);
@@ -83,7 +84,11 @@ pub fn serve(
 }
 
 /// Serves one client.
-fn serve_client(session: &mut DebugSession, stream: TcpStream, monitor: Option<&mut MonitorHandler>) -> io::Result<ClientEnd> {
+fn serve_client(
+    session: &mut DebugSession,
+    stream: TcpStream,
+    monitor: Option<&mut MonitorHandler>,
+) -> io::Result<ClientEnd> {
     let mut output = ClientOutput::new(stream.try_clone()?)?;
     let mut stub = GdbTarget::new(session, ClientInput::new(stream), monitor);
     // No program is running that could be told to stop before the first packet.
@@ -136,7 +141,9 @@ fn run_protocol<'s>(mut machine: GdbStateMachine<'_, 's>, stub: &mut GdbTarget<'
                 }
                 // It stands already.
                 Some(ClientItem::Interrupt) => idle.into(),
-                Some(ClientItem::Broken) if quiet => return Ok(ClientEnd::ProtocolError("a packet with a wrong check sum".to_owned())),
+                Some(ClientItem::Broken) if quiet => {
+                    return Ok(ClientEnd::ProtocolError("a packet with a wrong check sum".to_owned()));
+                }
                 Some(item) => {
                     let output = idle.borrow_conn();
                     let done = match item {
@@ -225,7 +232,11 @@ fn connection_end(stub: &GdbTarget<'_>) -> ClientEnd {
 }
 
 /// Gives gdbstub a packet byte by byte.
-fn feed_packet<'a, 's>(mut machine: GdbStateMachine<'a, 's>, stub: &mut GdbTarget<'s>, packet: &[u8]) -> Result<GdbStateMachine<'a, 's>, GdbFailure> {
+fn feed_packet<'a, 's>(
+    mut machine: GdbStateMachine<'a, 's>,
+    stub: &mut GdbTarget<'s>,
+    packet: &[u8],
+) -> Result<GdbStateMachine<'a, 's>, GdbFailure> {
     for byte in packet {
         machine = match machine {
             Machine::Idle(idle) => idle.incoming_data(stub, *byte)?,

@@ -134,7 +134,8 @@ fn play(case: &str) -> String {
     let chip = machine::chip(chip_name);
     let program: String =
         case.lines().filter_map(|line| line.strip_prefix("| ")).fold(String::new(), |all, line| all + line + "\n");
-    let image = if program.is_empty() { Image::default() } else { emu_asm::assemble_text(chip, &program).expect("a program") };
+    let image =
+        if program.is_empty() { Image::default() } else { emu_asm::assemble_text(chip, &program).expect("a program") };
     let persist = case.lines().any(|line| line == "persists");
     let (ends, ended) = mpsc::channel();
     let (address, _) = machine::serving(chip, image, persist, move |line| {

@@ -151,7 +151,8 @@ fn packet(rng: &mut Rng) -> Vec<u8> {
 
 fn client(chip: &str, program: &str, seed: u64) {
     let chip = machine::chip(chip);
-    let (address, server) = machine::serving(chip, emu_asm::assemble_text(chip, program).expect("a program"), false, |_| {});
+    let (address, server) =
+        machine::serving(chip, emu_asm::assemble_text(chip, program).expect("a program"), false, |_| {});
     let mut stream = TcpStream::connect(address).expect("a server");
     let mut reader = stream.try_clone().expect("a socket");
     // Answers are read by nobody in some of them, and by somebody in the others.

@@ -73,7 +73,12 @@ impl CoreRegisters {
     #[inline(always)]
     pub(crate) const fn status(&self) -> u8 {
         let z = ((self.z as u8 == 0) as u32) << 2;
-        ((self.indirect_address & 0x100) >> 1 | (self.at & BANK) >> 9 | self.timeout_bits | z | self.dc >> 2 & 2 | self.c) as u8
+        ((self.indirect_address & 0x100) >> 1
+            | (self.at & BANK) >> 9
+            | self.timeout_bits
+            | z
+            | self.dc >> 2 & 2
+            | self.c) as u8
     }
 
     /// Writes IRP and RP1:RP0, as every instruction can.

@@ -5,22 +5,22 @@ use std::sync::Arc;
 use emu_core::chip::Chip;
 use emu_core::countdown::Countdown;
 use emu_core::cpu::{Bus, Cpu, NEVER, Probe, RamInit, ResetCause, StopReason};
-use emu_core::engine::{self, CpuEngine, RunState, InstructionMark};
+use emu_core::engine::{self, CpuEngine, InstructionMark, RunState};
 use emu_core::image::Image;
-use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 use emu_core::state::SnapshotDamaged;
 
 use crate::chips::{self, Pic16Part};
 use crate::core_state::{BANK, CoreRegisters, PD, TO};
+use crate::executor::{DATA_ADDRESSES, Executor, OPS};
 use crate::isa::{Kind, SPAN};
 use crate::lint::LintState;
 use crate::operands::FileAddress;
 use crate::options::power_up_ram;
-pub use crate::options::{TimingCorner, Options, Pic16Readings};
+pub use crate::options::{Options, Pic16Readings, TimingCorner};
 use crate::periph::map::Sfr;
 use crate::predecode::CodeMemory;
 use crate::soc::{CoreRequest, Pic16Soc};
-use crate::executor::{DATA_ADDRESSES, OPS, Executor};
 
 /// A mid-range PIC16 with its program. A clone is a snapshot; program memory is shared until it changes.
 #[derive(Debug, Clone)]
@@ -156,7 +156,9 @@ impl Pic16 {
     /// The place of an address of data memory; INDF is where FSR points.
     fn file_address(&self, addr: u16) -> FileAddress {
         match self.code.file_addresses[usize::from(addr) % DATA_ADDRESSES] {
-            place if place == FileAddress::sfr(Sfr::INDF) => self.code.file_addresses[self.core.indirect_address as usize % DATA_ADDRESSES],
+            place if place == FileAddress::sfr(Sfr::INDF) => {
+                self.code.file_addresses[self.core.indirect_address as usize % DATA_ADDRESSES]
+            }
             place => place,
         }
     }
@@ -330,7 +332,10 @@ impl Cpu for Pic16 {
     }
 
     fn canonical_ram_address(&self, addr: u32) -> Option<u32> {
-        let place = u16::try_from(addr).ok().filter(|&addr| usize::from(addr) < DATA_ADDRESSES).map(|addr| self.part.file_slot(addr));
+        let place = u16::try_from(addr)
+            .ok()
+            .filter(|&addr| usize::from(addr) < DATA_ADDRESSES)
+            .map(|addr| self.part.file_slot(addr));
         match place {
             Some(chips::FileSlot::Ram(kept)) => Some(kept.into()),
             _ => None,
@@ -342,7 +347,7 @@ impl Cpu for Pic16 {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<(), SnapshotDamaged> {
-        *self = self.from_snapshot(bytes)?;
+        *self = self.restored(bytes)?;
         Ok(())
     }
 
@@ -468,7 +473,9 @@ impl CpuEngine for Pic16 {
         self.code.loop_plan(self.core.at & BANK, end).is_some_and(|found| found.clears_watchdog)
     }
     fn loop_counter(&self, end: u32) -> Option<u64> {
-        self.ram.get(usize::from(self.code.loop_plan(self.core.at & BANK, end)?.counted_address?)).map(|&byte| byte.into())
+        self.ram
+            .get(usize::from(self.code.loop_plan(self.core.at & BANK, end)?.counted_address?))
+            .map(|&byte| byte.into())
     }
     fn set_loop_counter(&mut self, end: u32, value: u64) {
         let place = self.code.loop_plan(self.core.at & BANK, end).and_then(|found| found.counted_address);

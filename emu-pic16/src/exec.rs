@@ -6,7 +6,7 @@
 
 use emu_core::machine::{BodyMachine, WordOps};
 
-use crate::operands::{B, F, K, FileAddress, RamCell, JumpTarget};
+use crate::operands::{B, F, FileAddress, JumpTarget, K, RamCell};
 use crate::periph::map::Sfr;
 
 /// What PIC16 bodies need beyond [`Machine`].

@@ -3,17 +3,17 @@
 //! [`Turn`] holds the hot state as plain locals whose address never escapes, so that it lives in host registers; RAM lies
 //! beside it. Everything a body calls is inlined; slow paths get scalars.
 
-use emu_core::cpu::{Bus, Probe, BusEffect};
+use emu_core::cpu::{Bus, BusEffect, Probe};
 use emu_core::dispatch;
-use emu_core::machine::{ByteValue, BodyMachine, WideValue};
-use emu_core::table::{RamOperand, Operand};
+use emu_core::machine::{BodyMachine, ByteValue, WideValue};
+use emu_core::table::{Operand, RamOperand};
 
+use crate::core_state::{BANK, CoreRegisters, PD, TO};
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
-use crate::core_state::{BANK, CoreRegisters, PD, TO};
 use crate::isa::{Kind, Pic16Op, SPAN, pic16_table};
 use crate::lint::LintState;
-use crate::operands::{B, F, K, FileAddress, RamCell, JumpTarget};
+use crate::operands::{B, F, FileAddress, JumpTarget, K, RamCell};
 use crate::periph::map::Sfr;
 use crate::soc::Pic16Soc;
 
@@ -390,7 +390,8 @@ macro_rules! burst_loop {
     ($turn:ident, $ops:ident) => {{
         let m = &mut $turn;
         let op: &Pic16Op = &$ops[m.core.at as u16 as usize];
-        if P::INSN && op.kind as u8 != Kind::Breakpoint as u8 && m.probe.on_instruction(m.core.clock.now(), m.core.pc()) {
+        if P::INSN && op.kind as u8 != Kind::Breakpoint as u8 && m.probe.on_instruction(m.core.clock.now(), m.core.pc())
+        {
             m.core.stop_requested = true;
             m.core.clock.expire();
             break;

@@ -6,9 +6,12 @@
 //! an instruction that writes PCL takes one cycle more.
 
 use emu_core::chip::InstructionSet;
-use emu_core::table::{SyntaxAlias, EncodeError, FlowKind, DisassembledInstruction, PredecodedOp, InstructionRow, InstructionLocation, disassemble as disassemble_line};
+use emu_core::table::{
+    DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, PredecodedOp, SyntaxAlias,
+    disassemble as disassemble_line,
+};
 
-use crate::operands::{B, F, K, JumpTarget};
+use crate::operands::{B, F, JumpTarget, K};
 
 /// Hands every row to `callback!`, after the tokens of `{ .. }`. Columns: name, mnemonic, syntax, pattern, operands,
 /// instruction cycles, flags written (C, D for DC, Z), body, kind for operands in RAM.

@@ -12,14 +12,14 @@ pub mod operands;
 pub mod periph;
 pub mod soc;
 
+mod core_state;
 mod cpu;
 mod exec;
-mod core_state;
+mod executor;
 mod lint;
 mod options;
 mod predecode;
 mod recorder;
 mod state;
-mod executor;
 
-pub use cpu::{TimingCorner, Options, Pic16, Pic16Readings};
+pub use cpu::{Options, Pic16, Pic16Readings, TimingCorner};

@@ -4,7 +4,7 @@ use emu_core::cpu::Probe;
 use emu_core::lint::Lint;
 
 use crate::core_state::{PD, TO};
-use crate::executor::{PCLATH, REGISTERS, Executor};
+use crate::executor::{Executor, PCLATH, REGISTERS};
 
 /// The page of an address of program memory (DS33023, section 6.2.4).
 const PAGE_MASK: u32 = 0x1800;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use emu_core::table::{RamOperand, PredecodedOp, Operand, OperandKind};
+use emu_core::table::{Operand, OperandKind, PredecodedOp, RamOperand};
 
 use crate::periph::map::Sfr;
 

@@ -4,13 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use emu_core::engine::InstructionMark;
 use emu_core::state::MemoryChanges;
-use emu_core::table::{PredecodedOp, InstructionLocation};
+use emu_core::table::{InstructionLocation, PredecodedOp};
 
+use crate::executor::{DATA_ADDRESSES, OPS};
 use crate::isa::{Kind, Pic16Op, SHAPES, SPAN, find_row};
 use crate::operands::{B, F, FileAddress};
 use crate::periph::map::Sfr;
 use crate::recorder::record_instruction;
-use crate::executor::{DATA_ADDRESSES, OPS};
 
 /// Words between the ends of a loop that is looked at.
 const MAX_LOOP_WORDS: u32 = 16;
@@ -72,7 +72,17 @@ impl CodeMemory {
         let ops = || behind.clone();
         let (marked, plain) = ([ops(), ops()], ops());
         let (loops, traps, changes) = (BTreeMap::new(), BTreeSet::new(), MemoryChanges::NONE);
-        let mut code = CodeMemory { words, ops: marked, ops_unmarked: plain, file_addresses: places, lowest_addresses: lowest, loops, breakpoints: traps, size, changes };
+        let mut code = CodeMemory {
+            words,
+            ops: marked,
+            ops_unmarked: plain,
+            file_addresses: places,
+            lowest_addresses: lowest,
+            loops,
+            breakpoints: traps,
+            size,
+            changes,
+        };
         for pc in 0..SPAN as u32 {
             if code.words[pc as usize] != 0x3FFF {
                 code.predecode(pc);
@@ -180,7 +190,12 @@ impl CodeMemory {
             renews |= record.clears_watchdog;
             looks.extend(record.addresses_read.iter().filter_map(|place| as_chip_register(*place)));
         }
-        (now == bank).then_some(LoopPlan { head, registers_read: looks, clears_watchdog: renews, counted_address: None })
+        (now == bank).then_some(LoopPlan {
+            head,
+            registers_read: looks,
+            clears_watchdog: renews,
+            counted_address: None,
+        })
     }
 
     /// The loop that the GOTO `op` at `end` closes, when it counts a byte down by DECFSZ and does nothing besides but clear the
@@ -195,7 +210,12 @@ impl CodeMemory {
         let idle = (head..end - 1).all(|pc| matches!(at(pc).kind, Kind::Nop | Kind::Clrwdt));
         let test = at(end - 1);
         let counter = Some(u16::from_le_bytes([test.args[0], test.args[1]]));
-        (idle && test.kind == Kind::DecfszFRam).then_some(LoopPlan { head, registers_read: Vec::new(), clears_watchdog: false, counted_address: counter })
+        (idle && test.kind == Kind::DecfszFRam).then_some(LoopPlan {
+            head,
+            registers_read: Vec::new(),
+            clears_watchdog: false,
+            counted_address: counter,
+        })
     }
 }
 

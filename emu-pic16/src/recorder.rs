@@ -10,7 +10,7 @@ use emu_core::machine::unknown::{UnknownValue, UnknownWide};
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
 use crate::isa::{Kind, Pic16Op, pic16_table};
-use crate::operands::{B, F, K, FileAddress, JumpTarget};
+use crate::operands::{B, F, FileAddress, JumpTarget, K};
 use crate::periph::map::Sfr;
 
 /// What one execution of an instruction touched.
@@ -132,12 +132,16 @@ impl Pic16Machine for InstructionRecord {
 mod tests {
     use super::*;
     use crate::isa::{KINDS, ROWS, SHAPES};
-    use emu_core::table::{PredecodedOp, InstructionLocation};
+    use emu_core::table::{InstructionLocation, PredecodedOp};
 
     #[test]
     fn the_columns_say_what_the_bodies_do() {
         for ((row, &kind), &shape) in ROWS.iter().zip(KINDS).zip(SHAPES) {
-            let op = row.predecode(kind, row.pattern.value, &InstructionLocation { len: row.len(), ..InstructionLocation::default() });
+            let op = row.predecode(
+                kind,
+                row.pattern.value,
+                &InstructionLocation { len: row.len(), ..InstructionLocation::default() },
+            );
             for kind in [Some(kind), shape].into_iter().flatten() {
                 let record = record_instruction(PredecodedOp { kind, ..op });
                 let column = ['C', 'D', 'Z'].map(|c| row.flags.contains(c));

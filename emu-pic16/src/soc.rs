@@ -10,15 +10,15 @@ mod state;
 
 use std::collections::VecDeque;
 
-use emu_core::cpu::{Bus, NEVER, ResetCause, BusEffect};
+use emu_core::cpu::{Bus, BusEffect, NEVER, ResetCause};
 use emu_core::external_io::EventLog;
-use emu_core::pins::{ChipEvent, PinLevel, PinState, PinId, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel, PinState};
 
 use crate::chips::{self, Pic16Part};
 use crate::cpu::Options;
 use crate::periph::adc::Pic16Adc;
 use crate::periph::comparator::Pic16Comparators;
-use crate::periph::eeprom::{Pic16Eeprom, FlashAccess};
+use crate::periph::eeprom::{FlashAccess, Pic16Eeprom};
 use crate::periph::map::Sfr;
 use crate::periph::ports::Pic16Ports;
 use crate::periph::psp::ParallelSlavePort;
@@ -29,9 +29,9 @@ use crate::periph::usart::Pic16Usart;
 use crate::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
 
 pub use irq::Pic16Interrupts;
-use pins::{PinInputs, OutsideInput};
-pub use power::TimingClocks;
+use pins::{OutsideInput, PinInputs};
 use power::PowerState;
+pub use power::TimingClocks;
 
 /// What the chip asks of the core between two instructions.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -418,7 +418,8 @@ impl Bus for Pic16Soc {
 
     fn fire(&mut self, now: u64) -> u64 {
         self.run(4 * now);
-        self.core_deadline = self.due.div_ceil(4).min(if self.ignored_cycles.0 > now { self.ignored_cycles.0 } else { NEVER });
+        self.core_deadline =
+            self.due.div_ceil(4).min(if self.ignored_cycles.0 > now { self.ignored_cycles.0 } else { NEVER });
         if self.power.is_running() {
             self.core_deadline = self.core_deadline.min(self.irq.at);
         }

@@ -6,8 +6,8 @@ use emu_core::cpu::Cpu;
 use emu_core::engine::RunState;
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape, load_state, save_state};
 
-use crate::cpu::Pic16;
 use crate::core_state::{CoreRegisters, PD, TO};
+use crate::cpu::Pic16;
 use crate::lint::LintState;
 
 impl Pic16 {
@@ -20,7 +20,7 @@ impl Pic16 {
     }
 
     /// This machine as the bytes have it.
-    pub(crate) fn from_snapshot(&self, bytes: &[u8]) -> Result<Pic16, SnapshotDamaged> {
+    pub(crate) fn restored(&self, bytes: &[u8]) -> Result<Pic16, SnapshotDamaged> {
         let mut copy = self.clone();
         load_state(&mut copy, bytes)?;
         Ok(copy)
@@ -45,7 +45,8 @@ impl SnapshotState for Pic16 {
 impl SnapshotState for CoreRegisters {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let mut pc = self.pc() as u16;
-        let mut bytes = [self.w as u8, self.status(), self.indirect_address as u8, self.pclath as u8, self.sp as u8 & 7];
+        let mut bytes =
+            [self.w as u8, self.status(), self.indirect_address as u8, self.pclath as u8, self.sp as u8 & 7];
         self.clock.pass_state(tape)?;
         pc.pass_state(tape)?;
         bytes.pass_state(tape)?;

@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 
 use emu_core::chip::ChipFamily;
 use emu_core::pins::PinId;
-use emu_pic16::chips::{ComparatorKind, NonvolatileKind, NO_PIN, PIC16_PARTS, Pic16Part, FileSlot, SspKind, chip, chips, part};
+use emu_pic16::chips::{
+    ComparatorKind, FileSlot, NO_PIN, NonvolatileKind, PIC16_PARTS, Pic16Part, SspKind, chip, chips, part,
+};
 use emu_pic16::periph::map::{InterruptFlag, Sfr};
 
 /// Chip, document, K words of program, bytes of RAM, of EEPROM, pins, highest clock in MHz, device ID, what else it has.

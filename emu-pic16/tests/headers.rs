@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
 use emu_core::pins::PinId;
-use emu_pic16::chips::{ALIASES, OscillatorMode, PIC16_PARTS, Pic16Part, FileSlot};
+use emu_pic16::chips::{ALIASES, FileSlot, OscillatorMode, PIC16_PARTS, Pic16Part};
 use emu_pic16::periph::map::Sfr;
 
 /// Where Debian's package `gputils` has its files.
@@ -304,7 +304,8 @@ fn rows_are_what_the_headers_say() {
         assert!(expected.insert((cells[0].into(), cells[1].into())), "twice: {line}");
     }
     let (mut found, mut counts) = (BTreeSet::new(), [0; 6]);
-    let known: BTreeSet<String> = PIC16_PARTS.iter().flat_map(|part| header(part.chip.name).config.into_keys()).collect();
+    let known: BTreeSet<String> =
+        PIC16_PARTS.iter().flat_map(|part| header(part.chip.name).config.into_keys()).collect();
     for part in PIC16_PARTS {
         let (h, mut diff) = (header(part.chip.name), Vec::new());
         counts[0] += check_registers(part, &h, &mut diff);

@@ -3,7 +3,7 @@
 use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
 use emu_core::image::Image;
 use emu_core::lint::{LINT_CODES, Lint};
-use emu_core::pins::{PinLevel, CycleTime};
+use emu_core::pins::{CycleTime, PinLevel};
 use emu_pic16::chips::PIC16F873;
 use emu_pic16::{Options, Pic16};
 

@@ -15,7 +15,7 @@ use ratatui_core::buffer::Buffer;
 use ratatui_core::layout::Rect;
 
 use crate::rung_picture::PictureGlyph;
-use crate::{ScreenView, ScreenKey, ScreenStyle, ViewRequest};
+use crate::{ScreenKey, ScreenStyle, ScreenView, ViewRequest};
 
 /// What the screen wants to see, so that no more is collected than it shows.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -209,7 +209,8 @@ const WORK_SLICE: Duration = Duration::from_millis(25);
 impl<M: DebuggedMachine> DebuggerScreen<M> {
     /// The screen of a machine. `exact`: keys come from a text, and time with them.
     pub fn new(machine: M, exact: bool) -> DebuggerScreen<M> {
-        let ladder = !machine.debugger_snapshot(&ScreenQuery { since: u64::MAX, ..ScreenQuery::default() }).symbols.is_empty();
+        let ladder =
+            !machine.debugger_snapshot(&ScreenQuery { since: u64::MAX, ..ScreenQuery::default() }).symbols.is_empty();
         DebuggerScreen {
             machine,
             cursor: None,
@@ -231,8 +232,13 @@ impl<M: DebuggedMachine> DebuggerScreen<M> {
 
     /// What is below: until something is chosen the rung, what the serial port has sent as soon as it has, else memory.
     fn lower(&self) -> LowerPane {
-        let sent =
-            || !self.machine.debugger_snapshot(&ScreenQuery { serial: true, since: u64::MAX, ..ScreenQuery::default() }).serial.is_empty();
+        let sent = || {
+            !self
+                .machine
+                .debugger_snapshot(&ScreenQuery { serial: true, since: u64::MAX, ..ScreenQuery::default() })
+                .serial
+                .is_empty()
+        };
         match self.lower {
             Some(lower) => lower,
             None if self.ladder => LowerPane::Rung,

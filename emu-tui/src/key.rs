@@ -135,7 +135,14 @@ mod tests {
         assert_eq!(parse_keys("wait:500ms alt-x"), Ok(vec![wait, ScriptStep::Key(ScreenKey::Alt('x'))]));
         assert_eq!(
             parse_keys(":a=1 up"),
-            Ok(vec![key(':'), key('a'), key('='), key('1'), ScriptStep::Key(ScreenKey::Enter), ScriptStep::Key(ScreenKey::Up)])
+            Ok(vec![
+                key(':'),
+                key('a'),
+                key('='),
+                key('1'),
+                ScriptStep::Key(ScreenKey::Enter),
+                ScriptStep::Key(ScreenKey::Up)
+            ])
         );
         for wrong in
             ["spce", "space*0", "space*x", "wait:5", "wait:4000s", "1*1000001", "alt-", "ctrl-xy", "1*999999 1*2"]

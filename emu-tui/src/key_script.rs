@@ -4,7 +4,7 @@ use ratatui_core::buffer::Buffer;
 use ratatui_core::layout::Rect;
 use ratatui_core::style::{Color, Modifier};
 
-use crate::{ScreenView, ScreenStyle, ScriptStep, ViewRequest};
+use crate::{ScreenStyle, ScreenView, ScriptStep, ViewRequest};
 
 /// Plays steps on a screen of some size and gives the last picture, that before it was left.
 pub fn play_keys(app: &mut dyn ScreenView, steps: &[ScriptStep], area: Rect, look: ScreenStyle) -> Buffer {

@@ -11,18 +11,18 @@
 #![forbid(unsafe_code)]
 
 pub mod debugger;
-pub mod rung_picture;
 pub mod key;
-pub mod style;
-pub mod panel;
 pub mod key_script;
+pub mod panel;
+pub mod rung_picture;
 pub mod screen;
+pub mod style;
 
 pub use key::{ScreenKey, ScriptStep};
-pub use style::ScreenStyle;
 pub use ratatui_core::buffer::Buffer;
 pub use ratatui_core::layout::Rect;
 use std::time::Duration;
+pub use style::ScreenStyle;
 
 /// What a view wants after a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

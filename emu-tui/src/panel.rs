@@ -3,10 +3,10 @@
 //!
 //! `machine` runs the program and remembers, `update` is what keys do, `view` what it looks like.
 
-mod scan_history;
 mod parts;
 mod prompt;
 mod rows;
+mod scan_history;
 #[cfg(test)]
 mod tests;
 mod update;
@@ -21,9 +21,9 @@ use ladder_eval::Evaluator;
 use ratatui_core::buffer::Buffer;
 use ratatui_core::layout::Rect;
 
-use crate::{ScreenView, ScreenKey, ScreenStyle, ViewRequest};
-use scan_history::PanelMachine;
+use crate::{ScreenKey, ScreenStyle, ScreenView, ViewRequest};
 use parts::CountingPart;
+use scan_history::PanelMachine;
 
 /// How the program runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 //! Wires that touch each other are one net, and a net carries power when an element behind it saw power come in, or, at the
 //! right rail, when an element before it let power out. So the picture needs nothing but what every element saw and gave.
 
-use ladder::{DrawnElement, Element, ElementId, RungNode, LadderProgram};
+use ladder::{DrawnElement, Element, ElementId, LadderProgram, RungNode};
 
 /// What a sign of the picture is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,7 +43,13 @@ const MARGIN: (usize, usize) = (8, 2);
 /// One rung as lines of signs; narrower than `emu draw` has it where `width` columns make that necessary, and never
 /// narrower than its elements are. Nothing for a rung that is not there.
 #[must_use]
-pub fn rung_picture(program: &LadderProgram, index: usize, width: usize, seen: &dyn PowerFlowSource, mark: Option<ElementId>) -> Vec<Vec<PictureGlyph>> {
+pub fn rung_picture(
+    program: &LadderProgram,
+    index: usize,
+    width: usize,
+    seen: &dyn PowerFlowSource,
+    mark: Option<ElementId>,
+) -> Vec<Vec<PictureGlyph>> {
     let Some(rung) = program.rungs.get(index) else { return Vec::new() };
     let mut elements = Vec::new();
     collect_elements(&rung.series, &mut elements);
@@ -58,7 +64,8 @@ pub fn rung_picture(program: &LadderProgram, index: usize, width: usize, seen: &
     let has_wire = elements.iter().any(|e| !matches!(e, Element::Comment(_)));
     if has_wire {
         let drawing = ladder::draw_rung(program, index);
-        let is_wire = |c: &&DrawnElement| !matches!(elements.get(c.id.index as usize), Some(Element::Comment(_)) | None);
+        let is_wire =
+            |c: &&DrawnElement| !matches!(elements.get(c.id.index as usize), Some(Element::Comment(_)) | None);
         let cells: Vec<DrawnElement> = drawing.elements.iter().filter(is_wire).copied().collect();
         // The first wire has the names of its elements over it; a rung that is too large to draw is one line of text.
         let first = cells.iter().map(|c| c.line.saturating_sub(1)).min();
@@ -230,7 +237,13 @@ impl RungGrid {
     }
 
     /// Draws the sign of an element and colours its name.
-    fn draw_element(&mut self, cell: &DrawnElement, element: Option<&Element>, seen: &dyn PowerFlowSource, mark: Option<ElementId>) {
+    fn draw_element(
+        &mut self,
+        cell: &DrawnElement,
+        element: Option<&Element>,
+        seen: &dyn PowerFlowSource,
+        mark: Option<ElementId>,
+    ) {
         let (row, from, to) = self.place(cell);
         let (came, went) = seen.power_flow(cell.id).unwrap_or((false, false));
         let marked = mark == Some(cell.id);

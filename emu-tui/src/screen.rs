@@ -14,7 +14,7 @@ use ratatui_core::layout::Rect;
 use ratatui_core::terminal::{Terminal, TerminalOptions, Viewport};
 use ratatui_crossterm::CrosstermBackend;
 
-use crate::{ScreenView, ScreenKey, ScreenStyle, ViewRequest};
+use crate::{ScreenKey, ScreenStyle, ScreenView, ViewRequest};
 
 /// Time between two pictures while something moves.
 const FRAME_INTERVAL: Duration = Duration::from_millis(33);
@@ -291,7 +291,8 @@ struct SignalListener(Arc<EndWatch>);
 impl SignalListener {
     fn new() -> io::Result<SignalListener> {
         let reads = io::stdin().is_terminal();
-        let ending = Arc::new(EndWatch { signal: Arc::default(), reads_stdin: reads, finished: AtomicBool::new(false) });
+        let ending =
+            Arc::new(EndWatch { signal: Arc::default(), reads_stdin: reads, finished: AtomicBool::new(false) });
         #[cfg(unix)]
         for signal in END_SIGNALS {
             let number = usize::try_from(signal).unwrap_or(0);

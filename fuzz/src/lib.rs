@@ -27,7 +27,7 @@ pub mod worker;
 use std::path::PathBuf;
 
 pub use mutate::Mutator;
-pub use target_table::{TARGETS, FuzzTarget, find_target};
+pub use target_table::{FuzzTarget, TARGETS, find_target};
 
 /// Longest time of one execution, in seconds: one that takes longer is taken for endless.
 pub const MAX_SECONDS: u64 = 10;

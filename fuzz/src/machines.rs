@@ -3,7 +3,7 @@
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::{Image, Segment};
-use emu_debug::debug::{SessionOptions, MachineWithDevices, NameScope, DebugSession, DynMachine};
+use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions};
 use emu_debug::{AttachedDevices, CycleClock};
 
 /// The families, in the order of [`chips`].

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use emu_fuzz::run::{DriverOptions, TargetRun, memory_limited_command, regressions, run_targets};
 use emu_fuzz::worker::{WorkerBudget, replay_input, run_worker};
-use emu_fuzz::{Mutator, TARGETS, FuzzTarget, find_target};
+use emu_fuzz::{FuzzTarget, Mutator, TARGETS, find_target};
 
 const USAGE: &str = "\
 emu-fuzz list                                     the targets
@@ -46,7 +46,9 @@ fn run_command(arguments: &[&str]) -> Result<u8, String> {
             println!("{file}: no finding, {:?}", replay_input(find_target(name)?, &input));
             Ok(0)
         }
-        ["seeds", name, folder] => write_seeds(find_target(name)?, Path::new(folder)).map_err(|why| format!("{folder}: {why}")),
+        ["seeds", name, folder] => {
+            write_seeds(find_target(name)?, Path::new(folder)).map_err(|why| format!("{folder}: {why}"))
+        }
         ["dictionary", name] => {
             for word in (find_target(name)?.dictionary)() {
                 println!("\"{}\"", dictionary_escape(word.as_bytes()));
@@ -118,7 +120,8 @@ fn execute_targets(arguments: &[&str]) -> Result<u8, String> {
         (None, executions) => println!("{:<16} {:>9} executions", ended.target.name, executions.unwrap_or(0)),
     };
     let start = Instant::now();
-    let ended = run_targets(&DriverOptions { targets, seed, budget, findings_folder: flags.save }, &tell).map_err(|why| why.to_string())?;
+    let ended = run_targets(&DriverOptions { targets, seed, budget, findings_folder: flags.save }, &tell)
+        .map_err(|why| why.to_string())?;
     let executions: u64 = ended.iter().filter_map(|ended| ended.executions).sum();
     let findings = ended.iter().filter(|ended| ended.finding.is_some()).count();
     println!(
@@ -133,7 +136,8 @@ fn execute_targets(arguments: &[&str]) -> Result<u8, String> {
 fn replay_files(target: &FuzzTarget, files: &[&str]) -> Result<u8, String> {
     let mut found = 0;
     for file in files {
-        let status = memory_limited_command(&["replay-here", target.name, file]).status().map_err(|why| why.to_string())?;
+        let status =
+            memory_limited_command(&["replay-here", target.name, file]).status().map_err(|why| why.to_string())?;
         if !status.success() {
             println!("{file}: FINDING ({status})");
             found = 1;

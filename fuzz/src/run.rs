@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 
 use crate::target_table::FuzzTarget;
-use crate::worker::{WorkerBudget, HANG_EXIT_CODE};
+use crate::worker::{HANG_EXIT_CODE, WorkerBudget};
 use crate::{MAX_MEMORY_BYTES, workspace_root};
 
 /// What is asked of the driver.

@@ -7,9 +7,9 @@ use emu_core::chip::ChipFamily;
 use emu_core::cpu::Cpu;
 use emu_debug::snapshot::{self, SnapshotHeader};
 
-use crate::machines::{FAMILIES, MachineVisitor, assemble, family_chip, visit_machine, family_program};
-use crate::workspace_root;
+use crate::machines::{FAMILIES, MachineVisitor, assemble, family_chip, family_program, visit_machine};
 use crate::text_seeds::words;
+use crate::workspace_root;
 
 /// Where seeds come from.
 pub enum SeedSource {
@@ -79,7 +79,8 @@ fn assembler_cases(family: ChipFamily) -> Vec<Vec<u8>> {
 fn assembler_words(family: ChipFamily) -> Vec<String> {
     let chip = family_chip(family);
     let mnemonics = chip.isa.rows.iter().map(|row| format!(" {} ", row.mnemonic));
-    let directives = emu_asm::directive_names(chip).into_iter().flat_map(|name| [format!(" {name} "), format!(" .{name} ")]);
+    let directives =
+        emu_asm::directive_names(chip).into_iter().flat_map(|name| [format!(" {name} "), format!(" .{name} ")]);
     let registers = chip.regs.iter().chain(chip.bits).map(|reg| reg.name.to_owned());
     let pieces = words(&[
         "#define a a b\n",
@@ -144,10 +145,18 @@ fn machine_states(family: ChipFamily) -> Vec<Vec<u8>> {
 /// Files of snapshots.
 pub(crate) fn snapshot_files() -> Vec<Vec<u8>> {
     let file = |family: ChipFamily, state: Vec<u8>| {
-        let head = SnapshotHeader { chip: family_chip(family).name.to_owned(), program: 7, options: "16 MHz".to_owned(), cycle: 9 };
+        let head = SnapshotHeader {
+            chip: family_chip(family).name.to_owned(),
+            program: 7,
+            options: "16 MHz".to_owned(),
+            cycle: 9,
+        };
         snapshot::encode_snapshot(&head, &state)
     };
-    FAMILIES.into_iter().flat_map(|family| machine_states(family).into_iter().map(move |state| file(family, state))).collect()
+    FAMILIES
+        .into_iter()
+        .flat_map(|family| machine_states(family).into_iter().map(move |state| file(family, state)))
+        .collect()
 }
 
 /// A function for each family, as the table wants them.
@@ -183,7 +192,11 @@ mod tests {
         for target in crate::TARGETS {
             let seeds: Vec<Vec<u8>> = target.seeds.iter().flat_map(SeedSource::collect).collect();
             assert!(!seeds.is_empty(), "{} has no seeds", target.name);
-            assert!(seeds.iter().any(|seed| seed.len() <= target.max_input_bytes), "{}: all seeds are too long", target.name);
+            assert!(
+                seeds.iter().any(|seed| seed.len() <= target.max_input_bytes),
+                "{}: all seeds are too long",
+                target.name
+            );
         }
     }
 

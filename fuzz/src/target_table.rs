@@ -57,7 +57,14 @@ const fn target_row(
 const FAULTY_TARGETS: &[FuzzTarget] = &[
     target_row("faulty-panic", |_| panic!("on purpose"), 8, &[], made::no_words, "panics"),
     target_row("faulty-hang", loop_forever, 8, &[], made::no_words, "hangs"),
-    target_row("faulty-memory", |_| drop(std::hint::black_box(vec![1u8; 2 << 30])), 8, &[], made::no_words, "takes 2 GB"),
+    target_row(
+        "faulty-memory",
+        |_| drop(std::hint::black_box(vec![1u8; 2 << 30])),
+        8,
+        &[],
+        made::no_words,
+        "takes 2 GB",
+    ),
 ];
 
 /// Computes without an end.

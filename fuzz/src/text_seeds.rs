@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 use serde_json::Value;
 
 use crate::machines;
-use crate::workspace_root;
 use crate::seeds::collect_files;
+use crate::workspace_root;
 
 /// Texts as inputs.
 fn texts(list: &[&str]) -> Vec<Vec<u8>> {

@@ -1,6 +1,6 @@
 //! What was a finding once is none any more: `fuzz/regressions/TARGET/*`, each within the limit of time.
 
-use emu_fuzz::{TARGETS, workspace_root, run, find_target, worker};
+use emu_fuzz::{TARGETS, find_target, run, worker, workspace_root};
 
 #[test]
 fn findings_stay_fixed() {

@@ -9,7 +9,7 @@ use ladder::LadderProgram;
 
 use crate::ap101;
 use crate::map::ImageMap;
-use crate::target::{BuiltImage, ImageLine, CodeMark};
+use crate::target::{BuiltImage, CodeMark, ImageLine};
 
 /// How a family's assemblers spell what is no instruction.
 struct AssemblySyntax {
@@ -65,7 +65,8 @@ pub fn assembly(program: &LadderProgram, chip: &Chip, built: &BuiltImage, map: &
     }
     for (from, bytes) in data_segments(chip, built) {
         // What configures an AP101 has directives of its own.
-        if let Some(lines) = Some(bytes).filter(|_| chip.family == ChipFamily::Ap101).and_then(ap101::config_directives) {
+        if let Some(lines) = Some(bytes).filter(|_| chip.family == ChipFamily::Ap101).and_then(ap101::config_directives)
+        {
             out += &lines;
             continue;
         }
@@ -83,7 +84,9 @@ fn assembly_syntax(chip: &Chip) -> AssemblySyntax {
     let (data, org, head, tail) = match chip.family {
         ChipFamily::Avr => (".word", ".org", String::new(), ""),
         ChipFamily::Mcs51 => (".db", ".org", String::new(), ""),
-        ChipFamily::Pic16 => ("dw", "org", format!("    list p={}\n", chip.name.trim_start_matches("pic")), "    end\n"),
+        ChipFamily::Pic16 => {
+            ("dw", "org", format!("    list p={}\n", chip.name.trim_start_matches("pic")), "    end\n")
+        }
         ChipFamily::Ap101 => (".word", ".org", String::new(), ""),
     };
     AssemblySyntax { data, org, head, tail }
@@ -96,7 +99,8 @@ fn data_segments<'a>(chip: &Chip, built: &'a BuiltImage) -> impl Iterator<Item =
 }
 
 fn push_comment(out: &mut String, text: &str) {
-    let plain: String = text.chars().map(|c| if c.is_ascii_graphic() { c } else { ' ' }).take(MAX_COMMENT_CHARS).collect();
+    let plain: String =
+        text.chars().map(|c| if c.is_ascii_graphic() { c } else { ' ' }).take(MAX_COMMENT_CHARS).collect();
     _ = writeln!(out, "; {}", plain.trim_end());
 }
 

@@ -4,7 +4,7 @@ use ladder::{Element, ElementId, LadderProgram};
 
 use crate::lower;
 use crate::map::{EepromMap, ElementMap, ImageMap, PinMap, RungMap, SCHEMA, SymbolMap};
-use crate::target::{BuiltImage, CompileJob, CodeMark};
+use crate::target::{BuiltImage, CodeMark, CompileJob};
 
 /// Where everything of `program` is in `built`.
 pub(crate) fn build_map(program: &LadderProgram, job: &CompileJob<'_>, built: &BuiltImage) -> ImageMap {
@@ -17,7 +17,9 @@ pub(crate) fn build_map(program: &LadderProgram, job: &CompileJob<'_>, built: &B
     let listed: Vec<(ElementId, u32)> = built
         .marks
         .iter()
-        .filter_map(|&(mark, at)| if let CodeMark::Element(id) = mark { Some((id, at * chip.word_bytes)) } else { None })
+        .filter_map(
+            |&(mark, at)| if let CodeMark::Element(id) = mark { Some((id, at * chip.word_bytes)) } else { None },
+        )
         .collect();
     // Marks and elements stand in the same order; an element without a mark has no code, and the checks of the map show it.
     let elements = program.elements().map(|(id, element, _)| {
@@ -59,7 +61,12 @@ pub(crate) fn build_map(program: &LadderProgram, job: &CompileJob<'_>, built: &B
         scan_end: byte(CodeMark::ScanEnd),
         worst_scan_cycles: built.worst_scan_cycles as u32,
         // Configuration words lie behind program memory.
-        code_bytes: built.segments.iter().filter(|(at, _)| *at < chip.flash_bytes).map(|(_, bytes)| bytes.len() as u32).sum(),
+        code_bytes: built
+            .segments
+            .iter()
+            .filter(|(at, _)| *at < chip.flash_bytes)
+            .map(|(_, bytes)| bytes.len() as u32)
+            .sum(),
         ram_bytes: built.ram_bytes,
         slack_cycles: built.shortest_period_cycles.saturating_sub(built.worst_scan_cycles + built.poll_cycles),
         specials: built.specials.clone(),

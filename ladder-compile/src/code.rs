@@ -26,7 +26,13 @@ pub trait TargetArch {
     /// Form `level` of `jump` from word `at` to word `to`; nothing where that form does not reach. Levels are tried from 0
     /// upwards, so the shortest come first; [`HIGHEST`] reaches everything. A form that reaches has a length that depends on
     /// `jump` and `level` alone, so code only ever grows while levels rise.
-    fn jump_form(&self, jump: Self::JumpForm, level: u8, at: u32, to: u32) -> Option<Vec<FormInstruction<Self::Opcode>>>;
+    fn jump_form(
+        &self,
+        jump: Self::JumpForm,
+        level: u8,
+        at: u32,
+        to: u32,
+    ) -> Option<Vec<FormInstruction<Self::Opcode>>>;
 
     /// What an instruction does to the course of the program, and its cycles.
     fn flow_and_cycles(&self, kind: Self::Opcode) -> (ControlFlow, CycleCounts);
@@ -154,12 +160,27 @@ impl<A: TargetArch> CodeWriter<A> {
     }
 
     /// An instruction whose operand `at` is `(address of label + plus) >> 8 * byte & 0xFF`, the address in words.
-    pub fn op_with_label_byte(&mut self, kind: A::Opcode, operands: &[i32], at: usize, label: CodeLabel, byte: u8, plus: i32) {
+    pub fn op_with_label_byte(
+        &mut self,
+        kind: A::Opcode,
+        operands: &[i32],
+        at: usize,
+        label: CodeLabel,
+        byte: u8,
+        plus: i32,
+    ) {
         self.items.push(CodeItem::LabelByte(kind, operands.to_vec(), at, label, byte, plus));
     }
 
     /// An instruction whose operand `at` is what `value` makes of the label's address in words.
-    pub fn op_with_label_value(&mut self, kind: A::Opcode, operands: &[i32], at: usize, label: CodeLabel, value: fn(u32) -> i32) {
+    pub fn op_with_label_value(
+        &mut self,
+        kind: A::Opcode,
+        operands: &[i32],
+        at: usize,
+        label: CodeLabel,
+        value: fn(u32) -> i32,
+    ) {
         self.items.push(CodeItem::LabelValue(kind, operands.to_vec(), at, label, value));
     }
 
@@ -242,7 +263,15 @@ impl<A: TargetArch> CodeWriter<A> {
         let (flow, cycles) = self.arch.flow_and_cycles(kind);
         let text = self.arch.disassemble(&words, addr);
         let cycles = cycles.map(|n| n + extra);
-        code.instructions.push(CodeInstruction { addr, len: words.len() as u32, target, flow, cycles, max_repeats: times, text });
+        code.instructions.push(CodeInstruction {
+            addr,
+            len: words.len() as u32,
+            target,
+            flow,
+            cycles,
+            max_repeats: times,
+            text,
+        });
         code.words.extend_from_slice(&words);
         Ok(())
     }
@@ -284,7 +313,13 @@ impl<A: TargetArch> CodeWriter<A> {
     }
 
     /// The lowest level from `level` on whose form reaches, with the form.
-    fn shortest_reaching_form(&self, jump: A::JumpForm, level: u8, at: u32, to: u32) -> Option<(u8, Vec<FormInstruction<A::Opcode>>)> {
+    fn shortest_reaching_form(
+        &self,
+        jump: A::JumpForm,
+        level: u8,
+        at: u32,
+        to: u32,
+    ) -> Option<(u8, Vec<FormInstruction<A::Opcode>>)> {
         (level..=MAX_FORM_LEVEL).find_map(|level| self.arch.jump_form(jump, level, at, to).map(|steps| (level, steps)))
     }
 
@@ -296,7 +331,9 @@ impl<A: TargetArch> CodeWriter<A> {
     /// Words of an item as layout begins.
     fn initial_words(&self, item: &CodeItem<A::Opcode, A::JumpForm>) -> u32 {
         match item {
-            CodeItem::Op(kind, ..) | CodeItem::LabelByte(kind, ..) | CodeItem::LabelValue(kind, ..) => self.arch.instruction_words(*kind),
+            CodeItem::Op(kind, ..) | CodeItem::LabelByte(kind, ..) | CodeItem::LabelValue(kind, ..) => {
+                self.arch.instruction_words(*kind)
+            }
             CodeItem::Data(words) => words.len() as u32,
             CodeItem::Jump(jump, _, _, level) => {
                 self.shortest_reaching_form(*jump, *level, 0, 0).map_or(0, |(_, steps)| self.form_words(&steps))

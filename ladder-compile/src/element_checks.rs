@@ -2,7 +2,7 @@
 
 use diag::{Diagnostic, Severity};
 use ladder::symbols::for_each_symbol_use;
-use ladder::{LadderDialect, Element, LadderOperand, LadderProgram, SymbolKind};
+use ladder::{Element, LadderDialect, LadderOperand, LadderProgram, SymbolKind};
 
 use crate::codes;
 use crate::lower;

@@ -11,25 +11,25 @@
 pub mod ap101;
 mod assembly;
 pub mod avr;
+mod build_map;
 pub mod code;
 mod codes;
+pub mod element_checks;
 pub mod emit;
 pub mod ir;
 mod listing;
+pub mod longest_path;
 pub mod lower;
 mod map;
-mod build_map;
 pub mod mcs51;
-mod timed_module;
 #[cfg(feature = "mutants")]
 mod mutants;
 pub mod optimise;
 pub mod pic16;
 pub mod pins;
 mod refusal_diagnostics;
-pub mod element_checks;
 pub mod target;
-pub mod longest_path;
+mod timed_module;
 
 use std::sync::LazyLock;
 
@@ -43,7 +43,7 @@ use target::{BuiltImage, CompileJob, CompileTarget};
 
 pub use assembly::assembly;
 pub use codes::{CODES, FUSES_NOTE};
-pub use map::{EepromMap, ElementMap, ImageMap, PinMap, CellLocation, Ratio, RungMap, SCHEMA, SpecialPin, SymbolMap};
+pub use map::{CellLocation, EepromMap, ElementMap, ImageMap, PinMap, Ratio, RungMap, SCHEMA, SpecialPin, SymbolMap};
 #[cfg(feature = "mutants")]
 pub use mutants::{Mutant, MutantKind, compile_mutant, mutant_ir, mutants};
 
@@ -116,7 +116,8 @@ pub struct CompiledProgram {
 pub fn compile(program: &LadderProgram, options: &CompileOptions) -> Result<CompiledProgram, Vec<Diagnostic>> {
     let prepared = prepare(program, options)?;
     let job = prepared.compile_job(program);
-    let built = (job.target.build)(&job).map_err(|refusal| refusal_diagnostics::refusal_diagnostics(&refusal, program, &job))?;
+    let built = (job.target.build)(&job)
+        .map_err(|refusal| refusal_diagnostics::refusal_diagnostics(&refusal, program, &job))?;
     finish_compile(program, &job, built, prepared.notes.clone())
 }
 

@@ -4,10 +4,10 @@
 use std::fmt::Write;
 
 use emu_core::chip::Chip;
-use ladder::{ElementId, RungNode, LadderProgram};
+use ladder::{ElementId, LadderProgram, RungNode};
 
 use crate::ir::{Ir, IrOp};
-use crate::map::{ImageMap, CellLocation};
+use crate::map::{CellLocation, ImageMap};
 use crate::target::{BuiltImage, CodeMark};
 
 /// The listing of an image: a head with pins and places, then address, words and instruction per line. Addresses are bytes on
@@ -44,7 +44,12 @@ pub(crate) fn listing(program: &LadderProgram, ir: &Ir, chip: &Chip, built: &Bui
                     step.into_iter().for_each(|step| push_operation(&mut out, ir, &step.op));
                 }
                 CodeMark::TimerStart => out.push_str("; the timer starts at the end of the next instruction\n"),
-                CodeMark::PollLoop | CodeMark::ScanStart | CodeMark::RungsEnd | CodeMark::ScanEnd | CodeMark::AfterScan | CodeMark::Step { .. } => {}
+                CodeMark::PollLoop
+                | CodeMark::ScanStart
+                | CodeMark::RungsEnd
+                | CodeMark::ScanEnd
+                | CodeMark::AfterScan
+                | CodeMark::Step { .. } => {}
             }
         }
         let digits = if chip.word_bytes == 1 { 2 } else { 4 };

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::code::{FinishedCode, ControlFlow, CodeInstruction};
+use crate::code::{CodeInstruction, ControlFlow, FinishedCode};
 
 /// The longest time from the instruction at word `from` until word `to` is reached for the first time, subroutines
 /// included. All jumps between the two go forward, except jumps back that say how often they are taken.

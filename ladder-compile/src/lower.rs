@@ -3,18 +3,23 @@
 //! Written from the language's documents: the rung state is the accumulator, every element transforms it, and every element
 //! is executed in every scan. Nothing here is clever; [`crate::optimise`] removes what is not needed.
 
-mod word_elements;
 mod peripherals;
 mod three_address;
 mod timing;
+mod word_elements;
 
 use std::collections::HashMap;
 
-use ladder::{CompareOp, LadderDialect, Element, ElementId, MathOp, RungNode, LadderOperand, LadderProgram, SymbolKind};
+use ladder::{
+    CompareOp, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, SymbolKind,
+};
 
-use crate::ir::{BitId, BitCell, BitRole, BranchCondition, Ir, ArithmeticOp, IrOp, RungCode, IrStep, WordOperand, WordId, WordCell, WordRole};
-use word_elements::ReducedComparison;
+use crate::ir::{
+    ArithmeticOp, BitCell, BitId, BitRole, BranchCondition, Ir, IrOp, IrStep, RungCode, WordCell, WordId, WordOperand,
+    WordRole,
+};
 use peripherals::TransmitterBusy;
+use word_elements::ReducedComparison;
 
 pub use peripherals::eeprom_cells;
 pub use three_address::to_three_address;
@@ -307,11 +312,20 @@ impl<'a> Lowering<'a> {
     }
 
     /// `then` where the comparison holds.
-    fn if_comparison(&self, op: CompareOp, a: WordOperand, b: WordOperand, then: Vec<IrOp>, otherwise: Vec<IrOp>) -> Vec<IrOp> {
+    fn if_comparison(
+        &self,
+        op: CompareOp,
+        a: WordOperand,
+        b: WordOperand,
+        then: Vec<IrOp>,
+        otherwise: Vec<IrOp>,
+    ) -> Vec<IrOp> {
         match self.relation(op, a, b) {
             ReducedComparison::Always(true) => then,
             ReducedComparison::Always(false) => otherwise,
-            ReducedComparison::Compare(compare) => vec![IrOp::If { cond: BranchCondition::Compare(compare), if_true: then, if_false: otherwise }],
+            ReducedComparison::Compare(compare) => {
+                vec![IrOp::If { cond: BranchCondition::Compare(compare), if_true: then, if_false: otherwise }]
+            }
         }
     }
 

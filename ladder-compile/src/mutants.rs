@@ -11,8 +11,8 @@ use ladder::{ElementId, LadderProgram};
 
 use crate::ir::{Ir, IrOp, IrStep};
 use crate::pins::AssignedPin;
-use crate::target::{BuiltImage, ImageLine, CodeMark, CompileTarget};
-use crate::{CompiledProgram, CompileOptions, PreparedCompile, finish_compile, prepare, refusal_diagnostics};
+use crate::target::{BuiltImage, CodeMark, CompileTarget, ImageLine};
+use crate::{CompileOptions, CompiledProgram, PreparedCompile, finish_compile, prepare, refusal_diagnostics};
 
 /// What sort of fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -89,11 +89,16 @@ pub fn mutants(program: &LadderProgram, options: &CompileOptions) -> Vec<Mutant>
 ///
 /// # Errors
 /// As [`crate::compile`].
-pub fn compile_mutant(program: &LadderProgram, options: &CompileOptions, id: u32) -> Result<CompiledProgram, Vec<Diagnostic>> {
+pub fn compile_mutant(
+    program: &LadderProgram,
+    options: &CompileOptions,
+    id: u32,
+) -> Result<CompiledProgram, Vec<Diagnostic>> {
     let prepared = prepare(program, options)?;
     let job = prepared.compile_job(program);
-    let build =
-        |job: &crate::target::CompileJob<'_>| (job.target.build)(job).map_err(|refusal| refusal_diagnostics::refusal_diagnostics(&refusal, program, job));
+    let build = |job: &crate::target::CompileJob<'_>| {
+        (job.target.build)(job).map_err(|refusal| refusal_diagnostics::refusal_diagnostics(&refusal, program, job))
+    };
     let mut code = code_candidates(&prepared);
     let count = code.len();
     let id = id as usize;
@@ -110,7 +115,8 @@ pub fn compile_mutant(program: &LadderProgram, options: &CompileOptions, id: u32
         return finish_compile(program, &with, built, prepared.notes.clone());
     }
     let sound = build(&job)?;
-    let change = image_candidates(program, &prepared, &sound).into_iter().nth(id - count).map(|found| (found.make_change)());
+    let change =
+        image_candidates(program, &prepared, &sound).into_iter().nth(id - count).map(|found| (found.make_change)());
     let notes = prepared.notes.clone();
     match change {
         None | Some(MutantChange::Ir(_) | MutantChange::Pins(_)) => finish_compile(program, &job, sound, notes),
@@ -118,9 +124,16 @@ pub fn compile_mutant(program: &LadderProgram, options: &CompileOptions, id: u32
             let built = build(&crate::target::CompileJob { clock_hz, cycle_us, ..job })?;
             // The map says what should be.
             let (period, shortest, tick) = (sound.period, sound.shortest_period_cycles, sound.tick_cycles);
-            finish_compile(program, &job, BuiltImage { period, shortest_period_cycles: shortest, tick_cycles: tick, fuses: sound.fuses, ..built }, notes)
+            finish_compile(
+                program,
+                &job,
+                BuiltImage { period, shortest_period_cycles: shortest, tick_cycles: tick, fuses: sound.fuses, ..built },
+                notes,
+            )
         }
-        Some(MutantChange::OmittedInstruction(line)) => finish_compile(program, &job, omit_instruction(sound, line, job.target), notes),
+        Some(MutantChange::OmittedInstruction(line)) => {
+            finish_compile(program, &job, omit_instruction(sound, line, job.target), notes)
+        }
     }
 }
 
@@ -142,7 +155,11 @@ fn code_candidates(prepared: &PreparedCompile) -> Vec<MutantCandidate<'_>> {
 }
 
 /// Faults of the image.
-fn image_candidates<'a>(program: &LadderProgram, prepared: &PreparedCompile, built: &'a BuiltImage) -> Vec<MutantCandidate<'a>> {
+fn image_candidates<'a>(
+    program: &LadderProgram,
+    prepared: &PreparedCompile,
+    built: &'a BuiltImage,
+) -> Vec<MutantCandidate<'a>> {
     let mut all = period_candidates(program, prepared, built);
     all.extend(omission_candidates(built));
     all.extend(bank_candidates(built));
@@ -187,7 +204,12 @@ fn op_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
                     MutantChange::Ir(changed)
                 };
                 let what = what(op_changed, new);
-                all.push(MutantCandidate { kind: MutantKind::Surrounding, element: None, describe: what, make_change: Box::new(make) });
+                all.push(MutantCandidate {
+                    kind: MutantKind::Surrounding,
+                    element: None,
+                    describe: what,
+                    make_change: Box::new(make),
+                });
             }
         }
     }
@@ -200,7 +222,12 @@ fn op_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
                 MutantChange::Ir(changed)
             };
             let what = move || format!("{}[{at}] is {other} instead of {value}", table.name);
-            all.push(MutantCandidate { kind: MutantKind::Surrounding, element: None, describe: Box::new(what), make_change: Box::new(make) });
+            all.push(MutantCandidate {
+                kind: MutantKind::Surrounding,
+                element: None,
+                describe: Box::new(what),
+                make_change: Box::new(make),
+            });
         }
     }
     all
@@ -222,13 +249,22 @@ fn pin_candidates(prepared: &PreparedCompile) -> Vec<MutantCandidate<'_>> {
             MutantChange::Pins(pins)
         };
         let what = move || format!("the pins of {} and {} are swapped", pin.name, pins[other].name);
-        all.push(MutantCandidate { kind: MutantKind::Pin, element: None, describe: Box::new(what), make_change: Box::new(make) });
+        all.push(MutantCandidate {
+            kind: MutantKind::Pin,
+            element: None,
+            describe: Box::new(what),
+            make_change: Box::new(make),
+        });
     }
     all
 }
 
 /// The period one tick shorter and longer, half, and double.
-fn period_candidates<'a>(program: &LadderProgram, prepared: &PreparedCompile, built: &BuiltImage) -> Vec<MutantCandidate<'a>> {
+fn period_candidates<'a>(
+    program: &LadderProgram,
+    prepared: &PreparedCompile,
+    built: &BuiltImage,
+) -> Vec<MutantCandidate<'a>> {
     let (clock, cycle) = (prepared.clock_hz, program.settings.cycle_us);
     // Clocks of a tick in a cycle: the clock that gives one tick more than this one.
     let clocks = u128::from(clock) * u128::from(cycle) * u128::from(built.period.den);
@@ -286,7 +322,12 @@ fn bank_candidates(built: &BuiltImage) -> Vec<MutantCandidate<'_>> {
 fn omission_candidate<'a>(kind: MutantKind, part: &'static str, n: usize, line: &'a ImageLine) -> MutantCandidate<'a> {
     let text = move || line.text.split_whitespace().collect::<Vec<_>>().join(" ");
     let what = move || format!("{part}: `{}` at {:04X} is left out", text(), line.addr);
-    MutantCandidate { kind, element: None, describe: Box::new(what), make_change: Box::new(move || MutantChange::OmittedInstruction(n)) }
+    MutantCandidate {
+        kind,
+        element: None,
+        describe: Box::new(what),
+        make_change: Box::new(move || MutantChange::OmittedInstruction(n)),
+    }
 }
 
 /// The image without one of its instructions: words stand there that do nothing. They are zeros, but on the AP101 ones.

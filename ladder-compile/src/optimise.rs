@@ -8,7 +8,7 @@ mod factor;
 
 use std::collections::{HashMap, HashSet};
 
-use crate::ir::{BitId, WordComparison, BranchCondition, Ir, LogicOp, IrOp, IrStep, WordOperand, WordId, WordRole};
+use crate::ir::{BitId, BranchCondition, Ir, IrOp, IrStep, LogicOp, WordComparison, WordId, WordOperand, WordRole};
 
 /// The same scan with less to do. Joining opens a little more to the passes, so they run twice.
 #[must_use]
@@ -63,7 +63,8 @@ fn remove_dead(ir: &mut Ir) {
     ir.epilogue = backward(std::mem::take(&mut ir.epilogue), &mut later);
     for rung in ir.rungs.iter_mut().rev() {
         let steps = std::mem::take(&mut rung.steps).into_iter().rev();
-        rung.steps = steps.filter_map(|step| later.op(step.op).map(|op| IrStep { element: step.element, op })).collect();
+        rung.steps =
+            steps.filter_map(|step| later.op(step.op).map(|op| IrStep { element: step.element, op })).collect();
         rung.steps.reverse();
     }
     ir.prologue = backward(std::mem::take(&mut ir.prologue), &mut later);
@@ -136,8 +137,12 @@ fn forward_op(op: IrOp, known: &mut KnownBits, temporary: &HashSet<BitId>, out: 
                 out.push(op);
             }
         },
-        IrOp::And { bit, negated } if loaded == Some((bit, !negated)) => forward_op(IrOp::SetAccumulator(false), known, temporary, out),
-        IrOp::Or { bit, negated } if loaded == Some((bit, !negated)) => forward_op(IrOp::SetAccumulator(true), known, temporary, out),
+        IrOp::And { bit, negated } if loaded == Some((bit, !negated)) => {
+            forward_op(IrOp::SetAccumulator(false), known, temporary, out)
+        }
+        IrOp::Or { bit, negated } if loaded == Some((bit, !negated)) => {
+            forward_op(IrOp::SetAccumulator(true), known, temporary, out)
+        }
         IrOp::And { bit, negated } => match (known.acc, known.value_of(bit, negated)) {
             (BitValue::Const(false), _) | (_, Some(BitValue::Const(true))) => {}
             (BitValue::Const(true), _) => forward_op(IrOp::Load { bit, negated }, known, temporary, out),
@@ -209,9 +214,13 @@ fn forward_op(op: IrOp, known: &mut KnownBits, temporary: &HashSet<BitId>, out: 
             known.bits.remove(&dst);
             out.push(op);
         }
-        IrOp::Move { .. } | IrOp::Math { .. } | IrOp::Lookup { .. } | IrOp::ReadAdc { .. } | IrOp::SetPwm { .. } => out.push(op),
+        IrOp::Move { .. } | IrOp::Math { .. } | IrOp::Lookup { .. } | IrOp::ReadAdc { .. } | IrOp::SetPwm { .. } => {
+            out.push(op)
+        }
         IrOp::Send { .. } | IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } => out.push(op),
-        IrOp::If { cond, if_true: then, if_false: otherwise } => forward_branch(cond, then, otherwise, known, temporary, out),
+        IrOp::If { cond, if_true: then, if_false: otherwise } => {
+            forward_branch(cond, then, otherwise, known, temporary, out)
+        }
     }
 }
 
@@ -248,7 +257,8 @@ fn forward_branch(
     let then = forward(then, known, temporary);
     other.next = known.next;
     let otherwise = forward(otherwise, &mut other, temporary);
-    let kept = cond == BranchCondition::Acc && known.acc == BitValue::Const(true) && other.acc == BitValue::Const(false);
+    let kept =
+        cond == BranchCondition::Acc && known.acc == BitValue::Const(true) && other.acc == BitValue::Const(false);
     known.merge(&other);
     if kept {
         known.acc = before;
@@ -320,7 +330,9 @@ impl Liveness {
             IrOp::Logic { dst, function: is } => self.dead_bits.insert(dst).then(|| {
                 match is {
                     LogicOp::Copy(a) | LogicOp::Not(a) => self.mark_bit_read(a),
-                    LogicOp::And(a, b) | LogicOp::Or(a, b) => [a, b].into_iter().for_each(|bit| self.mark_bit_read(bit)),
+                    LogicOp::And(a, b) | LogicOp::Or(a, b) => {
+                        [a, b].into_iter().for_each(|bit| self.mark_bit_read(bit))
+                    }
                 }
                 op
             }),

@@ -95,7 +95,12 @@ pub fn assign_pins(
     for (symbol, pin) in requested {
         if !wanted_pins.iter().any(|s| s.name == *symbol) && pwm_name != Some(symbol) {
             let cause = format!("--pin {symbol}={pin}: the program has no input or output `{symbol}`");
-            push_diagnostic(codes::PIN_SYMBOL, none, cause, "name an X, Y or A symbol as the program spells it".to_owned());
+            push_diagnostic(
+                codes::PIN_SYMBOL,
+                none,
+                cause,
+                "name an X, Y or A symbol as the program spells it".to_owned(),
+            );
         } else if seen.contains(&symbol.as_str()) {
             let cause = format!("--pin gives `{symbol}` a pin twice, the second time {pin}");
             push_diagnostic(codes::PIN_GIVEN_TWICE, none, cause, "remove one of them".to_owned());

@@ -7,7 +7,7 @@ use ladder::LadderProgram;
 use ladder::symbols::for_each_symbol_use;
 
 use crate::codes;
-use crate::target::{BuiltImage, CompileJob, BuildRefusal};
+use crate::target::{BuildRefusal, BuiltImage, CompileJob};
 
 /// How many rungs are named when something does not fit.
 const MAX_NAMED_RUNGS: usize = 5;
@@ -16,7 +16,11 @@ const MAX_NAMED_RUNGS: usize = 5;
 const MAX_CYCLE_US: u64 = 1_000_000_000_000;
 
 /// The diagnostics of a refusal, one for each reason.
-pub(crate) fn refusal_diagnostics(refusal: &BuildRefusal, program: &LadderProgram, job: &CompileJob<'_>) -> Vec<Diagnostic> {
+pub(crate) fn refusal_diagnostics(
+    refusal: &BuildRefusal,
+    program: &LadderProgram,
+    job: &CompileJob<'_>,
+) -> Vec<Diagnostic> {
     let (chip, clock, cycle) = (job.target.chip.name, job.clock_hz, job.cycle_us);
     let mut pos = Pos::default();
     let (code, cause, hint) = match refusal {
@@ -68,8 +72,12 @@ pub(crate) fn refusal_diagnostics(refusal: &BuildRefusal, program: &LadderProgra
             };
             (codes::LACKS, cause, hint.clone())
         }
-        BuildRefusal::Several(all) => return all.iter().flat_map(|one| refusal_diagnostics(one, program, job)).collect(),
-        BuildRefusal::Internal(what) => (codes::INTERNAL, what.clone(), "please report this with the program".to_owned()),
+        BuildRefusal::Several(all) => {
+            return all.iter().flat_map(|one| refusal_diagnostics(one, program, job)).collect();
+        }
+        BuildRefusal::Internal(what) => {
+            (codes::INTERNAL, what.clone(), "please report this with the program".to_owned())
+        }
     };
     vec![Diagnostic::new(Severity::Error, code, &program.file, pos, cause, hint)]
 }
@@ -86,7 +94,9 @@ pub(crate) fn scan_too_long(program: &LadderProgram, job: &CompileJob<'_>, built
         largest_rungs(&built.rung_cycles)
     );
     // As machine cycles and the cycle time are to each other now.
-    let needed = u128::from(built.worst_scan_cycles + built.poll_cycles) * u128::from(built.period.den) * u128::from(job.cycle_us);
+    let needed = u128::from(built.worst_scan_cycles + built.poll_cycles)
+        * u128::from(built.period.den)
+        * u128::from(job.cycle_us);
     let least = needed.div_ceil(u128::from(built.period.num.max(1)));
     let hint = format!("choose a cycle of {least} us or more, or a faster clock");
     Diagnostic::new(Severity::Error, codes::CYCLE_SHORT, &program.file, Pos::default(), cause, hint)

@@ -2,7 +2,7 @@
 
 use ladder::{CompareOp, ElementId, MathOp};
 
-use crate::peripheral_state::{PiecewiseCurve, PeripheralState, FormattedText};
+use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 
 /// A program with its names resolved. Steps index its lists and the values of the state.
 #[derive(Debug, Default)]
@@ -276,7 +276,8 @@ impl ScanState {
                 true
             }
             ElementOp::LookUp { dest, index, table } => {
-                let found = usize::try_from(self.read_value(index)).ok().and_then(|i| code.tables[table as usize].get(i));
+                let found =
+                    usize::try_from(self.read_value(index)).ok().and_then(|i| code.tables[table as usize].get(i));
                 if let Some(&found) = found {
                     self.store(code, dest, found.into());
                 }

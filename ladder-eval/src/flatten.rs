@@ -2,11 +2,14 @@
 
 use std::collections::HashMap;
 
-use ladder::{CounterKind, LadderDialect, Element, ElementId, LdFormat, RungNode, LadderOperand, LadderProgram, LadderSymbol, TimerKind};
+use ladder::{
+    CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LadderSymbol, LdFormat, RungNode,
+    TimerKind,
+};
 
 use crate::UnsupportedElement;
+use crate::flat_program::{CountInput, CountMode, ElementOp, FlatProgram, FlatStep, ValueSource, truncate};
 use crate::peripheral_ops::{self, DeviceSettings};
-use crate::flat_program::{FlatProgram, CountMode, CountInput, ElementOp, FlatStep, ValueSource, truncate};
 
 /// Flattens all rungs; the first element without a meaning ends it.
 pub(crate) fn flatten(
@@ -59,7 +62,8 @@ impl FlatBuilder<'_> {
                         _ => 0,
                     };
                     let Some(&at) = self.by_name.get(name) else { continue };
-                    let (Some(width), Some(start)) = (self.code.cut_bits.get(at), self.code.initial_values.get_mut(at)) else {
+                    let (Some(width), Some(start)) = (self.code.cut_bits.get(at), self.code.initial_values.get_mut(at))
+                    else {
                         continue;
                     };
                     let restart = truncate(restart, *width);
@@ -148,11 +152,18 @@ impl FlatBuilder<'_> {
                 let src = ValueSource::Const(self.counter_starts.get(name.as_str()).copied().unwrap_or(0));
                 ElementOp::Move { dest: self.integer_index(name)?, src }
             }
-            Element::Move { dest, src } => ElementOp::Move { dest: self.integer_index(dest)?, src: self.operand_source(src)? },
-            Element::Math { op, dest, op1, op2 } => {
-                ElementOp::Math { op: *op, dest: self.integer_index(dest)?, a: self.operand_source(op1)?, b: self.operand_source(op2)? }
+            Element::Move { dest, src } => {
+                ElementOp::Move { dest: self.integer_index(dest)?, src: self.operand_source(src)? }
             }
-            Element::Compare { op, op1, op2 } => ElementOp::Compare { op: *op, a: self.operand_source(op1)?, b: self.operand_source(op2)? },
+            Element::Math { op, dest, op1, op2 } => ElementOp::Math {
+                op: *op,
+                dest: self.integer_index(dest)?,
+                a: self.operand_source(op1)?,
+                b: self.operand_source(op2)?,
+            },
+            Element::Compare { op, op1, op2 } => {
+                ElementOp::Compare { op: *op, a: self.operand_source(op1)?, b: self.operand_source(op2)? }
+            }
             Element::Placeholder => return Err("an empty place: the rung is not complete".to_owned()),
             _ => peripheral_ops::peripheral_op(self, element)?,
         };
@@ -230,7 +241,9 @@ impl FlatBuilder<'_> {
     ) -> Result<ElementOp, String> {
         let var = self.integer_index(name)?;
         let max = match max {
-            LadderOperand::Const { value, .. } => ValueSource::Const(self.checked_constant("the limit of a counter", *value)?),
+            LadderOperand::Const { value, .. } => {
+                ValueSource::Const(self.checked_constant("the limit of a counter", *value)?)
+            }
             LadderOperand::Var(name) => {
                 self.require_dialect_5(&format!("the variable `{name}` as the limit of a counter"))?;
                 ValueSource::Var(self.integer_index(name)?)
@@ -238,8 +251,12 @@ impl FlatBuilder<'_> {
         };
         let restart = match init {
             None => 0,
-            Some(LadderOperand::Const { value, .. }) => self.checked_constant("the start value of a counter", *value)?,
-            Some(LadderOperand::Var(name)) => return Err(format!("the variable `{name}` as a start value has no meaning")),
+            Some(LadderOperand::Const { value, .. }) => {
+                self.checked_constant("the start value of a counter", *value)?
+            }
+            Some(LadderOperand::Var(name)) => {
+                return Err(format!("the variable `{name}` as a start value has no meaning"));
+            }
         };
         if restart != 0 {
             self.require_dialect_5("a start value other than 0")?;

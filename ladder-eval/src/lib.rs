@@ -8,9 +8,9 @@
 //! `build` flattens the model once (`devices` the elements that use a part of the chip), `exec` runs the flat form and
 //! `parts` holds what lies outside of the program's memory; everything that names things is resolved in between.
 
+mod flat_program;
 mod flatten;
 mod peripheral_ops;
-mod flat_program;
 mod peripheral_state;
 
 use std::collections::HashMap;

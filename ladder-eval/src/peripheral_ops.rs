@@ -1,11 +1,11 @@
 //! The meanings of the tables and of the elements that use a part of the chip, chosen or refused.
 
 use ladder::format::{self, StringPiece};
-use ladder::{LadderDialect, Element, LadderOperand};
+use ladder::{Element, LadderDialect, LadderOperand};
 
-use crate::flatten::{FlatBuilder, require_absent_or_zero};
 use crate::flat_program::{ElementOp, ValueSource};
-use crate::peripheral_state::{PiecewiseCurve, FormattedText};
+use crate::flatten::{FlatBuilder, require_absent_or_zero};
+use crate::peripheral_state::{FormattedText, PiecewiseCurve};
 
 /// What the elements of a program must agree about.
 #[derive(Debug, Default)]
@@ -73,7 +73,8 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
         }
         Element::Persist { name } => {
             let var = builder.integer_index(name)?;
-            builder.code.scans_per_eeprom_write = u32::try_from(EEPROM_WRITE_US.div_ceil(builder.cycle_us()?)).unwrap_or(u32::MAX);
+            builder.code.scans_per_eeprom_write =
+                u32::try_from(EEPROM_WRITE_US.div_ceil(builder.cycle_us()?)).unwrap_or(u32::MAX);
             let cell = builder.code.eeprom_cells;
             builder.code.eeprom_cells += u32::from(builder.integer_bytes(var));
             ElementOp::Persist { var, cell, memory: builder.new_memory() }
@@ -89,7 +90,12 @@ fn push_index<T>(list: &mut Vec<T>, item: T) -> u32 {
 }
 
 /// Arithmetic in 16 bits, or in 32 where something is wider; each segment must fit (2.5).
-fn check_curve(builder: &FlatBuilder<'_>, dest: u32, index: ValueSource, points: &[(i64, i64)]) -> Result<PiecewiseCurve, String> {
+fn check_curve(
+    builder: &FlatBuilder<'_>,
+    dest: u32,
+    index: ValueSource,
+    points: &[(i64, i64)],
+) -> Result<PiecewiseCurve, String> {
     let coordinate = |value: i64| builder.checked_constant("a coordinate", value);
     let points = points.iter().map(|(x, y)| Ok((coordinate(*x)?, coordinate(*y)?)));
     let points = points.collect::<Result<Vec<_>, String>>()?;
@@ -115,7 +121,11 @@ fn check_curve(builder: &FlatBuilder<'_>, dest: u32, index: ValueSource, points:
     Ok(PiecewiseCurve { points, cut: if narrow { 16 } else { 0 } })
 }
 
-fn check_pwm(builder: &mut FlatBuilder<'_>, hertz: &LadderOperand, output: Option<&(String, String)>) -> Result<(), String> {
+fn check_pwm(
+    builder: &mut FlatBuilder<'_>,
+    hertz: &LadderOperand,
+    output: Option<&(String, String)>,
+) -> Result<(), String> {
     let hertz = match hertz {
         LadderOperand::Const { value, .. } => u32::try_from(*value).ok().filter(|hertz| *hertz > 0),
         LadderOperand::Var(_) => None,

@@ -76,7 +76,11 @@ impl PeripheralState {
             received_byte: None,
             eeprom: vec![0xFF; code.eeprom_cells as usize],
             eeprom_busy_scans: 0,
-            texts: code.texts.iter().map(|t| TextTransmission { position: t.pieces.len(), ..TextTransmission::default() }).collect(),
+            texts: code
+                .texts
+                .iter()
+                .map(|t| TextTransmission { position: t.pieces.len(), ..TextTransmission::default() })
+                .collect(),
         }
     }
 
@@ -162,7 +166,8 @@ impl TextTransmission {
                     }
                 }
                 let digit = self.remaining_number / divisor;
-                self.remaining_number = truncate(i64::from(self.remaining_number) - i64::from(digit) * i64::from(divisor), width);
+                self.remaining_number =
+                    truncate(i64::from(self.remaining_number) - i64::from(digit) * i64::from(divisor), width);
                 self.only_zeros_so_far &= digit == 0;
                 // A number that has too many digits shows what the arithmetic gives, as the chips do.
                 if self.only_zeros_so_far && !last { b' ' } else { digit.wrapping_add(48) as u8 }

@@ -1,9 +1,9 @@
 //! A rung with power in its wires.
 
-use emu_debug::debug::{ProgramFollower, DynMachine};
+use emu_debug::debug::{DynMachine, ProgramFollower};
 use ladder::{DrawnElement, draw_rung};
 
-use crate::{ScanPosition, LadderView};
+use crate::{LadderView, ScanPosition};
 
 /// Around what is powered, and around what is next.
 const POWERED_STYLE: &str = "\x1b[32m";
@@ -21,7 +21,13 @@ impl LadderView {
 
     /// A rung, from 1, as [`View::draw`] shows it: one that was not reached yet in this scan as the scan before left it.
     #[must_use]
-    pub fn draw_rung(&self, rung: u32, follow: Option<&dyn ProgramFollower>, target: &dyn DynMachine, color: bool) -> Vec<String> {
+    pub fn draw_rung(
+        &self,
+        rung: u32,
+        follow: Option<&dyn ProgramFollower>,
+        target: &dyn DynMachine,
+        color: bool,
+    ) -> Vec<String> {
         rung.checked_sub(1).map_or(Vec::new(), |index| self.draw_at(index, &self.scan_position(follow, target), color))
     }
 

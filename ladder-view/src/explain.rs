@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use emu_debug::debug::{ProgramFollower, DynMachine};
+use emu_debug::debug::{DynMachine, ProgramFollower};
 use ladder::{Element, ElementId, LadderProgram, SymbolKind, element_text};
 use ladder_eval::Evaluator;
 
 use crate::power_flow::{PowerDecider, deciders};
-use crate::scan_follower::{ScanFollower, FollowedScan};
-use crate::{ScanPosition, LadderView};
+use crate::scan_follower::{FollowedScan, ScanFollower};
+use crate::{LadderView, ScanPosition};
 
 /// How many causes behind causes are told.
 const MAX_DEPTH: usize = 6;
@@ -23,7 +23,12 @@ impl LadderView {
     ///
     /// # Errors
     /// No such symbol, or no scan has run: one sentence.
-    pub fn explain_value(&self, follow: &dyn ProgramFollower, target: &dyn DynMachine, name: &str) -> Result<Vec<String>, String> {
+    pub fn explain_value(
+        &self,
+        follow: &dyn ProgramFollower,
+        target: &dyn DynMachine,
+        name: &str,
+    ) -> Result<Vec<String>, String> {
         let follower = ScanFollower::from_dyn(follow).ok_or("nothing follows this program")?;
         let symbol = self.facts.power_up.index(name).ok_or_else(|| self.unknown_symbol(name))?;
         let moment = self.scan_position(Some(follow), target);
@@ -50,7 +55,8 @@ impl LadderView {
         }
         let mut lines = Vec::new();
         // The element that wrote it last has done so in this scan, or in the one before.
-        let before = moment.last_scan.as_ref().filter(|past| past.number < prefix.0.number).map(|past| (past.clone(), None));
+        let before =
+            moment.last_scan.as_ref().filter(|past| past.number < prefix.0.number).map(|past| (past.clone(), None));
         let prefixes = [Some(prefix.clone()), before.clone()].into_iter().flatten();
         let found = prefixes.filter_map(|told| Some((self.last_writer(&told.0, symbol, told.1)?, told.0))).next();
         match &found {
@@ -219,7 +225,9 @@ pub(crate) fn symbol_writes(program: &LadderProgram, start: &Evaluator) -> Vec<(
     let mut all = Vec::new();
     for (id, element, _) in program.elements() {
         let is_written = |name: &str| match written_symbols(element) {
-            WrittenSymbols::Always(written) | WrittenSymbols::Powered(written) | WrittenSymbols::Passing(written) => written == name,
+            WrittenSymbols::Always(written) | WrittenSymbols::Powered(written) | WrittenSymbols::Passing(written) => {
+                written == name
+            }
             WrittenSymbols::Stages(stem, stages) => is_stage(name, stem, stages),
             WrittenSymbols::Nothing => false,
         };
@@ -286,7 +294,9 @@ fn read_symbols(element: &Element) -> Vec<&str> {
         Element::Compare { op1, op2, .. } => {
             let variables = [op1, op2].into_iter().filter(|operand| name(operand));
             variables
-                .filter_map(|operand| if let ladder::LadderOperand::Var(name) = operand { Some(name.as_str()) } else { None })
+                .filter_map(
+                    |operand| if let ladder::LadderOperand::Var(name) = operand { Some(name.as_str()) } else { None },
+                )
                 .collect()
         }
         _ => Vec::new(),

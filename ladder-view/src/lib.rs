@@ -18,19 +18,19 @@
 #![forbid(unsafe_code)]
 
 mod draw;
+mod explain;
 mod power_flow;
 mod scan_follower;
 mod scan_position;
-mod explain;
 
 use std::sync::Arc;
 
-use diag::{DiagnosticCode, Diagnostic, Pos, Severity};
+use diag::{Diagnostic, DiagnosticCode, Pos, Severity};
 use emu_core::Chip;
 use emu_core::chip::ChipFamily;
-use emu_debug::debug::{ProgramFollower, ExpressionPlace, DynMachine};
-use ladder::{ElementId, RungNode, LadderProgram};
-use ladder_compile::{ImageMap, CellLocation as Kept, SpecialPin};
+use emu_debug::debug::{DynMachine, ExpressionPlace, ProgramFollower};
+use ladder::{ElementId, LadderProgram, RungNode};
+use ladder_compile::{CellLocation as Kept, ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
 use scan_follower::ScanFollower;

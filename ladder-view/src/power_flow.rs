@@ -1,6 +1,6 @@
 //! Through which elements power came to a place of a rung, or which kept it from coming.
 
-use ladder::{Element, ElementId, RungNode, LadderProgram, Rung};
+use ladder::{Element, ElementId, LadderProgram, Rung, RungNode};
 
 use crate::scan_follower::FollowedScan;
 

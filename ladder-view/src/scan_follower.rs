@@ -4,7 +4,7 @@ use std::any::Any;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use emu_debug::debug::{ProgramFollower, DynMachine};
+use emu_debug::debug::{DynMachine, ProgramFollower};
 use ladder::ElementId;
 use ladder_eval::Evaluator;
 
@@ -134,8 +134,9 @@ impl ScanFollower {
         for symbol in eval.adc_symbols().collect::<Vec<usize>>() {
             eval.set_adc(symbol, value(symbol).clamp(0, 1023) as u16);
         }
-        let came =
-            |symbol: &usize| self.byte_received || start.get(*symbol).is_some_and(|start| i64::from(*start) != value(*symbol));
+        let came = |symbol: &usize| {
+            self.byte_received || start.get(*symbol).is_some_and(|start| i64::from(*start) != value(*symbol))
+        };
         let mut with_byte = eval.clone();
         for &symbol in self.facts.received_symbols.iter().filter(|symbol| came(symbol)) {
             with_byte.receive(value(symbol) as u8);
@@ -149,8 +150,17 @@ impl ScanFollower {
             trace
         };
         let after = (0..start.len()).map(|symbol| eval.get(symbol)).collect();
-        let old = self.last_scan.as_ref().map_or_else(|| self.facts.initial_values.clone(), |past| past.values_after.clone());
-        FollowedScan { number: self.scans_begun, cycle, previous_values: old, values_before: start, values_after: after, power, writes }
+        let old =
+            self.last_scan.as_ref().map_or_else(|| self.facts.initial_values.clone(), |past| past.values_after.clone());
+        FollowedScan {
+            number: self.scans_begun,
+            cycle,
+            previous_values: old,
+            values_before: start,
+            values_after: after,
+            power,
+            writes,
+        }
     }
 
     /// Runs a scan, and gives [`Scan::power`] and [`Scan::writes`].
@@ -203,7 +213,11 @@ impl ProgramFollower for ScanFollower {
 
     /// Everything begins anew but the count of scans.
     fn on_power_cycle(&mut self) {
-        *self = ScanFollower { scans_begun: self.scans_begun, scans_before: self.scans_begun, ..ScanFollower::new(self.facts.clone()) };
+        *self = ScanFollower {
+            scans_begun: self.scans_begun,
+            scans_before: self.scans_begun,
+            ..ScanFollower::new(self.facts.clone())
+        };
     }
 
     fn scan(&self) -> Option<u64> {

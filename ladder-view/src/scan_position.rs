@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use emu_core::chip::ChipFamily;
-use emu_debug::debug::{ProgramFollower, ObserveLevel, DynMachine};
+use emu_debug::debug::{DynMachine, ObserveLevel, ProgramFollower};
 use ladder::ElementId;
 
 use crate::LadderView;
-use crate::scan_follower::{ScanFollower, FollowedScan};
+use crate::scan_follower::{FollowedScan, ScanFollower};
 
 /// Steps of a routine that an element calls, at most.
 const MAX_ROUTINE_STEPS: u32 = 4096;

@@ -19,8 +19,8 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use common::{ChipSetup, open, drive_input};
-use emu_debug::debug::{RunGoal, DebugSession, HaltReason};
+use common::{ChipSetup, drive_input, open};
+use emu_debug::debug::{DebugSession, HaltReason, RunGoal};
 use ladder_view::LadderView;
 
 fn example(program: &str, mcu: &'static str) -> (DebugSession, LadderView) {

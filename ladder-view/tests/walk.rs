@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use common::{ChipSetup, drive_input, open};
 use emu_core::cpu::ResetCause;
-use emu_debug::debug::{UserAction, RunGoal, ExpressionPlace, DebugSession, HaltReason};
+use emu_debug::debug::{DebugSession, ExpressionPlace, HaltReason, RunGoal, UserAction};
 use ladder_view::LadderView;
 
 /// A latch, edges, a counter and a routine, in scans of 1 ms.

@@ -2,12 +2,12 @@
 
 use diag::{Diagnostic, Pos, Severity};
 
-use crate::packages;
 use crate::codes;
-use crate::model::{LadderDialect, Element, ElementId, MathOp, RungNode, LadderOperand, LadderProgram};
+use crate::integer_widths::{self, IntegerWidths};
+use crate::model::{Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode};
+use crate::packages;
 use crate::peripheral_checks;
 use crate::program_checks;
-use crate::integer_widths::{self, IntegerWidths};
 use crate::write::element_text;
 
 /// Checks a program against its dialect. Errors mean that it cannot be evaluated or compiled; the list is sorted by
@@ -47,16 +47,34 @@ pub(crate) struct Checker<'a> {
 }
 
 impl Checker<'_> {
-    fn report_program(&mut self, severity: Severity, code: &'static str, cause: impl Into<String>, hint: impl Into<String>) {
+    fn report_program(
+        &mut self,
+        severity: Severity,
+        code: &'static str,
+        cause: impl Into<String>,
+        hint: impl Into<String>,
+    ) {
         let new = Diagnostic::new(severity, code, &self.program.file, Pos::default(), cause, hint);
         self.diagnostics.push(new);
     }
 
-    pub(crate) fn error(&mut self, code: &'static str, at: CheckedElement<'_>, cause: impl AsRef<str>, hint: impl Into<String>) {
+    pub(crate) fn error(
+        &mut self,
+        code: &'static str,
+        at: CheckedElement<'_>,
+        cause: impl AsRef<str>,
+        hint: impl Into<String>,
+    ) {
         self.report(Severity::Error, code, at, cause.as_ref(), hint);
     }
 
-    pub(crate) fn warning(&mut self, code: &'static str, at: CheckedElement<'_>, cause: impl AsRef<str>, hint: impl Into<String>) {
+    pub(crate) fn warning(
+        &mut self,
+        code: &'static str,
+        at: CheckedElement<'_>,
+        cause: impl AsRef<str>,
+        hint: impl Into<String>,
+    ) {
         self.report(Severity::Warning, code, at, cause.as_ref(), hint);
     }
 
@@ -131,11 +149,19 @@ fn refuse_in_dialect_23(checker: &mut Checker<'_>, at: CheckedElement<'_>, what:
     }
 }
 
-fn check_timer(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str, delay: &LadderOperand, adjust: Option<&LadderOperand>) {
+fn check_timer(
+    checker: &mut Checker<'_>,
+    at: CheckedElement<'_>,
+    name: &str,
+    delay: &LadderOperand,
+    adjust: Option<&LadderOperand>,
+) {
     match adjust {
         Some(LadderOperand::Var(_)) => check_default_argument(checker, at, "a variable as the adjust"),
         // In release 2.3 one scan is taken off the delay, which LDmicro 5 writes as an adjust of -1.
-        Some(LadderOperand::Const { value, .. }) if *value != -1 => refuse_in_dialect_23(checker, at, "an adjust other than -1"),
+        Some(LadderOperand::Const { value, .. }) if *value != -1 => {
+            refuse_in_dialect_23(checker, at, "an adjust other than -1")
+        }
         _ => {}
     }
     let cycle = i128::from(checker.program.settings.cycle_us);
@@ -169,13 +195,21 @@ fn check_timer(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str, de
     }
 }
 
-fn check_counter(checker: &mut Checker<'_>, at: CheckedElement<'_>, max: &LadderOperand, init: Option<&LadderOperand>, input: Option<char>) {
+fn check_counter(
+    checker: &mut Checker<'_>,
+    at: CheckedElement<'_>,
+    max: &LadderOperand,
+    init: Option<&LadderOperand>,
+    input: Option<char>,
+) {
     if let LadderOperand::Var(_) = max {
         refuse_in_dialect_23(checker, at, "a variable as the limit");
     }
     match init {
         Some(LadderOperand::Var(_)) => check_default_argument(checker, at, "a variable as the start value"),
-        Some(LadderOperand::Const { value, .. }) if *value != 0 => refuse_in_dialect_23(checker, at, "a start value other than 0"),
+        Some(LadderOperand::Const { value, .. }) if *value != 0 => {
+            refuse_in_dialect_23(checker, at, "a start value other than 0")
+        }
         _ => {}
     }
     if input.is_some_and(|kind| kind != '/') {
@@ -221,7 +255,9 @@ fn check_last_elements(checker: &mut Checker<'_>, series: &[RungNode], at_rail: 
                 }
                 next.index += 1;
             }
-            RungNode::Parallel(branches, _) => branches.iter().for_each(|b| check_last_elements(checker, b, at_rail, next)),
+            RungNode::Parallel(branches, _) => {
+                branches.iter().for_each(|b| check_last_elements(checker, b, at_rail, next))
+            }
         }
     }
 }

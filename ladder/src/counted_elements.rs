@@ -1,16 +1,21 @@
 //! The elements with as many arguments as one of them says: the tables and FORMATTED_STRING.
 
 use crate::codes;
-use crate::element_reader::{read_operand, join_positions, read_destination};
+use crate::element_keywords::ElementKeyword;
+use crate::element_reader::{join_positions, read_destination, read_operand};
 use crate::lexer::{self, LdLine, LdToken};
 use crate::model::Element;
 use crate::reader::{LdReader, message_text};
-use crate::element_keywords::ElementKeyword;
 
 /// Most values of a look-up table, most points of a curve, most characters of a string.
 const MAX_VALUES: u32 = 1024;
 
-pub(crate) fn read_look_up_table(r: &mut LdReader<'_>, row: &ElementKeyword, head: [LdToken<'_>; 4], values: &[LdToken<'_>]) -> Option<Element> {
+pub(crate) fn read_look_up_table(
+    r: &mut LdReader<'_>,
+    row: &ElementKeyword,
+    head: [LdToken<'_>; 4],
+    values: &[LdToken<'_>],
+) -> Option<Element> {
     let [dest, index, count, flag] = head;
     let (dest, at) = (read_destination(r, row.0, dest), read_operand(r, row.0, index));
     let as_string = r.read_u32(flag, "the flag `as_string`", 0, 1);
@@ -20,7 +25,12 @@ pub(crate) fn read_look_up_table(r: &mut LdReader<'_>, row: &ElementKeyword, hea
     Some(Element::LookUpTable { dest: dest?, index: at?, as_string: as_string? == 1, values: values? })
 }
 
-pub(crate) fn read_piecewise_linear(r: &mut LdReader<'_>, row: &ElementKeyword, head: [LdToken<'_>; 3], values: &[LdToken<'_>]) -> Option<Element> {
+pub(crate) fn read_piecewise_linear(
+    r: &mut LdReader<'_>,
+    row: &ElementKeyword,
+    head: [LdToken<'_>; 3],
+    values: &[LdToken<'_>],
+) -> Option<Element> {
     let [dest, index, count] = head;
     let (dest, at) = (read_destination(r, row.0, dest), read_operand(r, row.0, index));
     let wanted = r.read_u32(count, "the number of points", 0, MAX_VALUES).map(|n| 2 * n);

@@ -1,7 +1,7 @@
 //! Rungs as text, in the manner of LDmicro's own view: names over the wire, symbols in it, coils at the right rail.
 
 use crate::element_symbol::{element_symbol, printable};
-use crate::model::{Element, ElementId, RungNode, LadderProgram};
+use crate::model::{Element, ElementId, LadderProgram, RungNode};
 
 /// Where an element stands in the lines of its rung.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,7 +96,11 @@ fn draw_rung_lines(program: &LadderProgram, index: usize, common: usize) -> Draw
     next.index = 0;
     canvas.series(&rung.series, DrawArea { row: 0, column: 0, width, at_left: true, at_right: true }, &mut next);
     let offset = drawing.lines.len();
-    drawing.elements.extend(canvas.cells.iter().map(|c| DrawnElement { line: c.line + offset, column: c.column + LEFT_MARGIN, ..*c }));
+    drawing.elements.extend(canvas.cells.iter().map(|c| DrawnElement {
+        line: c.line + offset,
+        column: c.column + LEFT_MARGIN,
+        ..*c
+    }));
     drawing.elements.sort_by_key(|c| c.id);
     for (row, text) in canvas.rows.iter().enumerate() {
         let content: String = text.iter().collect();
@@ -112,7 +116,12 @@ fn draw_comments(series: &[RungNode], next: &mut ElementId, width: usize, drawin
             RungNode::Leaf(Element::Comment(text), _) => {
                 let wrapped = wrap(text, width.saturating_sub(2));
                 let first = wrapped.first().map_or(0, |l| l.chars().count());
-                drawing.elements.push(DrawnElement { id: *next, line: drawing.lines.len(), column: LEFT_MARGIN + 1, width: first });
+                drawing.elements.push(DrawnElement {
+                    id: *next,
+                    line: drawing.lines.len(),
+                    column: LEFT_MARGIN + 1,
+                    width: first,
+                });
                 drawing.lines.extend(wrapped.iter().map(|l| between_rails("", &format!(" {l}"), ' ', width)));
                 next.index += 1;
             }

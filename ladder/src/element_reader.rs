@@ -3,11 +3,11 @@
 use diag::{Pos, nearest};
 
 use crate::codes;
-use crate::lexer::{self, LdLine, LdToken};
-use crate::model::{CompareOp, CounterKind, Element, MathOp, LadderOperand, TimerKind};
-use crate::reader::{LdReader, message_text};
-use crate::element_keywords::{ANY_COUNT, UNSUPPORTED_KEYWORDS, ELEMENT_KEYWORDS, ElementKeyword};
 use crate::counted_elements;
+use crate::element_keywords::{ANY_COUNT, ELEMENT_KEYWORDS, ElementKeyword, UNSUPPORTED_KEYWORDS};
+use crate::lexer::{self, LdLine, LdToken};
+use crate::model::{CompareOp, CounterKind, Element, LadderOperand, MathOp, TimerKind};
+use crate::reader::{LdReader, message_text};
 
 /// Reads one element; complaints go to the reader, and `None` means that there was at least one.
 pub(crate) fn read_element(reader: &mut LdReader<'_>, line: &LdLine<'_>) -> Option<Element> {
@@ -39,7 +39,12 @@ fn report_unknown_keyword(reader: &mut LdReader<'_>, keyword: LdToken<'_>) {
 }
 
 /// Checks the number of arguments, and marks the first one too many or the keyword that has too few.
-pub(crate) fn check_argument_count(reader: &mut LdReader<'_>, row: &ElementKeyword, keyword: LdToken<'_>, args: &[LdToken<'_>]) -> Option<()> {
+pub(crate) fn check_argument_count(
+    reader: &mut LdReader<'_>,
+    row: &ElementKeyword,
+    keyword: LdToken<'_>,
+    args: &[LdToken<'_>],
+) -> Option<()> {
     let &(name, least, most, syntax) = row;
     let wanted = if least == most { format!("{least}") } else { format!("{least} to {most}") };
     let wanted = if most == ANY_COUNT { format!("at least {least}") } else { wanted };
@@ -117,16 +122,28 @@ fn build_element(r: &mut LdReader<'_>, line: &LdLine<'_>, row: &ElementKeyword, 
 }
 
 fn read_contacts(r: &mut LdReader<'_>, name: LdToken<'_>, flags: &[LdToken<'_>]) -> Option<Element> {
-    let name =
-        read_bit_name(r, name, &['X', 'Y', 'R'], codes::CONTACT_KIND, "CONTACTS", "test an integer with EQU, GEQ or the like");
+    let name = read_bit_name(
+        r,
+        name,
+        &['X', 'Y', 'R'],
+        codes::CONTACT_KIND,
+        "CONTACTS",
+        "test an integer with EQU, GEQ or the like",
+    );
     let flags = read_flags(r, flags, &["negated", "set1"]);
     let (name, flags) = (name?, flags?);
     Some(Element::Contacts { name, negated: flags.first() == Some(&1), set1: flags.get(1).copied() })
 }
 
 fn read_coil(r: &mut LdReader<'_>, name: LdToken<'_>, flags: &[LdToken<'_>]) -> Option<Element> {
-    let name =
-        read_bit_name(r, name, &['Y', 'R'], codes::COIL_KIND, "COIL", "write an integer with MOVE; inputs cannot be written");
+    let name = read_bit_name(
+        r,
+        name,
+        &['Y', 'R'],
+        codes::COIL_KIND,
+        "COIL",
+        "write an integer with MOVE; inputs cannot be written",
+    );
     let flags = read_flags(r, flags, &["negated", "set", "reset", "ttrigger"]);
     let (name, flags) = (name?, flags?);
     let is = |i: usize| flags.get(i) == Some(&1);
@@ -147,7 +164,12 @@ fn read_bit_name(
     }
     if !name.starts_with(letters) {
         let wanted: Vec<String> = letters.iter().map(|l| format!("{l}..")).collect();
-        r.error(code, token.pos, format!("{who} needs a name {}, found {}", wanted.join(" or "), message_text(&name)), hint);
+        r.error(
+            code,
+            token.pos,
+            format!("{who} needs a name {}, found {}", wanted.join(" or "), message_text(&name)),
+            hint,
+        );
         return None;
     }
     Some(name)
@@ -168,7 +190,9 @@ fn read_timer(
     rest: &[LdToken<'_>],
 ) -> Option<Element> {
     let name = r.read_integer_name(keyword, name);
-    let delay = rest.first().and_then(|t| read_operand_in_range(r, keyword, *t, "the delay in microseconds", 0, 1_000_000_000_000));
+    let delay = rest
+        .first()
+        .and_then(|t| read_operand_in_range(r, keyword, *t, "the delay in microseconds", 0, 1_000_000_000_000));
     let adjust = rest.get(1).map(|t| read_operand(r, keyword, *t));
     Some(Element::Timer { kind, name: name?, delay: delay?, adjust: transpose_optional(adjust)? })
 }
@@ -194,12 +218,19 @@ fn read_counter(
             None
         }
     });
-    Some(Element::Counter { kind, name: name?, max: max?, init: transpose_optional(init)?, input: transpose_optional(input)? })
+    Some(Element::Counter {
+        kind,
+        name: name?,
+        max: max?,
+        init: transpose_optional(init)?,
+        input: transpose_optional(input)?,
+    })
 }
 
 fn read_math(r: &mut LdReader<'_>, op: MathOp, keyword: &'static str, args: [LdToken<'_>; 3]) -> Option<Element> {
     let [dest, op1, op2] = args;
-    let (dest, op1, op2) = (read_destination(r, keyword, dest), read_operand(r, keyword, op1), read_operand(r, keyword, op2));
+    let (dest, op1, op2) =
+        (read_destination(r, keyword, dest), read_operand(r, keyword, op1), read_operand(r, keyword, op2));
     Some(Element::Math { op, dest: dest?, op1: op1?, op2: op2? })
 }
 

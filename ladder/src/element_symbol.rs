@@ -1,6 +1,6 @@
 //! What each element looks like in the drawing: two lines of text, one over the wire and one in it.
 
-use crate::model::{CompareOp, CounterKind, Element, MathOp, LadderOperand};
+use crate::model::{CompareOp, CounterKind, Element, LadderOperand, MathOp};
 use crate::write;
 
 /// The line over the wire and the line in the wire; both are centred over each other. Comments have none.
@@ -32,7 +32,9 @@ pub(crate) fn element_symbol(element: &Element) -> (String, String) {
             (name.clone(), symbol)
         }
         Element::Res { name } => (name.clone(), "{RES}".to_owned()),
-        Element::Move { dest, src } => in_brackets("{", &format!("{dest} :="), &format!("{} MOV", write::operand_text(src)), "}"),
+        Element::Move { dest, src } => {
+            in_brackets("{", &format!("{dest} :="), &format!("{} MOV", write::operand_text(src)), "}")
+        }
         Element::Math { op, dest, op1, op2 } => {
             let sign = match op {
                 MathOp::Add => '+',

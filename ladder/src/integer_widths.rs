@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::model::{LadderDialect, Element, LdFormat, LadderOperand, LadderProgram};
+use crate::model::{Element, LadderDialect, LadderOperand, LadderProgram, LdFormat};
 
 /// The width of the integers of release 2.3, and of those that nothing says more about, in bytes.
 const DEFAULT_BYTES: u8 = 2;
@@ -67,7 +67,11 @@ pub(crate) const fn max_value(bytes: u8) -> i128 {
 
 /// P, the scans that a timer counts: whole cycles in the delay, and the adjust. `None` where the delay or the adjust is a
 /// variable, or where there is no cycle.
-pub(crate) fn timer_preset(program: &LadderProgram, delay: &LadderOperand, adjust: Option<&LadderOperand>) -> Option<i128> {
+pub(crate) fn timer_preset(
+    program: &LadderProgram,
+    delay: &LadderOperand,
+    adjust: Option<&LadderOperand>,
+) -> Option<i128> {
     let LadderOperand::Const { value: delay, .. } = delay else { return None };
     let adjust = match adjust {
         Some(LadderOperand::Const { value, .. }) => i128::from(*value),

@@ -59,7 +59,11 @@ fn split_tokens(text: &str, line: u32, first_column: u32) -> Vec<LdToken<'_>> {
             end = i + c.len_utf8();
             width += 1;
         }
-        found.push(LdToken { text: text.get(at..end).unwrap_or(""), byte_offset: at, pos: Pos::new(line, column, width) });
+        found.push(LdToken {
+            text: text.get(at..end).unwrap_or(""),
+            byte_offset: at,
+            pos: Pos::new(line, column, width),
+        });
     }
     found
 }

@@ -2,30 +2,32 @@
 //! `ladder-compile`.
 #![forbid(unsafe_code)]
 
-mod element_symbol;
 mod check;
-mod packages;
 mod codes;
+mod counted_elements;
 mod draw;
-pub mod format;
-mod program_head;
+mod element_keywords;
 mod element_reader;
+mod element_symbol;
+pub mod format;
+mod integer_widths;
 mod lexer;
 pub mod model;
+mod packages;
 mod parse;
 mod peripheral_checks;
-mod reader;
-mod element_keywords;
-pub mod symbols;
-mod counted_elements;
 mod program_checks;
-mod integer_widths;
+mod program_head;
+mod reader;
+pub mod symbols;
 mod write;
 
 pub use check::check;
-pub use packages::{chip_of, has_pin_table, package_pin};
 pub use codes::{CODES, REWRITTEN};
-pub use draw::{DrawnElement, Drawing, draw, draw_rung};
+pub use draw::{Drawing, DrawnElement, draw, draw_rung};
 pub use model::*;
-pub use parse::{MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_RUNGS, ParseOptions, ParsedProgram, parse, parse_bytes, parse_with};
+pub use packages::{chip_of, has_pin_table, package_pin};
+pub use parse::{
+    MAX_BYTES, MAX_DEPTH, MAX_ELEMENTS, MAX_RUNGS, ParseOptions, ParsedProgram, parse, parse_bytes, parse_with,
+};
 pub use write::{element_text, write, write_bytes};

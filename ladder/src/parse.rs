@@ -4,10 +4,10 @@ use diag::text::{self, TextEncoding};
 use diag::{Diagnostic, Pos, Severity, nearest};
 
 use crate::codes;
-use crate::program_head::{self, ProgramHead};
 use crate::element_reader::read_element;
 use crate::lexer::{self, LdLine};
-use crate::model::{LadderDialect, LdFormat, RungNode, LadderProgram, Rung};
+use crate::model::{LadderDialect, LadderProgram, LdFormat, Rung, RungNode};
+use crate::program_head::{self, ProgramHead};
 use crate::reader::{LdReader, message_text};
 use crate::write::write;
 
@@ -60,7 +60,13 @@ pub fn parse_bytes(file: &str, bytes: &[u8], options: ParseOptions) -> Result<Pa
     }
     let plain = text::strip_line_decorations(bytes);
     let decoded = text::decode_text(&plain);
-    parse_text(file, &text::to_display_text(&decoded), text::encoding(&plain), bytes.starts_with(text::BYTE_ORDER_MARK), options)
+    parse_text(
+        file,
+        &text::to_display_text(&decoded),
+        text::encoding(&plain),
+        bytes.starts_with(text::BYTE_ORDER_MARK),
+        options,
+    )
 }
 
 /// Reads a program with options.
@@ -298,7 +304,9 @@ fn close_group(reader: &mut LdReader<'_>, group: OpenGroup, open: &mut [OpenGrou
     let too_deep = open.len() > MAX_DEPTH;
     match (kind, open.last_mut()) {
         (GroupKind::Rung, _) => rungs.push(Rung { series: nodes, pos }),
-        (_, Some(parent)) if too_deep || broken || (nodes.is_empty() && branches.is_empty()) => parent.has_refused_part = true,
+        (_, Some(parent)) if too_deep || broken || (nodes.is_empty() && branches.is_empty()) => {
+            parent.has_refused_part = true
+        }
         (GroupKind::Parallel, Some(parent)) => add_node(parent, RungNode::Parallel(branches, pos)),
         // SERIES outside PARALLEL was refused above; its elements need no place.
         (GroupKind::Series, Some(parent)) if parent.kind == GroupKind::Parallel => parent.branches.push(nodes),
@@ -326,8 +334,10 @@ fn rewritten_note(program: &LadderProgram, text: &str) -> Option<Diagnostic> {
         };
         if !new.as_ref().is_some_and(same) {
             let now = new.map_or(String::new(), |l| message_text(l.text));
-            let cause =
-                format!("written back, the file differs from here on: `{now}` instead of `{}`", message_text(line.text));
+            let cause = format!(
+                "written back, the file differs from here on: `{now}` instead of `{}`",
+                message_text(line.text)
+            );
             let hint = "nothing of its meaning changes";
             return Some(Diagnostic::new(Severity::Note, codes::REWRITTEN, &program.file, line.pos, cause, hint));
         }

@@ -3,8 +3,8 @@
 use crate::check::{CheckedElement, Checker, check_default_argument};
 use crate::codes;
 use crate::format::{self, StringPiece};
-use crate::model::{LadderDialect, Element, LadderOperand};
 use crate::integer_widths::{max_value, min_bytes};
+use crate::model::{Element, LadderDialect, LadderOperand};
 
 /// The spellings of LDmicro 5's resolution of SET_PWM that mean percent, which is all that is understood here.
 const PERCENT: [&str; 2] = ["0-100", "0-100%"];
@@ -12,7 +12,9 @@ const PERCENT: [&str; 2] = ["0-100", "0-100%"];
 /// What can be told from one of these elements alone.
 pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
     match at.element {
-        Element::LookUpTable { dest, index: LadderOperand::Var(index), .. } if dest == index => check_alias(checker, at, dest),
+        Element::LookUpTable { dest, index: LadderOperand::Var(index), .. } if dest == index => {
+            check_alias(checker, at, dest)
+        }
         Element::PiecewiseLinear { dest, index, points } => {
             if *index == LadderOperand::Var(dest.clone()) {
                 check_alias(checker, at, dest);
@@ -87,7 +89,13 @@ fn check_alias(checker: &mut Checker<'_>, at: CheckedElement<'_>, dest: &str) {
     checker.warning(codes::TABLE_ALIAS, at, cause, "use another variable for the result");
 }
 
-fn check_curve(checker: &mut Checker<'_>, at: CheckedElement<'_>, dest: &str, index: &LadderOperand, points: &[(i64, i64)]) {
+fn check_curve(
+    checker: &mut Checker<'_>,
+    at: CheckedElement<'_>,
+    dest: &str,
+    index: &LadderOperand,
+    points: &[(i64, i64)],
+) {
     if points.len() < 2 {
         let cause = format!("{} point(s) make no segment", points.len());
         return checker.error(codes::CURVE, at, cause, "give at least two points");

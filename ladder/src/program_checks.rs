@@ -31,7 +31,12 @@ pub(crate) fn check_names(checker: &mut Checker<'_>) {
                 if let Some((first, all_latch)) = coils.get_mut(name.as_str()) {
                     if !(*all_latch && latch) {
                         let cause = format!("{name} is already driven by {first}; the later coil wins");
-                        checker.warning(codes::COIL_TWICE, at, cause, "join the conditions with PARALLEL into one coil");
+                        checker.warning(
+                            codes::COIL_TWICE,
+                            at,
+                            cause,
+                            "join the conditions with PARALLEL into one coil",
+                        );
                     }
                     *all_latch &= latch;
                 } else {
@@ -69,7 +74,13 @@ fn accumulator(element: &Element) -> Option<&str> {
     }
 }
 
-fn report_shared_accumulator(checker: &mut Checker<'_>, at: CheckedElement<'_>, name: &str, first: ElementId, other: &Element) {
+fn report_shared_accumulator(
+    checker: &mut Checker<'_>,
+    at: CheckedElement<'_>,
+    name: &str,
+    first: ElementId,
+    other: &Element,
+) {
     use CounterKind::{Ctd, Ctu};
     let kind = |e: &Element| match e {
         Element::Counter { kind, .. } => Some(*kind),

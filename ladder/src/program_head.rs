@@ -4,7 +4,7 @@ use diag::{Pos, Severity, nearest};
 
 use crate::codes;
 use crate::lexer::{self, LdLine};
-use crate::model::{LadderDialect, LdFormat, IoEntry, LadderProgram, Rung, ProgramSettings, VarEntry};
+use crate::model::{IoEntry, LadderDialect, LadderProgram, LdFormat, ProgramSettings, Rung, VarEntry};
 use crate::reader::{LdReader, message_text};
 
 /// Largest value of CYCLE, CRYSTAL and BAUD.
@@ -41,7 +41,13 @@ pub(crate) struct ProgramHead {
 
 impl ProgramHead {
     /// The program with this head; a setting that was missing (which is told as an error) is zero.
-    pub(crate) fn into_program(self, file: &str, format: LdFormat, dialect: LadderDialect, rungs: Vec<Rung>) -> LadderProgram {
+    pub(crate) fn into_program(
+        self,
+        file: &str,
+        format: LdFormat,
+        dialect: LadderDialect,
+        rungs: Vec<Rung>,
+    ) -> LadderProgram {
         let (cycle_us, cycle_rest) = self.cycle.unwrap_or_default();
         let (crystal_hz, crystal_rest) = self.crystal.unwrap_or_default();
         let (baud, baud_rest) = self.baud.map_or((None, String::new()), |(value, rest)| (Some(value), rest));
@@ -62,7 +68,11 @@ impl ProgramHead {
 }
 
 /// Reads up to and with the line `PROGRAM`; returns true when it came.
-pub(crate) fn read_head<'a>(reader: &mut LdReader<'_>, lines: &mut impl Iterator<Item = LdLine<'a>>, out: &mut ProgramHead) -> bool {
+pub(crate) fn read_head<'a>(
+    reader: &mut LdReader<'_>,
+    lines: &mut impl Iterator<Item = LdLine<'a>>,
+    out: &mut ProgramHead,
+) -> bool {
     let mut found = false;
     let mut last = Pos::default();
     let mut list: Option<(&'static str, Pos)> = None;
@@ -157,7 +167,12 @@ fn read_setting(reader: &mut LdReader<'_>, line: &LdLine<'_>, out: &mut ProgramH
             (_, Some(near)) => format!("did you mean {near}?"),
             (_, None) => format!("known are {}", SETTINGS.join(", ")),
         };
-        reader.error(codes::UNKNOWN_SETTING, line.pos, format!("`{}` is no line of the head", message_text(line.text)), hint);
+        reader.error(
+            codes::UNKNOWN_SETTING,
+            line.pos,
+            format!("`{}` is no line of the head", message_text(line.text)),
+            hint,
+        );
         return;
     };
     refuse_repeated(reader, out, name, line.pos);

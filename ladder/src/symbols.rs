@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::model::{Element, LadderOperand, LadderProgram, LadderSymbol, SymbolKind};
 use crate::integer_widths::IntegerWidths;
+use crate::model::{Element, LadderOperand, LadderProgram, LadderSymbol, SymbolKind};
 
 pub(crate) fn collect_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
     let mut found: BTreeMap<String, SymbolKind> = BTreeMap::new();

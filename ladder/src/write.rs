@@ -4,7 +4,10 @@ use std::fmt::Write;
 
 use diag::text::{TextEncoding, to_code_page};
 
-use crate::model::{CompareOp, CounterKind, Element, LdFormat, MathOp, RungNode, LadderOperand, LadderProgram, ProgramSettings, TimerKind};
+use crate::model::{
+    CompareOp, CounterKind, Element, LadderOperand, LadderProgram, LdFormat, MathOp, ProgramSettings, RungNode,
+    TimerKind,
+};
 
 /// The program as `.ld` text, as LDmicro lays it out: reading it again gives an equal program but for the positions.
 ///
@@ -149,7 +152,9 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
         Element::Math { op, dest, op1, op2 } => {
             write!(out, "{} {dest} {} {}", math_keyword(*op), operand_text(op1), operand_text(op2))
         }
-        Element::Compare { op, op1, op2 } => write!(out, "{} {} {}", compare_keyword(*op), operand_text(op1), operand_text(op2)),
+        Element::Compare { op, op1, op2 } => {
+            write!(out, "{} {} {}", compare_keyword(*op), operand_text(op1), operand_text(op2))
+        }
         Element::ShiftRegister { name, stages } => write!(out, "SHIFT_REGISTER {name} {stages}"),
         Element::LookUpTable { dest, index, as_string, values } => {
             let flag = u8::from(*as_string);

@@ -5,11 +5,16 @@ use std::sync::Arc;
 
 use diag::{Diagnostic, Pos, Severity, nearest};
 
-use crate::codes::{IMPOSSIBLE_VALUE, UNKNOWN_NAME, WRONG_STEP, NOT_A_TIME, WRONG_VALUE, UNSUPPORTED_STEP, OTHER_PROGRAM_OR_CHIP};
-use crate::model::{Assignment, Comparison, ConditionList, Repetition, LocatedText, Scenario, ScenarioStep, ScenarioValue, StepAction, StepTime};
-use crate::play_ops::{PlayAction, OutputCheck, OutputChecks, StepInfo, PlayLine, PlayOp, LogPiece, InputWrite};
+use crate::codes::{
+    IMPOSSIBLE_VALUE, NOT_A_TIME, OTHER_PROGRAM_OR_CHIP, UNKNOWN_NAME, UNSUPPORTED_STEP, WRONG_STEP, WRONG_VALUE,
+};
+use crate::model::{
+    Assignment, Comparison, ConditionList, LocatedText, Repetition, Scenario, ScenarioStep, ScenarioValue, StepAction,
+    StepTime,
+};
+use crate::play_ops::{InputWrite, LogPiece, OutputCheck, OutputChecks, PlayAction, PlayLine, PlayOp, StepInfo};
 use crate::time::{TimeSpan, message_text};
-use crate::world::{ScenarioInput, ScenarioOutput, NameResolver};
+use crate::world::{NameResolver, ScenarioInput, ScenarioOutput};
 
 /// Steps of a ramp, unless its `grain` says otherwise, and at most.
 const RAMP_STEPS: u64 = 100;
@@ -102,7 +107,7 @@ pub fn bind(
     // Before any step is read, so that what is set anywhere is known to what toggles.
     binder.collect_toggled(&scenario.steps);
     let usual = TimeSpan::parse(DEFAULT_LIMIT, Pos::default()).ok();
-    let limit = scenario.limit.as_ref().or(usual.as_ref()).map_or(0, |span| binder.to_ticks(span));
+    let limit = scenario.limit.as_ref().or(usual.as_ref()).map_or(0, |span| binder.ticks_of(span));
     for step in &scenario.steps {
         binder.bind_step(step);
     }
@@ -110,7 +115,16 @@ pub fn bind(
     if faults.is_empty() {
         let baud = scenario.baud.map(|baud| baud.0);
         let shared = find_shared_bits(&lines, bits.len());
-        return Ok(BoundScenario { file: scenario.file.clone(), lines, steps, toggled_inputs: bits, shared_bits: shared, limit, has_send_step: sends, baud });
+        return Ok(BoundScenario {
+            file: scenario.file.clone(),
+            lines,
+            steps,
+            toggled_inputs: bits,
+            shared_bits: shared,
+            limit,
+            has_send_step: sends,
+            baud,
+        });
     }
     faults.sort_by_key(|fault| fault.pos);
     faults.dedup();
@@ -140,8 +154,10 @@ impl ScenarioBinder<'_> {
         let last = |name: &str| name.rsplit(['/', '\\']).next().unwrap_or(name).to_ascii_lowercase();
         if last(&wanted.text) != last(found) {
             let cause = format!("this scenario is for {}, not for {}", message_text(&wanted.text), message_text(found));
-            let hint =
-                format!("give it to {}, or remove the line `{key} =` if it is meant for both", message_text(&wanted.text));
+            let hint = format!(
+                "give it to {}, or remove the line `{key} =` if it is meant for both",
+                message_text(&wanted.text)
+            );
             self.report(OTHER_PROGRAM_OR_CHIP, wanted.pos, cause, &hint);
         }
     }
@@ -167,7 +183,7 @@ impl ScenarioBinder<'_> {
         }
     }
 
-    fn to_ticks(&mut self, span: &TimeSpan) -> u64 {
+    fn ticks_of(&mut self, span: &TimeSpan) -> u64 {
         self.site.time_scale().ticks(span).unwrap_or_else(|(cause, hint)| {
             self.report(NOT_A_TIME, span.pos, cause, hint);
             0
@@ -262,11 +278,11 @@ impl ScenarioBinder<'_> {
         match &step.time {
             StepTime::Immediately => {}
             StepTime::At(span) => {
-                let ticks = self.to_ticks(span);
+                let ticks = self.ticks_of(span);
                 self.push_op(PlayOp::At(ticks), number);
             }
             StepTime::AfterPrevious(span) => {
-                let ticks = self.to_ticks(span);
+                let ticks = self.ticks_of(span);
                 self.push_op(PlayOp::After(ticks), number);
             }
         }
@@ -274,7 +290,7 @@ impl ScenarioBinder<'_> {
             StepAction::Pause => return,
             StepAction::Set(assigns) => PlayAction::Write(self.bind_writes(assigns)),
             StepAction::Pulse(assigns, length) => {
-                let after = self.to_ticks(length).max(1);
+                let after = self.ticks_of(length).max(1);
                 let back = assigns.iter().map(|assign| Assignment {
                     value: ScenarioValue::Number(i64::from(assign.value == ScenarioValue::Number(0))),
                     ..assign.clone()
@@ -282,8 +298,12 @@ impl ScenarioBinder<'_> {
                 let (there, back) = (self.bind_writes(assigns), self.bind_writes(&back.collect::<Vec<_>>()));
                 PlayAction::Ramp(Arc::new([(0, there), (after, back)]))
             }
-            StepAction::Toggle(names) => PlayAction::Toggle(names.iter().filter_map(|name| self.toggled_bit(name)).collect()),
-            StepAction::Ramp { targets: what, over, grain } => PlayAction::Ramp(self.bind_ramp(what, over, grain.as_ref())),
+            StepAction::Toggle(names) => {
+                PlayAction::Toggle(names.iter().filter_map(|name| self.toggled_bit(name)).collect())
+            }
+            StepAction::Ramp { targets: what, over, grain } => {
+                PlayAction::Ramp(self.bind_ramp(what, over, grain.as_ref()))
+            }
             StepAction::Send(bytes) => {
                 self.sends = true;
                 let can = self.site.check_can_send();
@@ -302,17 +322,19 @@ impl ScenarioBinder<'_> {
                 self.require(step.pos, can, "remove the step");
                 PlayAction::Power
             }
-            StepAction::Expect(cond, Some(window)) => return self.bind_guard(cond, true, Some(window), step.pos, number),
+            StepAction::Expect(cond, Some(window)) => {
+                return self.bind_guard(cond, true, Some(window), step.pos, number);
+            }
             StepAction::Never(cond, window) => return self.bind_guard(cond, false, window.as_ref(), step.pos, number),
             StepAction::ExpectUart(bytes, within) => {
                 let can = self.site.check_can_receive();
                 self.require(bytes.pos, can, "expect bytes only where some are sent");
-                let within = within.as_ref().map(|span| self.to_ticks(span));
+                let within = within.as_ref().map(|span| self.ticks_of(span));
                 return self.push_op(PlayOp::ExpectBytes(bytes.bytes.clone(), within), number);
             }
             StepAction::Wait(cond, within) => {
                 let checks = self.bind_checks(cond);
-                let within = within.as_ref().map(|span| self.to_ticks(span));
+                let within = within.as_ref().map(|span| self.ticks_of(span));
                 return self.push_op(PlayOp::Wait(checks, within), number);
             }
             StepAction::Repeat(rounds, steps) => {
@@ -324,16 +346,23 @@ impl ScenarioBinder<'_> {
         let op = match &step.repetition {
             None => PlayOp::Do(act),
             Some(Repetition { period, times, until }) => {
-                let (period, until) = (self.to_ticks(period).max(1), until.as_ref().map(|span| self.to_ticks(span)));
+                let (period, until) = (self.ticks_of(period).max(1), until.as_ref().map(|span| self.to_ticks(span)));
                 PlayOp::Every { period, times: *times, until, act }
             }
         };
         self.push_op(op, number);
     }
 
-    fn bind_guard(&mut self, cond: &ConditionList, wanted: bool, window: Option<&(TimeSpan, TimeSpan)>, pos: Pos, step: usize) {
+    fn bind_guard(
+        &mut self,
+        cond: &ConditionList,
+        wanted: bool,
+        window: Option<&(TimeSpan, TimeSpan)>,
+        pos: Pos,
+        step: usize,
+    ) {
         let checks = self.bind_checks(cond);
-        let window = window.map(|(from, to)| (self.to_ticks(from), self.to_ticks(to)));
+        let window = window.map(|(from, to)| (self.ticks_of(from), self.to_ticks(to)));
         if window.is_some_and(|(from, to)| from > to) {
             let hint = "give the earlier time first";
             self.report(WRONG_STEP, pos, "`between` ends before it begins".to_owned(), hint);
@@ -347,14 +376,16 @@ impl ScenarioBinder<'_> {
         over: &TimeSpan,
         grain: Option<&TimeSpan>,
     ) -> Arc<[(u64, Vec<InputWrite>)]> {
-        let whole = self.to_ticks(over);
+        let whole = self.ticks_of(over);
         let grain = match grain {
             None => whole.div_ceil(RAMP_STEPS).max(1),
             Some(span) => {
-                let ticks = self.to_ticks(span).max(1);
+                let ticks = self.ticks_of(span).max(1);
                 if whole.div_ceil(ticks) > MAX_RAMP_STEPS {
-                    let cause =
-                        format!("a ramp has at most {MAX_RAMP_STEPS} steps, one by `{}` has more", message_text(&span.text));
+                    let cause = format!(
+                        "a ramp has at most {MAX_RAMP_STEPS} steps, one by `{}` has more",
+                        message_text(&span.text)
+                    );
                     self.report(WRONG_STEP, span.pos, cause, "give a longer `grain`, or a shorter `over`");
                     return Arc::new([]);
                 }
@@ -367,7 +398,12 @@ impl ScenarioBinder<'_> {
         for (name, from, to, pos) in what {
             let (Some((from, unit)), Some((to, other))) = (parse_scaled(from), parse_scaled(to)) else {
                 let hint = "as in [0, 1023] or [\"0V\", \"5V\"]";
-                self.report(IMPOSSIBLE_VALUE, *pos, format!("`{}` cannot go from {from} to {to}", message_text(&name.text)), hint);
+                self.report(
+                    IMPOSSIBLE_VALUE,
+                    *pos,
+                    format!("`{}` cannot go from {from} to {to}", message_text(&name.text)),
+                    hint,
+                );
                 continue;
             };
             if unit != other {
@@ -413,7 +449,8 @@ fn find_shared_bits(lines: &[PlayLine], bits: usize) -> Vec<bool> {
     let mut steps: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); bits];
     for line in lines {
         if let PlayOp::Do(act) | PlayOp::Every { act, .. } = &line.op {
-            act.toggled_bits().for_each(|bit| steps.get_mut(bit).into_iter().for_each(|steps| _ = steps.insert(line.step)));
+            act.toggled_bits()
+                .for_each(|bit| steps.get_mut(bit).into_iter().for_each(|steps| _ = steps.insert(line.step)));
         }
     }
     steps.iter().map(|steps| steps.len() > 1).collect()

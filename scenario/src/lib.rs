@@ -16,12 +16,12 @@
 
 mod bind;
 mod codes;
-mod step_keys;
 mod model;
-mod play_ops;
 mod parse;
+mod play_ops;
 mod player;
 mod recorder;
+mod step_keys;
 mod time;
 mod timed_stimuli;
 mod toml_values;
@@ -31,13 +31,16 @@ mod world;
 
 pub use bind::{BoundScenario, bind};
 pub use codes::*;
-pub use step_keys::{KEYS, StepKey, STEP_KEYS};
-pub use model::{Assignment, LocatedBytes, Comparison, ConditionList, Repetition, LocatedText, Scenario, ScenarioStep, ValueCondition, ScenarioValue, StepAction, StepTime};
+pub use model::{
+    Assignment, Comparison, ConditionList, LocatedBytes, LocatedText, Repetition, Scenario, ScenarioStep,
+    ScenarioValue, StepAction, StepTime, ValueCondition,
+};
 pub use parse::{parse, parse_bytes};
 pub use player::{PlayerState, ScenarioPlayer};
 pub use recorder::{RecordedAction, Recorder};
+pub use step_keys::{KEYS, STEP_KEYS, StepKey};
 pub use time::{TimeScale, TimeSpan, TimeUnit};
 pub use timed_stimuli::TimedStimulus;
-pub use vcd::{Waveform, NewlineTerminated, read_vcd};
+pub use vcd::{NewlineTerminated, Waveform, read_vcd};
 pub use verdict::{ScenarioOutcome, ScenarioVerdict};
-pub use world::{ScenarioInput, ScenarioOutput, OutputReading, NameResolver, ScenarioWorld};
+pub use world::{NameResolver, OutputReading, ScenarioInput, ScenarioOutput, ScenarioWorld};

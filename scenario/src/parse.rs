@@ -6,11 +6,14 @@ use diag::{Diagnostic, Pos, Severity, nearest};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::codes::{UNKNOWN_KEY, WRONG_STEP, NOT_A_TIME, NOT_TOML, WRONG_VALUE};
-use crate::step_keys::{KEYS, StepKey, STEP_KEYS};
-use crate::model::{Assignment, LocatedBytes, ConditionList, Repetition, LocatedText, Scenario, ScenarioStep, ValueCondition, ScenarioValue, StepAction, StepTime};
+use crate::codes::{NOT_A_TIME, NOT_TOML, UNKNOWN_KEY, WRONG_STEP, WRONG_VALUE};
+use crate::model::{
+    Assignment, ConditionList, LocatedBytes, LocatedText, Repetition, Scenario, ScenarioStep, ScenarioValue,
+    StepAction, StepTime, ValueCondition,
+};
+use crate::step_keys::{KEYS, STEP_KEYS, StepKey};
 use crate::time::{TimeSpan, message_text};
-use crate::toml_values::{parse_comparison, kind_name, parse_number};
+use crate::toml_values::{kind_name, parse_comparison, parse_number};
 
 /// Rounds of a repetition at most, and how deep they nest.
 const MAX_ROUNDS: i64 = 1_000_000;
@@ -108,7 +111,12 @@ impl ScenarioReader<'_> {
                     let rate = parse_number(item).and_then(|rate| u64::try_from(rate).ok()).filter(|rate| *rate > 0);
                     match rate {
                         Some(rate) => out.baud = Some((rate, self.pos(item.span()))),
-                        None => self.report_wrong_value(item, "baud", "a whole number of bits per second", "as in baud = 9600"),
+                        None => self.report_wrong_value(
+                            item,
+                            "baud",
+                            "a whole number of bits per second",
+                            "as in baud = 9600",
+                        ),
                     }
                 }
                 "step" => out.steps = self.read_steps(item, 0),
@@ -123,7 +131,12 @@ impl ScenarioReader<'_> {
                         }
                         None => format!("keys are {}", keys().collect::<Vec<_>>().join(", ")),
                     };
-                    self.report(UNKNOWN_KEY, key.span(), format!("a scenario has no key `{}`", message_text(&other)), &hint);
+                    self.report(
+                        UNKNOWN_KEY,
+                        key.span(),
+                        format!("a scenario has no key `{}`", message_text(&other)),
+                        &hint,
+                    );
                 }
             }
         }
@@ -183,7 +196,8 @@ impl ScenarioReader<'_> {
                 && !verb.is_some_and(|(verb, ..)| verb.allowed_with.contains(&name))
                 && self.faults.len() == faults
             {
-                let with: Vec<_> = STEP_KEYS.iter().filter(|k| k.allowed_with.contains(&name)).map(|k| k.name).collect();
+                let with: Vec<_> =
+                    STEP_KEYS.iter().filter(|k| k.allowed_with.contains(&name)).map(|k| k.name).collect();
                 let cause = format!("`{name}` does not go with {}", verb.map_or("a pause", |(verb, ..)| verb.name));
                 self.report(WRONG_STEP, key.span(), cause, &format!("it goes with {}", with.join(", ")));
             }
@@ -197,7 +211,9 @@ impl ScenarioReader<'_> {
                 StepTime::Immediately
             }
             (Some(at), None) => self.read_time("at", at).map_or(StepTime::Immediately, StepTime::At),
-            (None, Some(after)) => self.read_time("after", after).map_or(StepTime::Immediately, StepTime::AfterPrevious),
+            (None, Some(after)) => {
+                self.read_time("after", after).map_or(StepTime::Immediately, StepTime::AfterPrevious)
+            }
             (None, None) => StepTime::Immediately,
         };
         if let (Some(_), Some(every)) = (get("between"), get("every")) {
@@ -219,7 +235,13 @@ impl ScenarioReader<'_> {
             }
             None => Some(StepAction::Pause),
         };
-        verb.filter(|_| self.faults.len() == faults).map(|verb| ScenarioStep { pos, name, time: when, repetition: every, action: verb })
+        verb.filter(|_| self.faults.len() == faults).map(|verb| ScenarioStep {
+            pos,
+            name,
+            time: when,
+            repetition: every,
+            action: verb,
+        })
     }
 
     fn read_repetition<'i, 'd: 'i>(&mut self, get: &dyn Fn(&str) -> Option<&'i LocatedItem<'d>>) -> Option<Repetition> {
@@ -326,7 +348,10 @@ impl ScenarioReader<'_> {
     }
 
     /// The window of `between`; nothing at all where it has a fault.
-    fn read_window<'i, 'd: 'i>(&mut self, get: &dyn Fn(&str) -> Option<&'i LocatedItem<'d>>) -> Option<Option<(TimeSpan, TimeSpan)>> {
+    fn read_window<'i, 'd: 'i>(
+        &mut self,
+        get: &dyn Fn(&str) -> Option<&'i LocatedItem<'d>>,
+    ) -> Option<Option<(TimeSpan, TimeSpan)>> {
         let Some(item) = get("between") else { return Some(None) };
         let pair = match item.get_ref() {
             DeValue::Array(items) if items.len() == 2 => Some((items.first()?, items.get(1)?)),
@@ -394,7 +419,11 @@ impl ScenarioReader<'_> {
     }
 
     /// The entries of a table in braces, in the order of the file.
-    fn read_entries<'i, 'd>(&mut self, verb: &str, item: &'i LocatedItem<'d>) -> Option<Vec<(LocatedText, &'i LocatedItem<'d>)>> {
+    fn read_entries<'i, 'd>(
+        &mut self,
+        verb: &str,
+        item: &'i LocatedItem<'d>,
+    ) -> Option<Vec<(LocatedText, &'i LocatedItem<'d>)>> {
         match item.get_ref() {
             DeValue::Table(table) if !table.is_empty() => {
                 let mut entries: Vec<_> = table.iter().collect();
@@ -406,7 +435,12 @@ impl ScenarioReader<'_> {
                 Some(out)
             }
             _ => {
-                self.report_wrong_value(item, verb, "names and values in braces", &format!("as in {verb} = {{ Xstart = 1 }}"));
+                self.report_wrong_value(
+                    item,
+                    verb,
+                    "names and values in braces",
+                    &format!("as in {verb} = {{ Xstart = 1 }}"),
+                );
                 None
             }
         }
@@ -478,7 +512,12 @@ impl ScenarioReader<'_> {
             let value = self.read_value(&name.text, item)?;
             let Some(compare) = parse_comparison(&value) else {
                 let wanted = "a number or a comparison";
-                self.report_wrong_value(item, &name.text, wanted, "as in 1, \"> 5\", \">= 5\", \"!= 0\", \"3..7\" or \"z\"");
+                self.report_wrong_value(
+                    item,
+                    &name.text,
+                    wanted,
+                    "as in 1, \"> 5\", \">= 5\", \"!= 0\", \"3..7\" or \"z\"",
+                );
                 return None;
             };
             let text = match &value {

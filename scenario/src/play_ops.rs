@@ -5,7 +5,7 @@ use std::sync::Arc;
 use diag::Pos;
 
 use crate::model::Comparison;
-use crate::world::{ScenarioInput, OutputReading};
+use crate::world::{OutputReading, ScenarioInput};
 
 /// Something gets a value; of what is toggled somewhere, its number among those and the level.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -88,7 +88,9 @@ impl PlayAction {
     pub(crate) fn can_be_queued(&self, bits: &[[ScenarioInput; 2]]) -> bool {
         match self {
             PlayAction::Write(puts) => puts.iter().all(|put| put.input.can_be_queued),
-            PlayAction::Toggle(which) => which.iter().filter_map(|bit| bits.get(*bit)).flatten().all(|input| input.can_be_queued),
+            PlayAction::Toggle(which) => {
+                which.iter().filter_map(|bit| bits.get(*bit)).flatten().all(|input| input.can_be_queued)
+            }
             PlayAction::Ramp(_) | PlayAction::Send(_) => true,
             PlayAction::Check(_) | PlayAction::Log(_) | PlayAction::Snapshot(_) | PlayAction::Power => false,
         }

@@ -7,10 +7,10 @@ use std::sync::Arc;
 use diag::Pos;
 
 use crate::bind::{BoundScenario, condition_text, quote_bytes};
-use crate::play_ops::{PlayAction, OutputCheck, OutputChecks, PlayOp, LogPiece, InputWrite};
+use crate::play_ops::{InputWrite, LogPiece, OutputCheck, OutputChecks, PlayAction, PlayOp};
 use crate::verdict::{ScenarioOutcome, ScenarioVerdict};
 use crate::world::ScenarioWorld;
-use tasks::{TaskKind, BackgroundTask};
+use tasks::{BackgroundTask, TaskKind};
 
 /// Ops in one moment at most: steps that are repeated without any time between them would never end.
 const MAX_OPS_PER_POLL: u32 = 2_000_000;
@@ -142,7 +142,13 @@ impl ScenarioPlayer {
         }
     }
 
-    fn finish(&mut self, world: &dyn ScenarioWorld, outcome: ScenarioOutcome, step: Option<usize>, why: String) -> ScenarioVerdict {
+    fn finish(
+        &mut self,
+        world: &dyn ScenarioWorld,
+        outcome: ScenarioOutcome,
+        step: Option<usize>,
+        why: String,
+    ) -> ScenarioVerdict {
         let info = step.and_then(|step| self.bound.steps.get(step));
         let tick = world.now();
         let verdict = ScenarioVerdict {
@@ -172,7 +178,11 @@ impl ScenarioPlayer {
             busy += 1;
             let step = self.bound.lines.get(self.line).map_or(0, |line| line.step);
             if busy > MAX_OPS_PER_POLL {
-                return Err((ScenarioOutcome::Failed, step, "steps are repeated without any time between them".to_owned()));
+                return Err((
+                    ScenarioOutcome::Failed,
+                    step,
+                    "steps are repeated without any time between them".to_owned(),
+                ));
             }
             let task = self.next_task(now);
             let script = if waits { None } else { self.next_due(step)? };
@@ -224,10 +234,12 @@ impl ScenarioPlayer {
     /// What is waited for at the limit.
     fn waiting_text(&self, world: &dyn ScenarioWorld) -> String {
         match self.current_op() {
-            Some(PlayOp::Wait(checks, _)) => match checks.iter().find(|check| !check.is_met(world.read_output(check.output))) {
-                Some(check) => format!("the limit came while waiting for {}", found_text(check, world)),
-                None => "the limit came".to_owned(),
-            },
+            Some(PlayOp::Wait(checks, _)) => {
+                match checks.iter().find(|check| !check.is_met(world.read_output(check.output))) {
+                    Some(check) => format!("the limit came while waiting for {}", found_text(check, world)),
+                    None => "the limit came".to_owned(),
+                }
+            }
             Some(PlayOp::ExpectBytes(bytes, _)) => format!("the limit came while waiting for {}", quote_bytes(bytes)),
             _ => "the limit came before all steps were done".to_owned(),
         }
@@ -241,7 +253,11 @@ impl ScenarioPlayer {
             Some(PlayOp::At(ticks)) => {
                 let due = base.saturating_add(*ticks);
                 if due < self.time {
-                    return Err((ScenarioOutcome::Failed, step, "its time had passed when it was its turn,".to_owned()));
+                    return Err((
+                        ScenarioOutcome::Failed,
+                        step,
+                        "its time had passed when it was its turn,".to_owned(),
+                    ));
                 }
                 Some((due, true))
             }
@@ -268,13 +284,22 @@ impl ScenarioPlayer {
             PlayOp::Every { until, times, .. } => {
                 let until = until.map(|until| self.frames.last().map_or(0, |frame| frame.base).saturating_add(until));
                 let what = TaskKind::Repetition { line: self.line, left: *times, until };
-                self.start_task(BackgroundTask { next: due, step, kind: what, endless: times.is_none() && until.is_none() })?;
+                self.start_task(BackgroundTask {
+                    next: due,
+                    step,
+                    kind: what,
+                    endless: times.is_none() && until.is_none(),
+                })?;
             }
             PlayOp::Wait(checks, within) => {
                 let missing = checks.iter().find(|check| !check.is_met(world.read_output(check.output)));
                 if let Some(check) = missing {
                     if within.is_some_and(|within| now >= due.saturating_add(within)) {
-                        return Err((ScenarioOutcome::Failed, step, format!("waited in vain for {}", found_text(check, world))));
+                        return Err((
+                            ScenarioOutcome::Failed,
+                            step,
+                            format!("waited in vain for {}", found_text(check, world)),
+                        ));
                     }
                     return Ok(false);
                 }
@@ -287,7 +312,11 @@ impl ScenarioPlayer {
                         return Ok(false);
                     }
                     let got = if fresh.is_empty() { "nothing".to_owned() } else { quote_bytes(last_bytes(fresh)) };
-                    return Err((ScenarioOutcome::Failed, step, format!("expected {} to be sent, found {got}", quote_bytes(bytes))));
+                    return Err((
+                        ScenarioOutcome::Failed,
+                        step,
+                        format!("expected {} to be sent, found {got}", quote_bytes(bytes)),
+                    ));
                 };
                 self.consumed_bytes += at + bytes.len();
                 self.time = now.max(self.time);
@@ -297,16 +326,31 @@ impl ScenarioPlayer {
                 let (from, to) =
                     window.map_or((due, None), |(from, to)| (base.saturating_add(from), Some(base.saturating_add(to))));
                 if to.is_some_and(|to| to < now) {
-                    return Err((ScenarioOutcome::Failed, step, "its time had passed when it was its turn,".to_owned()));
+                    return Err((
+                        ScenarioOutcome::Failed,
+                        step,
+                        "its time had passed when it was its turn,".to_owned(),
+                    ));
                 }
                 if self.guards.len() >= MAX_TASKS {
                     return Err((ScenarioOutcome::Failed, step, too_many()));
                 }
-                self.guards.push(ConditionGuard { checks: checks.clone(), wanted: *wanted, from, to, step, was_checked: false });
+                self.guards.push(ConditionGuard {
+                    checks: checks.clone(),
+                    wanted: *wanted,
+                    from,
+                    to,
+                    step,
+                    was_checked: false,
+                });
                 self.check_guards(world, now)?;
             }
             PlayOp::Repeat(rounds) => {
-                self.frames.push(RepeatFrame { line: self.line + 1, remaining_rounds: rounds.saturating_sub(1), base: self.time });
+                self.frames.push(RepeatFrame {
+                    line: self.line + 1,
+                    remaining_rounds: rounds.saturating_sub(1),
+                    base: self.time,
+                });
             }
             PlayOp::RepeatEnd => {
                 let time = self.time;
@@ -324,14 +368,21 @@ impl ScenarioPlayer {
         Ok(true)
     }
 
-    fn execute_action(&mut self, act: &PlayAction, world: &mut dyn ScenarioWorld, due: u64, step: usize) -> Result<(), PlayEnd> {
+    fn execute_action(
+        &mut self,
+        act: &PlayAction,
+        world: &mut dyn ScenarioWorld,
+        due: u64,
+        step: usize,
+    ) -> Result<(), PlayEnd> {
         let refused = |why: String| (ScenarioOutcome::Failed, step, why);
         self.last_action_tick = self.last_action_tick.max(due);
         match act {
             PlayAction::Write(puts) => self.write_inputs(puts, world, due, step)?,
             PlayAction::Toggle(which) => {
                 for &bit in which {
-                    let (Some(level), Some(inputs)) = (self.levels.get_mut(bit), self.bound.toggled_inputs.get(bit)) else {
+                    let (Some(level), Some(inputs)) = (self.levels.get_mut(bit), self.bound.toggled_inputs.get(bit))
+                    else {
                         continue;
                     };
                     *level = !*level;
@@ -366,7 +417,13 @@ impl ScenarioPlayer {
         Ok(())
     }
 
-    fn write_inputs(&mut self, puts: &[InputWrite], world: &mut dyn ScenarioWorld, due: u64, step: usize) -> Result<(), PlayEnd> {
+    fn write_inputs(
+        &mut self,
+        puts: &[InputWrite],
+        world: &mut dyn ScenarioWorld,
+        due: u64,
+        step: usize,
+    ) -> Result<(), PlayEnd> {
         self.last_action_tick = self.last_action_tick.max(due);
         for put in puts {
             if let Some((bit, level)) = put.level
@@ -381,13 +438,19 @@ impl ScenarioPlayer {
 
     /// What always or never holds.
     fn check_guards(&mut self, world: &dyn ScenarioWorld, now: u64) -> Result<(), PlayEnd> {
-        for guard in
-            self.guards.iter().filter(|guard| guard.from <= now && (!guard.was_checked || guard.to.is_none_or(|to| now <= to)))
+        for guard in self
+            .guards
+            .iter()
+            .filter(|guard| guard.from <= now && (!guard.was_checked || guard.to.is_none_or(|to| now <= to)))
         {
             let missing = guard.checks.iter().find(|check| !check.is_met(world.read_output(check.output)));
             match (missing, guard.wanted) {
                 (Some(check), true) => {
-                    return Err((ScenarioOutcome::Failed, guard.step, format!("expected {}", found_text(check, world))));
+                    return Err((
+                        ScenarioOutcome::Failed,
+                        guard.step,
+                        format!("expected {}", found_text(check, world)),
+                    ));
                 }
                 (None, false) => {
                     let each: Vec<_> = guard

@@ -6,7 +6,7 @@ use diag::{Diagnostic, Severity};
 
 use crate::bind::BoundScenario;
 use crate::codes::NOT_TIMED;
-use crate::play_ops::{PlayAction, PlayLine, PlayOp, InputWrite};
+use crate::play_ops::{InputWrite, PlayAction, PlayLine, PlayOp};
 use crate::player::{PlayerState, ScenarioPlayer};
 use crate::world::{OutputReading, ScenarioWorld};
 

@@ -20,7 +20,8 @@ pub(crate) fn parse_comparison(value: &ScenarioValue) -> Option<Comparison> {
         return Some(Comparison::Floating);
     }
     if let Some((from, to)) = text.split_once("..") {
-        return Some(Comparison::Within(read(from)?, read(to)?)).filter(|c| matches!(c, Comparison::Within(a, b) if a <= b));
+        return Some(Comparison::Within(read(from)?, read(to)?))
+            .filter(|c| matches!(c, Comparison::Within(a, b) if a <= b));
     }
     // The longer signs first.
     let sign = ["!=", ">=", "<=", "==", ">", "<", "="].into_iter().find(|sign| text.starts_with(sign));

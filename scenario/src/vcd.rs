@@ -6,7 +6,7 @@ use std::io::{self, BufReader, Read};
 use diag::{Diagnostic, Pos, Severity};
 use vcd::{Command, IdCode, Parser, TimescaleUnit};
 
-use crate::codes::{NOT_VCD, UNKNOWN_WIRES, AMBIGUOUS_WIRES};
+use crate::codes::{AMBIGUOUS_WIRES, NOT_VCD, UNKNOWN_WIRES};
 use crate::model::{Assignment, LocatedText, Scenario, ScenarioStep, ScenarioValue, StepAction, StepTime};
 use crate::time::{TimeSpan, TimeUnit};
 
@@ -217,7 +217,13 @@ impl Waveform {
             let pos = Pos::new(*line, 0, 0);
             let name = LocatedText { text: self.wires.get(*wire).cloned().unwrap_or_default(), pos };
             let verb = StepAction::Set(vec![Assignment { name, value: value.clone(), pos }]);
-            ScenarioStep { pos, name: None, time: StepTime::At(self.to_time_span(*time)), repetition: None, action: verb }
+            ScenarioStep {
+                pos,
+                name: None,
+                time: StepTime::At(self.to_time_span(*time)),
+                repetition: None,
+                action: verb,
+            }
         });
         Ok((Scenario { file: self.file.clone(), steps: steps.collect(), ..Scenario::default() }, warnings))
     }
@@ -242,7 +248,14 @@ impl Waveform {
     fn to_time_span(&self, time: u64) -> TimeSpan {
         let mantissa = time.saturating_mul(self.scale.0);
         let text = format!("#{time}");
-        TimeSpan { mantissa, decimals: 0, unit: TimeUnit::Second(self.scale.1), text, pos: Pos::default(), round_up: true }
+        TimeSpan {
+            mantissa,
+            decimals: 0,
+            unit: TimeUnit::Second(self.scale.1),
+            text,
+            pos: Pos::default(),
+            round_up: true,
+        }
     }
 }
 

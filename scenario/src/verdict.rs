@@ -39,7 +39,15 @@ impl ScenarioVerdict {
     #[must_use]
     pub fn without_scenario() -> ScenarioVerdict {
         let (text, why, moment) = (String::new(), String::new(), String::new());
-        ScenarioVerdict { outcome: ScenarioOutcome::Passed, step: None, text, pos: Pos::default(), why, tick: 0, tick_text: moment }
+        ScenarioVerdict {
+            outcome: ScenarioOutcome::Passed,
+            step: None,
+            text,
+            pos: Pos::default(),
+            why,
+            tick: 0,
+            tick_text: moment,
+        }
     }
 
     /// The complaint about a scenario that did not pass, at its step.

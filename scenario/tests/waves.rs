@@ -28,7 +28,9 @@ fn found(text: &str) -> String {
     };
     let (scenario, _) = wave.to_scenario(&mut |_| true).expect("one signal of each name");
     let step = |step: &scenario::ScenarioStep| {
-        let (scenario::StepTime::At(span), StepAction::Set(assigns)) = (&step.time, &step.action) else { panic!("{step:?}") };
+        let (scenario::StepTime::At(span), StepAction::Set(assigns)) = (&step.time, &step.action) else {
+            panic!("{step:?}")
+        };
         let value = match &assigns[0].value {
             ScenarioValue::Number(number) => number.to_string(),
             ScenarioValue::Text(text) => text.clone(),

@@ -1,6 +1,8 @@
 //! `emu check --scenario`: a scenario on the evaluator and on every chip, with the same verdict.
 
-use emu_check::{CheckOptions, ScenarioResult, RefusedCheck, verdict_diagnostic, scenario_report, play_on_chip, play_on_evaluator};
+use emu_check::{
+    CheckOptions, RefusedCheck, ScenarioResult, play_on_chip, play_on_evaluator, scenario_report, verdict_diagnostic,
+};
 use ladder::LadderProgram;
 use rayon::prelude::*;
 use scenario::Scenario;

@@ -49,9 +49,9 @@ pub(super) fn address(shell: &mut DebugShell, args: &str, out: &mut String) -> C
     let expr = shell.parse_expression(args)?;
     let value = match expr.object() {
         Some(object) if object.is_function() => shell.integer_value(args)?,
-        _ => {
-            shell.integer_value(&format!("&{args}")).map_err(|_| format!("`{args}` is in no memory; print shows its value"))?
-        }
+        _ => shell
+            .integer_value(&format!("&{args}"))
+            .map_err(|_| format!("`{args}` is in no memory; print shows its value"))?,
     };
     out.push_str(&format!("Symbol {args} is at {}\n", hex(value, 4)));
     Ok(())

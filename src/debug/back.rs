@@ -1,6 +1,9 @@
 //! Commands that go back in time.
 
-use emu_debug::debug::{AccessKind, UserAction, DebugExpression, HaltResult, PointHit, PassedPosition, ExpressionPlace, NameScope, PointTrigger, HaltReason};
+use emu_debug::debug::{
+    AccessKind, DebugExpression, ExpressionPlace, HaltReason, HaltResult, NameScope, PassedPosition, PointHit,
+    PointTrigger, UserAction,
+};
 
 use super::frames::{CallScope, FrameSearch};
 use super::numbers::short_hex;
@@ -31,7 +34,13 @@ pub(super) fn goto_cycle(shell: &mut DebugShell, args: &str, out: &mut String) -
 type PositionFilter = fn(&NameScope, &PassedPosition<'_>) -> bool;
 
 /// Goes back to the last position that `wanted` and that lies where `calls` says; `count` times.
-fn reverse_search(shell: &mut DebugShell, args: &str, calls: CallScope, wanted: PositionFilter, out: &mut String) -> CommandResult {
+fn reverse_search(
+    shell: &mut DebugShell,
+    args: &str,
+    calls: CallScope,
+    wanted: PositionFilter,
+    out: &mut String,
+) -> CommandResult {
     let count = shell.parse_count(args)?;
     shell.run_and_report(out, |session, go_on| {
         let mut halt = HaltResult { reason: HaltReason::Done };
@@ -142,9 +151,8 @@ fn last_set(shell: &DebugShell, place: ExpressionPlace, end: u64) -> Option<(u64
         _ => None,
     };
     let touches = |other: ExpressionPlace| match (place, other, bytes(place), bytes(other)) {
-        (ExpressionPlace::RegBit { name, .. }, ExpressionPlace::Reg(of), ..) | (ExpressionPlace::Reg(of), ExpressionPlace::RegBit { name, .. }, ..) => {
-            name == of
-        }
+        (ExpressionPlace::RegBit { name, .. }, ExpressionPlace::Reg(of), ..)
+        | (ExpressionPlace::Reg(of), ExpressionPlace::RegBit { name, .. }, ..) => name == of,
         (ExpressionPlace::Bit { bit, .. }, ExpressionPlace::Bit { bit: set, .. }, one, two) => one == two && bit == set,
         (.., Some((space, own)), Some((of, set))) => space == of && own.start < set.end && set.start < own.end,
         _ => place == other,
@@ -175,14 +183,21 @@ fn last_change(shell: &mut DebugShell, text: &str) -> Result<Option<(u64, PointH
         let Some((space, addr, bytes)) = bytes else { return Ok(None) };
         let width = shell.session.scope.chip().bytes_per_address(space).max(1);
         let range = emu_debug::AddressRange { space, start: addr / width, end: (addr + bytes).div_ceil(width) };
-        shell.session.last_access(PointTrigger::Access(range, AccessKind::Write), &mut shell.keep_running()).map_err(interrupted)
+        shell
+            .session
+            .last_access(PointTrigger::Access(range, AccessKind::Write), &mut shell.keep_running())
+            .map_err(interrupted)
     };
-    let by_value = |shell: &mut DebugShell| {
-        let found = shell.session.last_access(PointTrigger::Change(DebugExpression::Place(place)), &mut shell.keep_running()).map_err(interrupted)?;
-        Ok::<_, String>(
-            found.map(|(cycle, hit)| (cycle, PointHit { pc: shell.session.step_ending_at(cycle).unwrap_or(hit.pc), ..hit })),
-        )
-    };
+    let by_value =
+        |shell: &mut DebugShell| {
+            let found = shell
+                .session
+                .last_access(PointTrigger::Change(DebugExpression::Place(place)), &mut shell.keep_running())
+                .map_err(interrupted)?;
+            Ok::<_, String>(found.map(|(cycle, hit)| {
+                (cycle, PointHit { pc: shell.session.step_ending_at(cycle).unwrap_or(hit.pc), ..hit })
+            }))
+        };
     // Of a bit the byte is written for others too; of a register of the chip the value changes without a write.
     if matches!(place, ExpressionPlace::Memory { .. }) {
         let found = by_bytes(shell)?;

@@ -42,7 +42,12 @@ pub(super) fn frame(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     }
     if let Some(name) = args.strip_prefix("function ") {
         let is = |frame: &CallFrame| {
-            shell.session.scope.calls().frame_name(shell.session.machine(), frame).is_some_and(|own| own.0 == name.trim())
+            shell
+                .session
+                .scope
+                .calls()
+                .frame_name(shell.session.machine(), frame)
+                .is_some_and(|own| own.0 == name.trim())
         };
         let found = shell.calls().iter().skip(shell.hidden).position(is);
         let level = found.ok_or_else(|| format!("no call of {} is in progress; bt lists them", name.trim()))?;
@@ -95,9 +100,12 @@ pub(super) fn info_frame(shell: &DebugShell, out: &mut String) -> CommandResult 
         Some(caller) => {
             out.push_str(&format!("; saved pc = {}\n", scope.source().describe_word(caller.word)));
             out.push_str(&format!(" called by {}\n", shell.describe_call(caller)));
-            let saved = (0..).zip(caller.saved_registers.iter().zip(&frame.saved_registers)).filter(|(_, (now, before))| now != before);
-            let saved: Vec<String> =
-                saved.filter_map(|(n, (addr, _))| Some(format!("r{n} at {}:0x{:x}", chip.ram_space, (*addr)?))).collect();
+            let saved = (0..)
+                .zip(caller.saved_registers.iter().zip(&frame.saved_registers))
+                .filter(|(_, (now, before))| now != before);
+            let saved: Vec<String> = saved
+                .filter_map(|(n, (addr, _))| Some(format!("r{n} at {}:0x{:x}", chip.ram_space, (*addr)?)))
+                .collect();
             if !saved.is_empty() {
                 out.push_str(&format!(" Saved registers: {}\n", saved.join(", ")));
             }
@@ -176,11 +184,15 @@ impl DebugShell {
         let level = self.calls().iter().position(|known| known == frame).unwrap_or(0);
         let value = |(name, object): (String, ObjectExpr)| {
             // As short as gdb has it: structs and arrays are left out.
-            let text =
-                if object.is_scalar() { object.text_without_type(scope, self.session.machine()) } else { "...".to_owned() };
+            let text = if object.is_scalar() {
+                object.text_without_type(scope, self.session.machine())
+            } else {
+                "...".to_owned()
+            };
             format!("{name}={text}")
         };
-        let parameters: Vec<String> = scope.locals(self.session.machine(), level, true).into_iter().map(value).collect();
+        let parameters: Vec<String> =
+            scope.locals(self.session.machine(), level, true).into_iter().map(value).collect();
         let line = self.line_of_frame(frame).map_or(String::new(), |(file, line)| format!(" at {file}:{line}"));
         format!("{name} ({}){line}", parameters.join(", "))
     }

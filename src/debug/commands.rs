@@ -79,7 +79,7 @@ const fn command(
 }
 
 use CommandGroup::{Back, Code, Data, Ladder, Points, Run, Session};
-use RepeatKind::{No, Continue, Same};
+use RepeatKind::{Continue, No, Same};
 
 /// All commands, group by group.
 #[rustfmt::skip]

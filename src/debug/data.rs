@@ -1,8 +1,10 @@
 //! Commands about values: print, set, x, display, assert.
 
-use emu_core::pins::{PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId};
 use emu_debug::AddressRange;
-use emu_debug::debug::{UserAction, ExpressionValue, ObjectByteLocation, DebugExpression, BinaryOperator, ExpressionPlace, DynMachine};
+use emu_debug::debug::{
+    BinaryOperator, DebugExpression, DynMachine, ExpressionPlace, ExpressionValue, ObjectByteLocation, UserAction,
+};
 use emu_debug::number_formats::format_number;
 use emu_debug::stimulus::{TimedDrive, parse_drive};
 
@@ -17,7 +19,9 @@ fn missing_value_reason(expr: &DebugExpression, target: &dyn DynMachine) -> Opti
     }
     let is_real = |of: &DebugExpression| matches!(of.evaluate(target), Some(ExpressionValue::Real(..)));
     Some(match expr {
-        DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) if is_real(of) => "a number with a point has no bits to compute with",
+        DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) if is_real(of) => {
+            "a number with a point has no bits to compute with"
+        }
         DebugExpression::Object(object) if !object.is_scalar() => "a struct, or an array that is in no memory",
         DebugExpression::Place(ExpressionPlace::Pin(_)) => "a pin that floats",
         DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => return missing_value_reason(of, target),
@@ -35,7 +39,8 @@ fn missing_value_reason(expr: &DebugExpression, target: &dyn DynMachine) -> Opti
 }
 
 /// What gdb's `set` has settings for that scripts begin with.
-const IGNORED_GDB_SETTINGS: &[&str] = &["confirm", "height", "width", "pagination", "print", "listsize", "style", "logging", "verbose"];
+const IGNORED_GDB_SETTINGS: &[&str] =
+    &["confirm", "height", "width", "pagination", "print", "listsize", "style", "logging", "verbose"];
 
 /// An expression that every stop shows.
 pub struct DisplayedExpression {
@@ -110,7 +115,12 @@ fn counted(text: &str) -> Option<(&str, char, bool)> {
 
 impl DebugShell {
     /// The value of an expression as text, and for the value history; `x = 5` and `x++` set it first.
-    fn printed(&mut self, text: &str, format: ExamineFormat, out: &mut String) -> Result<(String, Option<DebugExpression>), String> {
+    fn printed(
+        &mut self,
+        text: &str,
+        format: ExamineFormat,
+        out: &mut String,
+    ) -> Result<(String, Option<DebugExpression>), String> {
         if let Some((place, sign, first)) = counted(text).filter(|(place, ..)| self.parse_expression(place).is_ok()) {
             let old = self.single(place, format)?;
             set(self, &format!("{place} = {place} {sign} 1"), out)?;
@@ -371,7 +381,9 @@ pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
     }
     let (name, value) = split_assignment(args).ok_or_else(wanted)?;
     let value = value.as_str();
-    if let Some(own) = name.strip_prefix('$').filter(|_| shell.parse_expression(name).map_or(true, |expr| expr.is_constant())) {
+    if let Some(own) =
+        name.strip_prefix('$').filter(|_| shell.parse_expression(name).map_or(true, |expr| expr.is_constant()))
+    {
         return shell.remember(own, value);
     }
     // An input of a ladder program is its pin: the memory where it is latched is written anew by every scan.

@@ -2,7 +2,7 @@
 
 use emu_debug::snapshot;
 
-use super::shell::{CommandResult, ShellFlow, DebugShell};
+use super::shell::{CommandResult, DebugShell, ShellFlow};
 use crate::codes::system_message;
 use crate::fail::VerbFailure;
 use crate::input;
@@ -26,7 +26,13 @@ pub fn commands_of(text: &str) -> impl Iterator<Item = (u32, &str)> {
 
 impl DebugShell {
     /// Carries out the lines of a script, up to the first that fails; `tell` is given each before it.
-    pub fn run_script(&mut self, name: &str, text: &str, tell: &mut dyn FnMut(&str), out: &mut String) -> CommandResult {
+    pub fn run_script(
+        &mut self,
+        name: &str,
+        text: &str,
+        tell: &mut dyn FnMut(&str),
+        out: &mut String,
+    ) -> CommandResult {
         if self.nesting >= MAX_NESTING {
             return Err(format!("{name}: scripts are nested too deeply"));
         }

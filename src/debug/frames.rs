@@ -5,7 +5,7 @@
 
 use std::cell::RefCell;
 
-use emu_debug::debug::{CallFlow, HaltResult, PassedPosition, NameScope, DebugSession};
+use emu_debug::debug::{CallFlow, DebugSession, HaltResult, NameScope, PassedPosition};
 
 /// Where a position may lie, as seen from where the search begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,9 +62,9 @@ impl FrameSearch {
                 frames.found.is_none()
             },
             &mut |passed| {
-                frames
-                    .borrow_mut()
-                    .visit_position(passed, (calls, has_vectors), |passed| passed.target.cycle() < now && wanted(&scope, passed));
+                frames.borrow_mut().visit_position(passed, (calls, has_vectors), |passed| {
+                    passed.target.cycle() < now && wanted(&scope, passed)
+                });
                 false
             },
         );
@@ -75,7 +75,12 @@ impl FrameSearch {
     }
 
     /// Comes by a position.
-    fn visit_position(&mut self, passed: &PassedPosition<'_>, (calls, has_vectors): (CallScope, bool), wanted: impl Fn(&PassedPosition<'_>) -> bool) {
+    fn visit_position(
+        &mut self,
+        passed: &PassedPosition<'_>,
+        (calls, has_vectors): (CallScope, bool),
+        wanted: impl Fn(&PassedPosition<'_>) -> bool,
+    ) {
         let counted = passed.target.instructions();
         if passed.first {
             self.stack.clear();

@@ -4,7 +4,7 @@ use std::net::TcpListener;
 
 use clap::Args;
 use emu_debug::debug::DebugSession;
-use emu_gdb::{MonitorHandler, GdbOptions, parse_address, serve};
+use emu_gdb::{GdbOptions, MonitorHandler, parse_address, serve};
 use ladder_view::LadderView;
 
 use super::open::OpenedSession;

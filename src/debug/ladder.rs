@@ -3,7 +3,7 @@
 use emu_check::{needs_pull_up, read_map};
 use emu_core::chip::Chip;
 use emu_core::image::{self, ElfMachine, Image};
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_debug::TimedDrive;
 use emu_debug::stimulus::ExternalDrive;
 use ladder_compile::{CompileOptions, SpecialPin};
@@ -12,7 +12,7 @@ use ladder_view::LadderView;
 use super::open::DebugSubject;
 use crate::fail::VerbFailure;
 use crate::input;
-use crate::report::{MessageStyle, FileTexts};
+use crate::report::{FileTexts, MessageStyle};
 
 /// A program and the image that was made of it.
 pub(super) struct CompiledLadder {
@@ -24,7 +24,8 @@ pub(super) struct CompiledLadder {
 impl CompiledLadder {
     /// The image.
     pub fn image(&self, file: &str, chip: &'static Chip) -> Result<Image, VerbFailure> {
-        let loaded = image::load(file, self.hex.as_bytes(), chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine));
+        let loaded =
+            image::load(file, self.hex.as_bytes(), chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine));
         loaded.map(|loaded| loaded.image).map_err(|faults| VerbFailure::Refused(faults, FileTexts::default()))
     }
 }
@@ -36,7 +37,11 @@ impl DebugSubject {
     }
 
     /// Compiles the program, as `emu compile` does. What that notes of fuses and of parts around the chip is arranged here.
-    pub(super) fn compile_ladder(&self, chip: &'static Chip, terminal: &MessageStyle) -> Result<CompiledLadder, VerbFailure> {
+    pub(super) fn compile_ladder(
+        &self,
+        chip: &'static Chip,
+        terminal: &MessageStyle,
+    ) -> Result<CompiledLadder, VerbFailure> {
         if self.ladder.is_some() {
             let why = "--ladder and --map are for images; a ladder program is compiled on the fly".to_owned();
             return Err(VerbFailure::Usage(why));
@@ -59,7 +64,11 @@ impl DebugSubject {
     }
 
     /// The program beside the image, if one is given.
-    pub(super) fn mapped_ladder(&self, chip: &'static Chip, terminal: &MessageStyle) -> Result<Option<LadderView>, VerbFailure> {
+    pub(super) fn mapped_ladder(
+        &self,
+        chip: &'static Chip,
+        terminal: &MessageStyle,
+    ) -> Result<Option<LadderView>, VerbFailure> {
         let (Some(program), Some(file)) = (&self.ladder, &self.map) else {
             return match self.pins.is_empty() && self.dialect.is_none() {
                 true => Ok(None),

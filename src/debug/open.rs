@@ -5,9 +5,9 @@ use clap::Args;
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
-use emu_debug::debug::{SessionOptions, MachineWithDevices, NameScope, DebugSession, DynMachine};
+use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions};
 use emu_debug::stimulus::{queue_drives, supply_changes};
-use emu_debug::{CycleClock, TimedDrive, AddressNames, ProgramSource};
+use emu_debug::{AddressNames, CycleClock, ProgramSource, TimedDrive};
 use ladder_view::LadderView;
 
 use super::ladder;
@@ -16,8 +16,8 @@ use crate::args::parse_dialect;
 use crate::compile::parse_pin_assignment;
 use crate::fail::VerbFailure;
 use crate::family::{MachineVisitor, visit_machine};
-use crate::machine::{MachineOptions, MachineArgs, WiredMachine, check_pins_exist};
-use crate::report::{MessageStyle, FileTexts, report_diagnostics};
+use crate::machine::{MachineArgs, MachineOptions, WiredMachine, check_pins_exist};
+use crate::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::run::{RamChoice, parse_ram};
 use crate::scenarios::{self, ScenarioFile};
 use crate::snapshots::{self, SnapshotWriter};
@@ -194,7 +194,16 @@ impl MachineVisitor for SessionBuilder<'_> {
             let (baud, deaf) = (self.machine.baud, !self.machine.uart_in.is_empty());
             let (names, shelf) = (source.names, self.snapshot_writer);
             let supplies = supply_changes(&drives);
-            let known = ScenarioContext { program: self.program, names, clock, baud, serial_line_taken: deaf, driven, supplies, snapshot_writer: shelf };
+            let known = ScenarioContext {
+                program: self.program,
+                names,
+                clock,
+                baud,
+                serial_line_taken: deaf,
+                driven,
+                supplies,
+                snapshot_writer: shelf,
+            };
             drives.extend(scenario_drives(file, self.view, (copy, around), &known)?);
         }
         queue_drives(&mut cpu, &drives).map_err(VerbFailure::Usage)?;

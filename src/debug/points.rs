@@ -1,6 +1,6 @@
 //! Commands about breakpoints and watchpoints.
 
-use emu_debug::debug::{AccessKind, ExpressionValue, DebugExpression, ExpressionPlace, PointTrigger};
+use emu_debug::debug::{AccessKind, DebugExpression, ExpressionPlace, ExpressionValue, PointTrigger};
 use emu_debug::stimulus::parse_pin_level;
 
 use super::shell::{CommandResult, DebugShell};
@@ -36,7 +36,13 @@ fn code_point(shell: &mut DebugShell, args: &str, temporary: bool, out: &mut Str
 }
 
 /// Adds a point with its condition, which is read first.
-fn add_point(shell: &mut DebugShell, what: PointTrigger, text: &str, condition: Option<&str>, temporary: bool) -> Result<u32, String> {
+fn add_point(
+    shell: &mut DebugShell,
+    what: PointTrigger,
+    text: &str,
+    condition: Option<&str>,
+    temporary: bool,
+) -> Result<u32, String> {
     // What has a name where a breakpoint is, is meant there.
     let at = if let PointTrigger::Code(words) = &what { words.first().copied() } else { None };
     let wanted = condition;
@@ -103,7 +109,9 @@ fn parse_watch(shell: &DebugShell, text: &str) -> Result<PointTrigger, String> {
             return Err("time goes on in sleep, where nothing is looked at; run-to-cycle stops at one".to_owned());
         }
         expr if expr.is_constant() => return Err(format!("cannot watch a constant: nothing changes `{text}`")),
-        expr if expr.object().is_none() && matches!(expr.evaluate(shell.session.machine()), Some(ExpressionValue::Real(..))) => {
+        expr if expr.object().is_none()
+            && matches!(expr.evaluate(shell.session.machine()), Some(ExpressionValue::Real(..))) =>
+        {
             return Err("what is computed with a point is not watched; watch the variables in it".to_owned());
         }
         expr => PointTrigger::Change(expr),
@@ -216,7 +224,8 @@ pub(super) fn delete(shell: &mut DebugShell, args: &str, _: &mut String) -> Comm
 
 pub(super) fn clear(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let words = if args.is_empty() { vec![shell.session.machine().pc()] } else { shell.parse_line_location(args)? };
-    let there = |what: &PointTrigger| matches!(what, PointTrigger::Code(own) if own.iter().any(|word| words.contains(word)));
+    let there =
+        |what: &PointTrigger| matches!(what, PointTrigger::Code(own) if own.iter().any(|word| words.contains(word)));
     let ids: Vec<u32> =
         shell.session.points.all().iter().filter(|point| there(&point.trigger)).map(|point| point.id).collect();
     if ids.is_empty() {

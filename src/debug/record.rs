@@ -2,9 +2,9 @@
 
 use emu_core::chip::Chip;
 use emu_core::cpu::ResetCause;
-use emu_core::pins::{PinLevel, CycleTime};
+use emu_core::pins::{CycleTime, PinLevel};
 use emu_debug::TimedDrive;
-use emu_debug::debug::{UserAction, ExpressionPlace};
+use emu_debug::debug::{ExpressionPlace, UserAction};
 use emu_debug::stimulus::{ExternalDrive, supply_name};
 use scenario::{RecordedAction as Deed, Recorder, ScenarioValue};
 
@@ -30,7 +30,9 @@ pub(super) fn record(shell: &mut DebugShell, args: &str, out: &mut String) -> Co
         output::write_files(&[(args, text.as_bytes())]).map_err(words)?;
     }
     if lost > 0 {
-        output::print_to_stderr(&format!("note: {lost} thing(s) were done that no scenario does; they are comments in {args}\n"));
+        output::print_to_stderr(&format!(
+            "note: {lost} thing(s) were done that no scenario does; they are comments in {args}\n"
+        ));
     }
     Ok(())
 }
@@ -99,7 +101,9 @@ fn recorded_drive(chip: &Chip, drive: &TimedDrive) -> Deed {
 /// Another value of a place: of memory, where its addresses count bytes, as a scenario sets it.
 fn recorded_set(chip: &Chip, place: ExpressionPlace, value: i64) -> Deed {
     match place {
-        ExpressionPlace::Memory { space, addr, bytes, .. } if chip.bytes_per_address(space) == 1 && (1..=BYTES).contains(&bytes) => {
+        ExpressionPlace::Memory { space, addr, bytes, .. }
+            if chip.bytes_per_address(space) == 1 && (1..=BYTES).contains(&bytes) =>
+        {
             let end = addr.saturating_add(bytes.into());
             let name =
                 if bytes == 1 { format!("{space}:0x{addr:x}") } else { format!("{space}:0x{addr:x}..0x{end:x}") };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::files::commands_of;
-use super::shell::{ShellFlow, DebugShell};
+use super::shell::{DebugShell, ShellFlow};
 use super::terminal::LineEditor;
 use crate::fail::{VerbFailure, exit};
 use crate::output;
@@ -56,7 +56,9 @@ pub fn converse(
     match (talk.scripts(script)?, terminal) {
         (ScriptEnd::Code(code), _) => Ok(talk.exit_code(code)),
         // A user is there who has stopped the script, not the session.
-        (ScriptEnd::Interrupted, Some(terminal)) if !talk.signals.leave.load(Ordering::SeqCst) => talk.read_terminal(terminal),
+        (ScriptEnd::Interrupted, Some(terminal)) if !talk.signals.leave.load(Ordering::SeqCst) => {
+            talk.read_terminal(terminal)
+        }
         (ScriptEnd::Interrupted, _) => Ok(exit::LIMIT),
         (ScriptEnd::Finished, _) if script.batch && scripted => {
             let code = talk.shell.exit_code();
@@ -80,7 +82,11 @@ enum ScriptEnd {
 /// Carries out the scripts before a face that is not a conversation; what they print goes to `out`. Gives an exit code where they
 /// end the session. Like the conversation it goes on behind a command that fails, which `out` tells.
 #[cfg(feature = "tui")]
-pub fn run_scripts(shell: &mut DebugShell, script: &CommandScript<'_>, out: &mut String) -> Result<Option<u8>, VerbFailure> {
+pub fn run_scripts(
+    shell: &mut DebugShell,
+    script: &CommandScript<'_>,
+    out: &mut String,
+) -> Result<Option<u8>, VerbFailure> {
     let mut carry_out = |line: &str| {
         let flow = shell.execute(line, out);
         if shell.is_interrupted() {

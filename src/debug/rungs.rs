@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use emu_core::cpu::LAST_CYCLE;
-use emu_debug::debug::{RunGoal, HaltResult, DebugSession, HaltReason};
+use emu_debug::debug::{DebugSession, HaltReason, HaltResult, RunGoal};
 use ladder_view::LadderView;
 
 use super::shell::{CommandResult, DebugShell};
@@ -104,7 +104,12 @@ fn run_to(session: &mut DebugSession, words: &BTreeSet<u32>, go_on: &mut dyn FnM
 }
 
 /// Goes on to words `count` times; only the last stop is told.
-fn run_to_words(shell: &mut DebugShell, args: &str, words: impl Fn(&LadderView) -> BTreeSet<u32>, out: &mut String) -> CommandResult {
+fn run_to_words(
+    shell: &mut DebugShell,
+    args: &str,
+    words: impl Fn(&LadderView) -> BTreeSet<u32>,
+    out: &mut String,
+) -> CommandResult {
     let words = words(shell.ladder()?);
     let count = shell.parse_count(args)?;
     shell.run_and_report(out, |session, go_on| {
@@ -149,7 +154,9 @@ pub(super) fn info(shell: &mut DebugShell, args: &str, out: &mut String) -> Comm
     let view = shell.ladder()?;
     let target = shell.session.machine();
     let rung = match args {
-        "" => view.rung_at(view.current_word(target)).ok_or("the program is between its rungs; info rung 3 shows one")?,
+        "" => {
+            view.rung_at(view.current_word(target)).ok_or("the program is between its rungs; info rung 3 shows one")?
+        }
         number => number.parse().map_err(|_| format!("`{number}` is no number of a rung"))?,
     };
     let lines = view.draw_rung(rung, shell.session.follower(), target, shell.color);

@@ -2,7 +2,10 @@
 
 use emu_core::cpu::{LAST_CYCLE, ResetCause};
 use emu_core::image::TypeId;
-use emu_debug::debug::{UserAction, CallFrame, DebugExpression, RunGoal, HaltResult, ExpressionPlace, DebugSession, PointTrigger, HaltReason};
+use emu_debug::debug::{
+    CallFrame, DebugExpression, DebugSession, ExpressionPlace, HaltReason, HaltResult, PointTrigger, RunGoal,
+    UserAction,
+};
 use emu_debug::stimulus::parse_pin_level;
 
 use super::ladder::chip_pin_text;
@@ -83,7 +86,11 @@ pub(super) fn nexti(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
 }
 
 /// Steps until the subroutine or service routine has returned.
-fn run_out_of_subroutine(session: &mut DebugSession, go_on: &mut dyn FnMut() -> bool, also: &mut dyn FnMut(&DebugSession) -> bool) -> HaltResult {
+fn run_out_of_subroutine(
+    session: &mut DebugSession,
+    go_on: &mut dyn FnMut() -> bool,
+    also: &mut dyn FnMut(&DebugSession) -> bool,
+) -> HaltResult {
     let mut depth = CallDepth::default();
     session.step_until(LAST_CYCLE, true, go_on, &mut |session, flow, entry| {
         depth.update(flow, entry);
@@ -103,10 +110,13 @@ pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> Comma
             let byte = session.machine().pc().saturating_mul(session.scope.chip().word_bytes);
             session.machine().reg("SP").is_some_and(|sp| sp >= frame.sp) && !block.has_code_at(byte)
         };
-        shell.run_and_report(out, |session, go_on| session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| left(session)));
+        shell.run_and_report(out, |session, go_on| {
+            session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| left(session))
+        });
         return Ok(());
     }
-    let is_main = shell.session.scope.calls().frame_name(shell.session.machine(), &frame).is_some_and(|own| own.0 == "main");
+    let is_main =
+        shell.session.scope.calls().frame_name(shell.session.machine(), &frame).is_some_and(|own| own.0 == "main");
     if is_main {
         return Err("main is the outermost call: it does not return".to_owned());
     }
@@ -115,9 +125,11 @@ pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> Comma
         // As in gdb: up to where the call that is looked at goes on.
         let target = return_addresses.get(shell.level + 1).map(|frame| (frame.word, frame.sp));
         let (word, sp) = target.ok_or("the outermost call does not return")?;
-        let reached = move |session: &DebugSession| session.machine().pc() == word && session.machine().reg("SP") == Some(sp);
-        let halt = shell
-            .run_and_report(out, |session, go_on| session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| reached(session)));
+        let reached =
+            move |session: &DebugSession| session.machine().pc() == word && session.machine().reg("SP") == Some(sp);
+        let halt = shell.run_and_report(out, |session, go_on| {
+            session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| reached(session))
+        });
         shell.returned(&halt, kind, out);
         return Ok(());
     }
@@ -151,7 +163,9 @@ pub(super) fn run(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandR
 pub(super) fn start(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
     let words = shell.parse_line_location("main").map_err(|why| format!("{why}; run goes to the first breakpoint"))?;
     rewind(shell)?;
-    shell.run_and_report(out, |session, go_on| session.run(&RunGoal { words: words.into_iter().collect(), ..RunGoal::default() }, go_on));
+    shell.run_and_report(out, |session, go_on| {
+        session.run(&RunGoal { words: words.into_iter().collect(), ..RunGoal::default() }, go_on)
+    });
     Ok(())
 }
 
@@ -213,7 +227,9 @@ pub(super) fn run_to_cycle(shell: &mut DebugShell, args: &str, out: &mut String)
     if cycle < now {
         return Err(format!("cycle {cycle} is past, it is {now} now; goto-cycle goes back"));
     }
-    shell.run_and_report(out, |session, go_on| session.run(&RunGoal { until: Some(cycle), runs_while_halted: true, ..RunGoal::default() }, go_on));
+    shell.run_and_report(out, |session, go_on| {
+        session.run(&RunGoal { until: Some(cycle), runs_while_halted: true, ..RunGoal::default() }, go_on)
+    });
     Ok(())
 }
 
@@ -271,8 +287,13 @@ impl DebugShell {
         match self.parse_line_number(text).or(named) {
             Some((file, line)) => {
                 // Of a line without code the next one is meant that has some.
-                let lines =
-                    self.session.scope.lines.all_lines().iter().filter(|known| *known.file == *file && known.line >= line);
+                let lines = self
+                    .session
+                    .scope
+                    .lines
+                    .all_lines()
+                    .iter()
+                    .filter(|known| *known.file == *file && known.line >= line);
                 let line = lines.map(|known| known.line).min().unwrap_or(line);
                 let scope = &self.session.scope;
                 let words = scope.source().parse_words(&format!("{file}:{line}"))?;

@@ -4,20 +4,23 @@
 use std::collections::BTreeSet;
 
 use diag::Diagnostic;
-use emu_check::{ScanInputs, EvaluatorPlay, ArrivalWindow, byte_edges};
+use emu_check::{ArrivalWindow, EvaluatorPlay, ScanInputs, byte_edges};
 use emu_core::cpu::Cpu;
-use emu_core::pins::{PinLevel, PinId, CycleTime};
-use emu_debug::debug::{UserAction, RunGoal, ObserveLevel, SessionOptions, MachineWithDevices, NameScope, DebugSession, DynMachine, HaltReason};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
+use emu_debug::chip_scenario::{ChipBindings, ChipResolver, timed_drives};
+use emu_debug::debug::{
+    DebugSession, DynMachine, HaltReason, MachineWithDevices, NameScope, ObserveLevel, RunGoal, SessionOptions,
+    UserAction,
+};
 use emu_debug::run::run_with_devices;
-use emu_debug::chip_scenario::{ChipResolver, ChipBindings, timed_drives};
 use emu_debug::stimulus::{ExternalDrive, check_drive_supported};
-use emu_debug::{AttachedDevices, CycleClock, TimedDrive, AddressNames, RunPlan};
+use emu_debug::{AddressNames, AttachedDevices, CycleClock, RunPlan, TimedDrive};
 use ladder_compile::SpecialPin;
 use ladder_view::LadderView;
 use scenario::{ScenarioOutcome, ScenarioVerdict, bind};
 
 use crate::fail::VerbFailure;
-use crate::run::scenario::{ScenarioSetup, ScenarioHost};
+use crate::run::scenario::{ScenarioHost, ScenarioSetup};
 use crate::scenarios::ScenarioFile;
 use crate::snapshots::SnapshotWriter;
 use crate::{avr, family, output};
@@ -78,7 +81,11 @@ pub(super) fn scenario_drives<C: Cpu + 'static>(
 }
 
 /// On pins, at clocks, as in `emu run`.
-fn drives_on_image<C: Cpu>(file: &ScenarioFile, (mut cpu, mut board): (C, AttachedDevices), around: &ScenarioContext<'_>) -> Result<Vec<TimedDrive>, VerbFailure> {
+fn drives_on_image<C: Cpu>(
+    file: &ScenarioFile,
+    (mut cpu, mut board): (C, AttachedDevices),
+    around: &ScenarioContext<'_>,
+) -> Result<Vec<TimedDrive>, VerbFailure> {
     let (chip, clock) = (cpu.chip(), around.clock);
     let refused = |faults| file.binding_failure(faults);
     let (bound, ahead, table) = {
@@ -145,7 +152,10 @@ fn run_to_word(session: &mut DebugSession, word: u32, until: u64) -> Option<u64>
 fn report_verdict(file: &ScenarioFile, verdict: &ScenarioVerdict, (cycle, moment): (u64, &str)) {
     let end = match verdict.outcome {
         ScenarioOutcome::Passed => {
-            output::print_to_stderr(&format!("scenario: passed, {} step(s), up to cycle {cycle} ({moment})\n", file.steps()));
+            output::print_to_stderr(&format!(
+                "scenario: passed, {} step(s), up to cycle {cycle} ({moment})\n",
+                file.steps()
+            ));
             return;
         }
         ScenarioOutcome::Failed => "failed",
@@ -166,7 +176,11 @@ struct LadderPlayback<'a> {
 }
 
 impl<'a> LadderPlayback<'a> {
-    fn new(file: &ScenarioFile, view: &'a LadderView, around: &'a ScenarioContext<'a>) -> Result<LadderPlayback<'a>, Vec<Diagnostic>> {
+    fn new(
+        file: &ScenarioFile,
+        view: &'a LadderView,
+        around: &'a ScenarioContext<'a>,
+    ) -> Result<LadderPlayback<'a>, Vec<Diagnostic>> {
         let mut play = EvaluatorPlay::new(view.program())?;
         play.resolver().cannot_send_reason = around.no_serial_reason();
         let bound = bind(&file.scenario, play.resolver(), Some(&view.program().file), Some(around.names.chip.name))?;
@@ -215,7 +229,12 @@ impl<'a> LadderPlayback<'a> {
     }
 
     /// Drives what is another now than it was. `begun`: the start of the scan that has ended.
-    fn drive_changes(&mut self, session: &mut DebugSession, begun: Option<u64>, (period, start): (u64, u32)) -> Result<(), String> {
+    fn drive_changes(
+        &mut self,
+        session: &mut DebugSession,
+        begun: Option<u64>,
+        (period, start): (u64, u32),
+    ) -> Result<(), String> {
         let next = self.play.scan_inputs();
         let (chip, at) = (self.around.names.chip, CycleTime::at(session.machine().cycle()));
         let pin = |name: &str| chip.pin(&self.view.pin_assignment(name));
@@ -223,12 +242,16 @@ impl<'a> LadderPlayback<'a> {
         // Inputs are low at first.
         for (name, level) in &next.levels {
             let old = self.last.levels.iter().find(|(other, _)| other == name).is_some_and(|(_, level)| *level);
-            puts.extend(pin(name).filter(|_| old != *level).map(|pin| ExternalDrive::Level(pin, PinLevel::from_bit(*level))));
+            puts.extend(
+                pin(name).filter(|_| old != *level).map(|pin| ExternalDrive::Level(pin, PinLevel::from_bit(*level))),
+            );
         }
         for (name, count) in &next.conversions {
             let old = self.last.conversions.iter().find(|(other, _)| other == name).map(|(_, count)| *count);
             let mine = |pin: &PinId| old.is_some() || !self.around.driven.contains(pin);
-            puts.extend(pin(name).filter(|_| old != Some(*count)).filter(mine).map(|pin| ExternalDrive::Counts(pin, *count)));
+            puts.extend(
+                pin(name).filter(|_| old != Some(*count)).filter(mine).map(|pin| ExternalDrive::Counts(pin, *count)),
+            );
         }
         for put in puts {
             session.apply_action(UserAction::Drive(TimedDrive { at, drive: put }))?;
@@ -273,7 +296,10 @@ impl<'a> LadderPlayback<'a> {
         };
         for (clock, high) in byte_edges(byte, slot) {
             let at = CycleTime { cycle: clock / clocks, phase: (clock % clocks) as u8 };
-            session.apply_action(UserAction::Drive(TimedDrive { at, drive: ExternalDrive::Level(pin, PinLevel::from_bit(high)) }))?;
+            session.apply_action(UserAction::Drive(TimedDrive {
+                at,
+                drive: ExternalDrive::Level(pin, PinLevel::from_bit(high)),
+            }))?;
         }
         Ok(())
     }

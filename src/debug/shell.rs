@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use emu_debug::TimedDrive;
-use emu_debug::debug::{DebugExpression, HaltResult, DebugSession};
+use emu_debug::debug::{DebugExpression, DebugSession, HaltResult};
 use ladder_view::LadderView;
 
 use super::commands::{self, RepeatKind};

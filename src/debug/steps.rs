@@ -1,7 +1,7 @@
 //! Steps by source lines, in and over calls, as gdb makes them.
 
 use emu_core::cpu::LAST_CYCLE;
-use emu_debug::debug::{CallFlow, HaltResult, DebugSession, HaltReason};
+use emu_debug::debug::{CallFlow, DebugSession, HaltReason, HaltResult};
 
 /// How deep the machine is in calls, as seen from where it started, and whether it is in a service routine that began since.
 #[derive(Debug, Clone, Copy, Default)]
@@ -205,7 +205,9 @@ pub(super) fn line_step(
                 (origin, depth.calls) = (next, 0);
                 false
             }
-            CodVerdict::StopReason(sites) => (kind != LineStep::Forward || left || pc > from) && stop(session, Some(sites)),
+            CodVerdict::StopReason(sites) => {
+                (kind != LineStep::Forward || left || pc > from) && stop(session, Some(sites))
+            }
         }
     })
 }

@@ -2,10 +2,10 @@
 
 use emu_core::pins::{ChipEvent, PinLevel};
 use emu_core::table::DisassembledInstruction;
-use emu_debug::debug::{HaltResult, PointHit, DebugPoint, DebugPoints, PointTrigger, HaltReason};
+use emu_debug::debug::{DebugPoint, DebugPoints, HaltReason, HaltResult, PointHit, PointTrigger};
 use emu_debug::text_escapes::escape;
 
-use super::numbers::{short_hex, hex};
+use super::numbers::{hex, short_hex};
 use super::shell::DebugShell;
 
 /// Words of the longest instruction of any family.
@@ -87,7 +87,9 @@ impl DebugShell {
         match &halt.reason {
             HaltReason::Done => String::new(),
             HaltReason::Limit => format!("Cycle {} is reached\n", self.session.machine().cycle()),
-            HaltReason::Halted => "Halted: nothing enabled can wake the chip (drive a pin, reset it, or go back)\n".to_owned(),
+            HaltReason::Halted => {
+                "Halted: nothing enabled can wake the chip (drive a pin, reset it, or go back)\n".to_owned()
+            }
             HaltReason::BlockedOnInput => {
                 "Waits: only something from outside can change what it does (drive a pin, reset it, or go back)\n"
                     .to_owned()
@@ -119,7 +121,9 @@ impl DebugShell {
             PointTrigger::Change(_) if point.call_end.is_some() && hit.old.is_none() && hit.new.is_none() => format!(
                 "Watchpoint {id} deleted because the program has left the block in\nwhich its expression is valid."
             ),
-            PointTrigger::Change(_) => format!("Watchpoint {id}: {} {} -> {}", point.text, value(hit.old), value(hit.new)),
+            PointTrigger::Change(_) => {
+                format!("Watchpoint {id}: {} {} -> {}", point.text, value(hit.old), value(hit.new))
+            }
             PointTrigger::Pin(pin, _) => {
                 let name = self.session.scope.chip().pins.get(usize::from(*pin)).map_or("?", |pin| pin.name);
                 format!("Watchpoint {id}: {name} is {}", level(self.session.machine().pin_level(*pin)))

@@ -74,7 +74,8 @@ pub struct LineEditor {
 impl LineEditor {
     /// With the history of sessions before. A history that cannot be read or written is none.
     pub fn new() -> LineEditor {
-        let config = Config::builder().max_history_size(MAX_HISTORY_LINES).map(|config| config.auto_add_history(true).build());
+        let config =
+            Config::builder().max_history_size(MAX_HISTORY_LINES).map(|config| config.auto_add_history(true).build());
         let editor = config.and_then(Editor::with_config);
         let mut terminal = LineEditor { editor: editor.ok(), history: history_file(), saved_settings: stty("-g") };
         if let (Some(editor), Some(file)) = (&mut terminal.editor, &terminal.history) {

@@ -8,15 +8,18 @@ use std::time::{Duration, Instant};
 
 use emu_core::chip::PinDef;
 use emu_core::pins::{ChipEvent, PinLevel};
-use emu_debug::debug::{RunGoal, DynMachine, PointTrigger, HaltReason};
+use emu_debug::debug::{DynMachine, HaltReason, PointTrigger, RunGoal};
 use emu_debug::trace::register_bits;
-use emu_tui::debugger::{CommandAnswer, CodeLine, DebuggerScreen, DebuggedMachine, MemoryExcerpt, DebuggerSnapshot, SourceExcerpt, PinTrace, NamedValue, ScreenQuery};
+use emu_tui::debugger::{
+    CodeLine, CommandAnswer, DebuggedMachine, DebuggerScreen, DebuggerSnapshot, MemoryExcerpt, NamedValue, PinTrace,
+    ScreenQuery, SourceExcerpt,
+};
 use emu_tui::rung_picture::{self, PowerFlowSource};
 use emu_tui::screen;
 use ladder::ElementId;
 use ladder_view::ScanPosition;
 
-use super::shell::{ShellFlow, DebugShell};
+use super::shell::{DebugShell, ShellFlow};
 use super::stop::level;
 use crate::fail::VerbFailure;
 use crate::report::MessageStyle;
@@ -52,7 +55,8 @@ pub fn show(
     let live = !played.is_given();
     let before = shell.session.machine().fork();
     let sources = RefCell::new(shell.sources.without_cache());
-    let face = TuiSession { sources, shell, title: title.to_owned(), previous: before, running: false, interrupt, live };
+    let face =
+        TuiSession { sources, shell, title: title.to_owned(), previous: before, running: false, interrupt, live };
     let mut screen = DebuggerScreen::new(face, !live).with_message(told);
     watch::show_view(&mut screen, played, "--tui", terminal)
 }
@@ -133,7 +137,8 @@ impl TuiSession {
     /// What a stop says, without what the screen shows anyway: the instruction, the rung, the time.
     fn stop_message(&self, text: &str) -> String {
         let pc = self.shell.session.machine().pc();
-        let here = format!("{}: {}", self.shell.session.scope.source().describe_word(pc), self.shell.instruction(pc).text);
+        let here =
+            format!("{}: {}", self.shell.session.scope.source().describe_word(pc), self.shell.instruction(pc).text);
         let known = |line: &&str| *line == here || line.starts_with("cycle ") || line.contains(" ||");
         text.lines().filter(|line| !known(line)).map(|line| format!("{line}\n")).collect()
     }
@@ -157,7 +162,8 @@ impl TuiSession {
         if let Some(scan) = session.scan() {
             text.push_str(&format!("  scan {scan}"));
         }
-        if let Some(rung) = self.shell.view.as_ref().and_then(|view| view.rung_at(view.current_word(session.machine()))) {
+        if let Some(rung) = self.shell.view.as_ref().and_then(|view| view.rung_at(view.current_word(session.machine())))
+        {
             text.push_str(&format!("  rung {rung}"));
         }
         text
@@ -238,7 +244,8 @@ impl TuiSession {
         let label = own.map(|symbol| format!("{}:", symbol.name)).or_else(|| rung.map(|rung| format!("rung {rung}:")));
         let of = |word: u32| source.line_at(word).map(|line| (line.file.to_string(), line.line));
         let begins = of(word).filter(|here| word == 0 || of(word - 1).as_ref() != Some(here));
-        let point = session.points.enabled().find(|p| matches!(&p.trigger, PointTrigger::Code(words) if words.contains(&word)));
+        let point =
+            session.points.enabled().find(|p| matches!(&p.trigger, PointTrigger::Code(words) if words.contains(&word)));
         CodeLine {
             word,
             address: format!("0x{:04x}", chip.code_address(word)),
@@ -290,7 +297,13 @@ impl TuiSession {
         let moment = view.scan_position(session.follower(), session.machine());
         let now = moment.current_element()?;
         let values = view.values(session.machine()).into_iter().collect();
-        Some(rung_picture::rung_picture(view.program(), now.rung as usize, width, &RungPowerFlow { moment, values }, Some(now)))
+        Some(rung_picture::rung_picture(
+            view.program(),
+            now.rung as usize,
+            width,
+            &RungPowerFlow { moment, values },
+            Some(now),
+        ))
     }
 
     fn memory(&self, (which, at, count): (usize, u32, usize)) -> Option<MemoryExcerpt> {
@@ -338,7 +351,11 @@ struct RungPowerFlow {
 impl PowerFlowSource for RungPowerFlow {
     fn power_flow(&self, element: ElementId) -> Option<(bool, bool)> {
         // What is still to come is not shown as if it had been.
-        if self.moment.current_element() == Some(element) { Some((self.moment.is_powered_here(), false)) } else { self.moment.power(element) }
+        if self.moment.current_element() == Some(element) {
+            Some((self.moment.is_powered_here(), false))
+        } else {
+            self.moment.power(element)
+        }
     }
 
     fn bit_value(&self, name: &str) -> Option<bool> {

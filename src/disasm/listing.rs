@@ -6,7 +6,7 @@ use emu_debug::ProgramSource;
 
 use super::DisasmArgs;
 use crate::codes::{NO_LINES, file_error};
-use crate::report::{MessageStyle, FileTexts, report_diagnostics};
+use crate::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::sources::SourceFiles;
 
 /// Source lines between the instructions.

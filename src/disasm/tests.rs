@@ -1,7 +1,7 @@
 //! Names that are labels and names that are not, in text that assembles back.
 
 use emu_core::chip::Chip;
-use emu_core::image::{Image, SourceLines, Segment, SymbolAt};
+use emu_core::image::{Image, Segment, SourceLines, SymbolAt};
 use emu_debug::{AddressNames, ProgramSource};
 
 use super::pieces::ProgramMemory;
@@ -106,7 +106,8 @@ fn only_names_that_mean_nothing_else_are_labels() {
     for &(name, bytes, names, wanted) in CASES {
         let chip = chip(name);
         let symbols = names.split(' ').filter_map(|name| name.split_once('@'));
-        let symbols = symbols.map(|(name, addr)| SymbolAt::new(name, chip.code_space, addr.parse().expect("an address"), 0));
+        let symbols =
+            symbols.map(|(name, addr)| SymbolAt::new(name, chip.code_space, addr.parse().expect("an address"), 0));
         let symbols: Vec<SymbolAt> = symbols.collect();
         let segments = vec![Segment { space: chip.code_space, addr: 0, bytes: bytes.to_vec() }];
         let image = Image { segments, ..Image::default() };

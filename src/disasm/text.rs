@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 
 use emu_core::chip::{Chip, ChipFamily};
-use emu_core::image::{WordBits, Image, SymbolAt};
+use emu_core::image::{Image, SymbolAt, WordBits};
 use emu_core::table::DisassembledInstruction;
 use emu_debug::{AddressNames, ProgramSource};
 
@@ -168,10 +168,17 @@ impl<'a> AssemblableText<'a> {
 
     /// A name can be a label, and becomes one.
     fn label(&mut self, name: &str) -> bool {
-        is_identifier(name) && !emu_asm::is_taken(self.chip, name) && self.defined_labels.insert(name.to_ascii_lowercase())
+        is_identifier(name)
+            && !emu_asm::is_taken(self.chip, name)
+            && self.defined_labels.insert(name.to_ascii_lowercase())
     }
 
-    fn instruction(&mut self, at: u32, words: &[u16], DisassembledInstruction { text, operands, .. }: &DisassembledInstruction) {
+    fn instruction(
+        &mut self,
+        at: u32,
+        words: &[u16],
+        DisassembledInstruction { text, operands, .. }: &DisassembledInstruction,
+    ) {
         let digits = self.digits();
         let hex: Vec<String> = words.iter().map(|word| format!("{word:0digits$X}")).collect();
         let (text, why) = text.split_once(';').unwrap_or((text, ""));
@@ -179,8 +186,8 @@ impl<'a> AssemblableText<'a> {
         meant.extend((!why.is_empty()).then(|| why.trim().to_owned()));
         // On AP101 a program may hold words that no source may say, such as one that sets an input. Elsewhere the tests of the
         // tables prove every word.
-        let back =
-            self.chip.family != ChipFamily::Ap101 || emu_asm::assemble_line(self.chip, text, at).is_ok_and(|back| back == words);
+        let back = self.chip.family != ChipFamily::Ap101
+            || emu_asm::assemble_line(self.chip, text, at).is_ok_and(|back| back == words);
         let text = if back {
             text.to_owned()
         } else {
@@ -203,7 +210,11 @@ fn values(bytes: &[u8], unit: u32, mask: u16) -> String {
 }
 
 /// The symbols at the words of an instruction.
-pub(super) fn labels_at<'a>(names: &AddressNames<'a>, word: u32, len: usize) -> impl Iterator<Item = &'a SymbolAt> + use<'a> {
+pub(super) fn labels_at<'a>(
+    names: &AddressNames<'a>,
+    word: u32,
+    len: usize,
+) -> impl Iterator<Item = &'a SymbolAt> + use<'a> {
     let (code, size) = (names.chip.code_space, names.chip.word_bytes);
     let (start, end) = (word * size, (word + len as u32) * size);
     names.symbols.iter().filter(move |s| s.space == code && (start..end).contains(&s.addr))

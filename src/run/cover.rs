@@ -5,10 +5,12 @@ use std::io::Write;
 use clap::Args;
 use emu_core::cpu::{Cpu, Probe};
 use emu_core::image::Image;
-use emu_debug::coverage::{CoveredInstruction, CoverageTotals, lcov};
-use emu_debug::run::{RunProbe, ReadMemory, run_with_probe};
+use emu_debug::coverage::{CoverageTotals, CoveredInstruction, lcov};
+use emu_debug::run::{ReadMemory, RunProbe, run_with_probe};
 use emu_debug::trace::TraceProbe;
-use emu_debug::{AttachedDevices, CodeCoverage, RunResult, RunController, RunPlan, CycleProfile, ProgramSource, WaveWriter};
+use emu_debug::{
+    AttachedDevices, CodeCoverage, CycleProfile, ProgramSource, RunController, RunPlan, RunResult, WaveWriter,
+};
 use serde_json::{Value, json};
 
 use super::rungs::{ElementCounts, MappedLadder};
@@ -214,7 +216,11 @@ impl<'a> CoverageRun<'a> {
     }
 
     /// Writes the files, and gives what is told of it to people and as members of the document.
-    pub fn write_reports(self, seen: &CoverAndProfile, source: &ProgramSource<'_>) -> Result<CoverageReport, VerbFailure> {
+    pub fn write_reports(
+        self,
+        seen: &CoverAndProfile,
+        source: &ProgramSource<'_>,
+    ) -> Result<CoverageReport, VerbFailure> {
         let (mut text, mut members) = (String::new(), Vec::new());
         if let (Some(CoverageProbe { coverage, elements }), Some((file, pending))) = (&seen.covered, self.coverage) {
             let reached = coverage.covered_instructions(source.names.chip, self.image);

@@ -12,13 +12,16 @@ use emu_debug::cod::{CodRunLimits, CodScript};
 use emu_debug::run::shown_pin_levels;
 use emu_debug::stimulus::queue_drives;
 use emu_debug::waveform::WaveExtras;
-use emu_debug::{AttachedDevices, CycleClock, RunResult, RunController, AddressNames, ContinueCallback, AddressRange, RunEnd, ProgramSource, WaveWriter};
+use emu_debug::{
+    AddressNames, AddressRange, AttachedDevices, ContinueCallback, CycleClock, ProgramSource, RunController, RunEnd,
+    RunResult, WaveWriter,
+};
 use scenario::ScenarioVerdict;
 
 use super::RunArgs;
-use super::cover::{CoverageRun, CoverAndProfile};
-use super::plan::{PlannedRun, exit_code, missing_expected_text, plan_run, check_pins_exist};
-use super::scenario::{ScenarioSetup, ScenarioHost};
+use super::cover::{CoverAndProfile, CoverageRun};
+use super::plan::{PlannedRun, check_pins_exist, exit_code, missing_expected_text, plan_run};
+use super::scenario::{ScenarioHost, ScenarioSetup};
 use super::snapshot::RunSnapshots;
 use super::trace::TraceRequest;
 use crate::attach::AttachedStores;
@@ -27,7 +30,7 @@ use crate::family::{self, MachineVisitor};
 use crate::held::reset_hold;
 use crate::interrupts::listen_for_interrupts;
 use crate::output::PendingFile;
-use crate::report::{MessageStyle, FileTexts, report_diagnostics};
+use crate::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::snapshots::SnapshotWriter;
 use crate::store::{self, MemoryFile};
 use crate::summary::{self, RunSummary};
@@ -101,8 +104,9 @@ impl HeadlessRun<'_> {
         let (args, image, chip) = (self.args, self.image, cpu.chip());
         let source = self.source(chip);
         let filled = image.segments.iter().filter(|s| s.space == chip.ram_space);
-        job.plan.initialized =
-            filled.map(|s| AddressRange { space: s.space, start: s.addr, end: s.addr + s.bytes.len() as u32 }).collect();
+        job.plan.initialized = filled
+            .map(|s| AddressRange { space: s.space, start: s.addr, end: s.addr + s.bytes.len() as u32 })
+            .collect();
         for (text, range) in &job.peek {
             let width = chip.bytes_per_address(range.space);
             if let Some(addr) = (range.start..range.end).find(|&addr| cpu.peek(range.space, addr * width).is_none()) {
@@ -120,9 +124,12 @@ impl HeadlessRun<'_> {
         }
         let scenario = args.scenes.scenario.as_deref().map(scenarios::read_scenario).transpose()?;
         let cast = match args.scenes.is_any_given() {
-            true => {
-                Some(args.scenes.scenario_setup(cpu, &source, (args, &job, scenario.as_ref()), (&self.snapshot_writer, self.terminal))?)
-            }
+            true => Some(args.scenes.scenario_setup(
+                cpu,
+                &source,
+                (args, &job, scenario.as_ref()),
+                (&self.snapshot_writer, self.terminal),
+            )?),
             false => None,
         };
         if let Some(bound) = cast.as_ref().and_then(|cast| cast.deciding.as_ref()) {
@@ -130,10 +137,15 @@ impl HeadlessRun<'_> {
         }
         board.connect(cpu);
         let asked = args.trace.resolve(cpu, &source)?;
-        let cover =
-            CoverageRun::new(&args.cover, args.trace.map.as_deref(), (&source, image), (&self.snapshot_writer.protected_files, self.terminal))?;
+        let cover = CoverageRun::new(
+            &args.cover,
+            args.trace.map.as_deref(),
+            (&source, image),
+            (&self.snapshot_writer.protected_files, self.terminal),
+        )?;
         let job_of = (&job, asked, source);
-        let RecordedRun { ended, verdict, seen, files_written: kept } = run_recorded(args, (cpu, board), job_of, (cast, &cover), begun)?;
+        let RecordedRun { ended, verdict, seen, files_written: kept } =
+            run_recorded(args, (cpu, board), job_of, (cast, &cover), begun)?;
         let held = if ended.reason == RunEnd::Halted { reset_hold(cpu, &job.drives) } else { None };
         let PlannedRun { clock, plan, peek, .. } = &job;
         let story = RunSummary { cpu, source, clock: *clock, plan, ended: &ended, peek, reset_hold: held };
@@ -148,7 +160,9 @@ impl HeadlessRun<'_> {
         let played = scenario.as_ref().zip(verdict.as_ref());
         if let (RunEnd::Finished, Some(text)) = (ended.reason, missing_expected_text(plan, &ended)) {
             let text = text.escape_ascii();
-            output::print_to_stderr(&format!("error: the scenario is over, and --expect-uart \"{text}\" was not sent\n"));
+            output::print_to_stderr(&format!(
+                "error: the scenario is over, and --expect-uart \"{text}\" was not sent\n"
+            ));
         }
         if args.json {
             let mut document = summary::json_document(&story);
@@ -170,7 +184,9 @@ impl HeadlessRun<'_> {
         let asked = args.time.is_some() || args.cycles.is_some();
         let code = exit_code(&job.plan, &ended, asked);
         let code = match played {
-            Some((file, verdict)) => file.report_beside_run(verdict, (code, args.json || self.to_stdout), self.terminal)?,
+            Some((file, verdict)) => {
+                file.report_beside_run(verdict, (code, args.json || self.to_stdout), self.terminal)?
+            }
             None => code,
         };
         Ok(args.lint.map_or(code, |how| lint::exit_code_with_lints(how, &ended.lints, code)))
@@ -231,8 +247,9 @@ fn run_recorded<C: Cpu>(
     let mut look = args.trace.trace_probe(asked, trace_file.as_ref(), (source, job.clock.hz))?;
 
     *begun = true;
-    let mut go =
-        |cpu: &mut C, host: &mut dyn RunController<C>| cover.run((cpu, board), &job.plan, (wave.take(), look.as_mut()), host);
+    let mut go = |cpu: &mut C, host: &mut dyn RunController<C>| {
+        cover.run((cpu, board), &job.plan, (wave.take(), look.as_mut()), host)
+    };
     let ((mut ended, seen), verdict, recording) = match stage {
         Some(mut stage) => {
             let ended = go(cpu, &mut stage);

@@ -2,7 +2,7 @@
 
 use emu_core::cpu::Cpu;
 use emu_debug::stop_condition::StopCondition;
-use emu_debug::{CycleClock, TimedDrive, RunResult, RunPlan, AddressRange, RunEnd, ProgramSource, time};
+use emu_debug::{AddressRange, CycleClock, ProgramSource, RunEnd, RunPlan, RunResult, TimedDrive, time};
 
 use super::{DEFAULT_LIMIT, RamChoice, RunArgs};
 use crate::fail::{VerbFailure, exit};
@@ -27,8 +27,10 @@ pub fn plan_run(args: &RunArgs, source: &ProgramSource<'_>, clock: CycleClock) -
         None => clock.parse_cycles(time).map_err(|why| VerbFailure::invalid_flag_value("--for <TIME>", time, &why))?,
     };
     let drives = args.machine.drives(source, clock, &str::to_owned)?;
-    let conditions =
-        args.until.iter().map(|t| source.parse_condition(t).map_err(|why| VerbFailure::invalid_flag_value("--until <COND>", t, &why)));
+    let conditions = args
+        .until
+        .iter()
+        .map(|t| source.parse_condition(t).map_err(|why| VerbFailure::invalid_flag_value("--until <COND>", t, &why)));
     let peek = args.peek.iter().map(|text| match names.parse_range(text) {
         Ok(range) => Ok((text.clone(), range)),
         Err(why) => Err(VerbFailure::invalid_flag_value("--peek <RANGE>", text, &why)),

@@ -6,16 +6,16 @@ use diag::DiagnosticCode;
 use emu_core::chip::Chip;
 use emu_debug::ProgramSource;
 use emu_debug::coverage::lcov::{BranchCount, FunctionCount, LcovRecord};
-use emu_debug::coverage::{CoveredShare, CoveredInstruction};
+use emu_debug::coverage::{CoveredInstruction, CoveredShare};
 use emu_debug::run::ReadMemory;
 use ladder::LadderProgram;
-use ladder_compile::{ImageMap, CellLocation};
+use ladder_compile::{CellLocation, ImageMap};
 
 use super::trace;
 use crate::codes::file_error;
 use crate::fail::VerbFailure;
 use crate::input;
-use crate::report::{MessageStyle, FileTexts};
+use crate::report::{FileTexts, MessageStyle};
 
 /// A ladder program that is not the one of the map.
 pub const OTHER_LADDER: &str = "COV001";
@@ -45,7 +45,12 @@ pub struct ElementCounts {
 
 impl MappedLadder {
     /// Reads the map, and the program that it is of.
-    pub fn read(map: &str, ladder: Option<&str>, source: &ProgramSource<'_>, terminal: &MessageStyle) -> Result<MappedLadder, VerbFailure> {
+    pub fn read(
+        map: &str,
+        ladder: Option<&str>,
+        source: &ProgramSource<'_>,
+        terminal: &MessageStyle,
+    ) -> Result<MappedLadder, VerbFailure> {
         let chip = source.names.chip;
         let parsed = trace::read_map(map, chip)?;
         let program =

@@ -9,11 +9,14 @@ use std::sync::Arc;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, ResetCause};
-use emu_core::pins::{PinLevel, CycleTime};
-use emu_debug::chip_scenario::{ChipStimulus, ChipObservable, ChipBindings};
-use emu_debug::stimulus::{INITIAL_SUPPLY_MV, ExternalDrive, queue_drive};
-use emu_debug::{CycleClock, TimedDrive, RunDecision, RunController, SerialLineSender, StretchWatch};
-use scenario::{BoundScenario, RecordedAction, PlayerState, ScenarioPlayer, OutputReading, Recorder, ScenarioValue, ScenarioVerdict, ScenarioWorld};
+use emu_core::pins::{CycleTime, PinLevel};
+use emu_debug::chip_scenario::{ChipBindings, ChipObservable, ChipStimulus};
+use emu_debug::stimulus::{ExternalDrive, INITIAL_SUPPLY_MV, queue_drive};
+use emu_debug::{CycleClock, RunController, RunDecision, SerialLineSender, StretchWatch, TimedDrive};
+use scenario::{
+    BoundScenario, OutputReading, PlayerState, RecordedAction, Recorder, ScenarioPlayer, ScenarioValue,
+    ScenarioVerdict, ScenarioWorld,
+};
 
 pub use stimuli::ScenarioFlags;
 
@@ -72,7 +75,8 @@ impl<'a> ScenarioHost<'a> {
         cast: ScenarioSetup,
         patience: &'a mut dyn FnMut(&[u8]) -> bool,
     ) -> Result<ScenarioHost<'a>, VerbFailure> {
-        let ScenarioSetup { table, supplies, deciding: main, stimuli: beside, baud, recorder, snapshot_writer: shelf } = cast;
+        let ScenarioSetup { table, supplies, deciding: main, stimuli: beside, baud, recorder, snapshot_writer: shelf } =
+            cast;
         let sends = main.iter().chain(&beside).any(|bound| bound.has_send_step);
         let baud = main.iter().find_map(|bound| bound.baud).unwrap_or(baud);
         let line = family::receive_pin(chip).filter(|_| sends).map(|pin| SerialLineSender::new(pin, baud)).transpose();

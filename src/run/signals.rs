@@ -4,8 +4,8 @@ use emu_core::chip::ChipFamily;
 use emu_core::cpu::Cpu;
 use emu_debug::ProgramSource;
 use emu_debug::bit_space::BIT_SPACE;
-use emu_debug::trace::{TraceSignal, SignalSource, register_bits};
-use ladder_compile::{ImageMap, CellLocation};
+use emu_debug::trace::{SignalSource, TraceSignal, register_bits};
+use ladder_compile::{CellLocation, ImageMap};
 
 use diag::nearest;
 
@@ -13,7 +13,12 @@ use diag::nearest;
 const MAX_SIGNAL_BYTES: u32 = 8;
 
 /// The signal that a text stands for: a symbol of the ladder program, a register of the core, memory, or a bit of a byte.
-pub fn parse_signal<C: Cpu>(text: &str, cpu: &C, source: &ProgramSource<'_>, map: Option<&ImageMap>) -> Result<TraceSignal, String> {
+pub fn parse_signal<C: Cpu>(
+    text: &str,
+    cpu: &C,
+    source: &ProgramSource<'_>,
+    map: Option<&ImageMap>,
+) -> Result<TraceSignal, String> {
     let (chip, text) = (cpu.chip(), text.trim());
     let name: String = text.chars().filter(|c| !c.is_whitespace()).collect();
     if name.is_empty() || name.chars().any(|c| c.is_control() || !c.is_ascii()) {
@@ -78,6 +83,10 @@ fn check_signal_exists<C: Cpu>(signal: TraceSignal, cpu: &C) -> Result<TraceSign
     };
     match (addr..addr.saturating_add(len)).find(|&addr| cpu.peek(space, addr).is_none()) {
         None => Ok(signal),
-        Some(addr) => Err(format!("{} has nothing at {space}:0x{:x}", cpu.chip().name, addr / cpu.chip().bytes_per_address(space))),
+        Some(addr) => Err(format!(
+            "{} has nothing at {space}:0x{:x}",
+            cpu.chip().name,
+            addr / cpu.chip().bytes_per_address(space)
+        )),
     }
 }

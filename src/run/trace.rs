@@ -6,9 +6,9 @@ use clap::{Args, ValueEnum};
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 use emu_core::image::SymbolAt;
-use emu_debug::trace::{TraceFormat, TraceLineWriter, TraceProbe, TraceSignals, TraceSink, TraceOutput, WordCache};
+use emu_debug::trace::{TraceFormat, TraceLineWriter, TraceOutput, TraceProbe, TraceSignals, TraceSink, WordCache};
 use emu_debug::waveform::WaveColumn;
-use emu_debug::{RunResult, ProgramSource};
+use emu_debug::{ProgramSource, RunResult};
 use ladder_compile::{ImageMap, SCHEMA};
 
 use super::signals::parse_signal;
@@ -130,7 +130,13 @@ impl TraceFlags {
     }
 
     /// Ends the trace, and puts it into its place.
-    pub fn finish_trace(&self, look: TraceProbe<'_>, pending: Option<PendingFile>, cycle: u64, ended: &RunResult) -> Result<(), VerbFailure> {
+    pub fn finish_trace(
+        &self,
+        look: TraceProbe<'_>,
+        pending: Option<PendingFile>,
+        cycle: u64,
+        ended: &RunResult,
+    ) -> Result<(), VerbFailure> {
         let name = self.trace.as_deref().unwrap_or_default();
         if let Some(trace) = look.trace {
             let why = summary::reason_word(ended.reason);
@@ -153,8 +159,8 @@ pub fn read_map(file: &str, chip: &Chip) -> Result<ImageMap, VerbFailure> {
         let hint = "give the file that `emu compile --map` wrote together with the image";
         VerbFailure::Refused(vec![file_error(NOT_A_MAP, file, cause, hint)], FileTexts::default())
     };
-    let map: ImageMap =
-        serde_json::from_slice(&input::read_bytes(file)?).map_err(|why| refuse(format!("is no map of an image: {why}")))?;
+    let map: ImageMap = serde_json::from_slice(&input::read_bytes(file)?)
+        .map_err(|why| refuse(format!("is no map of an image: {why}")))?;
     if map.schema != SCHEMA {
         return Err(refuse(format!("is a map of version {}; this is version {SCHEMA}", map.schema)));
     }
@@ -165,7 +171,12 @@ pub fn read_map(file: &str, chip: &Chip) -> Result<ImageMap, VerbFailure> {
 }
 
 /// Adds the program words that a text stands for.
-fn add_trace_range(words: &mut WordCache, text: &str, source: &ProgramSource<'_>, map: Option<&ImageMap>) -> Result<(), String> {
+fn add_trace_range(
+    words: &mut WordCache,
+    text: &str,
+    source: &ProgramSource<'_>,
+    map: Option<&ImageMap>,
+) -> Result<(), String> {
     let (names, chip) = (&source.names, source.names.chip);
     if let Some(number) = text.trim().strip_prefix("rung:") {
         let Some(map) = map else { return Err("rungs need the map of the program: --map FILE".to_owned()) };
@@ -213,7 +224,12 @@ fn add_trace_range(words: &mut WordCache, text: &str, source: &ProgramSource<'_>
 }
 
 /// Adds the words of source lines, from the first to the one before the end; without an end of that line alone.
-fn add_line_words(words: &mut WordCache, (file, first): (&str, &str), end: Option<&str>, source: &ProgramSource<'_>) -> Result<(), String> {
+fn add_line_words(
+    words: &mut WordCache,
+    (file, first): (&str, &str),
+    end: Option<&str>,
+    source: &ProgramSource<'_>,
+) -> Result<(), String> {
     let number = |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is no line; write main.c:10..20"));
     let first = number(first)?;
     let end = end.map_or(Ok(first.saturating_add(1)), number)?;

@@ -4,16 +4,21 @@ use emu_check::EvaluatorPlay;
 use ladder_eval::Evaluator;
 use scenario::bind;
 
-use super::{MAX_VALUES, SimArgs, write_results, can_send, unsupported};
+use super::{MAX_VALUES, SimArgs, can_send, unsupported, write_results};
 use crate::fail::{VerbFailure, exit};
 use crate::input::ReadProgram;
 use crate::output;
-use crate::report::{MessageStyle, FileTexts, report_diagnostics};
+use crate::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::scenarios::{self, PlayedScenario};
 use crate::trace::ScanTraceTable;
 
 /// Plays it, and writes what was asked for.
-pub fn play(args: &SimArgs, read: &ReadProgram, used: &[(&str, &str)], terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+pub fn play(
+    args: &SimArgs,
+    read: &ReadProgram,
+    used: &[(&str, &str)],
+    terminal: &MessageStyle,
+) -> Result<u8, VerbFailure> {
     let program = &read.program;
     let eval = Evaluator::new(program)
         .map_err(|refusal| VerbFailure::Refused(vec![unsupported(program, &refusal)], FileTexts::default()))?;

@@ -10,7 +10,7 @@ use scenario::NewlineTerminated;
 use vcd::{Command, IdCode, Parser, TimescaleUnit, Value, VarType, Vector};
 
 use super::scale::WaveTimescale;
-use crate::codes::{MALFORMED_WAVE, TOO_LARGE_WAVE, UNREADABLE, CONTRADICTORY_WAVE, file_error, system_message};
+use crate::codes::{CONTRADICTORY_WAVE, MALFORMED_WAVE, TOO_LARGE_WAVE, UNREADABLE, file_error, system_message};
 use crate::fail::VerbFailure;
 use crate::report::FileTexts;
 
@@ -270,23 +270,34 @@ impl<'a> VcdReader<'a> {
         }
     }
 
-    fn change(&mut self, code: IdCode, value: impl Fn(&WaveSignal) -> Option<SignalValue>) -> Result<(), (&'static str, String)> {
+    fn change(
+        &mut self,
+        code: IdCode,
+        value: impl Fn(&WaveSignal) -> Option<SignalValue>,
+    ) -> Result<(), (&'static str, String)> {
         let Some(list) = self.codes.get(&code).filter(|_| self.declared) else {
             return Err((CONTRADICTORY_WAVE, format!("`{code}` changes, and is no signal that was declared")));
         };
         for signal in list {
             let Some(signal) = self.signals.get_mut(*signal) else { continue };
             let Some(value) = value(signal) else {
-                return Err((CONTRADICTORY_WAVE, format!("{} has {} bits, and its value has more", signal.name, signal.bits)));
+                return Err((
+                    CONTRADICTORY_WAVE,
+                    format!("{} has {} bits, and its value has more", signal.name, signal.bits),
+                ));
             };
             let same = signal.changes.last().is_some_and(|(_, last)| *last == value && value != SignalValue::Event);
             if !same {
-                self.changes_kept += 1 + if let SignalValue::Word(text) = &value { text.len() / BYTES_PER_CHANGE } else { 0 };
+                self.changes_kept +=
+                    1 + if let SignalValue::Word(text) = &value { text.len() / BYTES_PER_CHANGE } else { 0 };
                 signal.changes.push((self.now, value));
             }
         }
         if self.changes_kept > MAX_CHANGES {
-            return Err((TOO_LARGE_WAVE, format!("there are more than {MAX_CHANGES} changes; name signals with --only")));
+            return Err((
+                TOO_LARGE_WAVE,
+                format!("there are more than {MAX_CHANGES} changes; name signals with --only"),
+            ));
         }
         Ok(())
     }
@@ -294,7 +305,10 @@ impl<'a> VcdReader<'a> {
     fn refuse(&self, code: &'static str, line: u64, cause: String) -> VerbFailure {
         let pos = Pos { line: u32::try_from(line).unwrap_or(u32::MAX), column: 1, width: 1 };
         let hint = "write the file again with the tool that it comes from";
-        VerbFailure::Refused(vec![Diagnostic::new(Severity::Error, code, self.file, pos, cause, hint)], FileTexts::default())
+        VerbFailure::Refused(
+            vec![Diagnostic::new(Severity::Error, code, self.file, pos, cause, hint)],
+            FileTexts::default(),
+        )
     }
 }
 
@@ -365,7 +379,9 @@ mod tests {
     fn read(text: &str) -> Result<WaveFile, String> {
         let read = VcdReader::new("f.vcd", &[]).read_all(text.as_bytes());
         read.map_err(|failure| match failure {
-            VerbFailure::Refused(why, _) => why.iter().map(|d| format!("{} {} {}", d.code, d.pos.line, d.cause)).collect(),
+            VerbFailure::Refused(why, _) => {
+                why.iter().map(|d| format!("{} {} {}", d.code, d.pos.line, d.cause)).collect()
+            }
             _ => "another failure".to_owned(),
         })
     }
@@ -379,7 +395,10 @@ mod tests {
         let names: Vec<&str> = waves.signals.iter().map(|signal| signal.name.as_str()).collect();
         assert_eq!(names, ["a", "b", "e", "r"]);
         let of = |index: usize| waves.signals[index].changes.clone();
-        assert_eq!(of(0), [(5, SignalValue::High), (9, SignalValue::Unknown), (10, SignalValue::Floating), (12, SignalValue::Low)]);
+        assert_eq!(
+            of(0),
+            [(5, SignalValue::High), (9, SignalValue::Unknown), (10, SignalValue::Floating), (12, SignalValue::Low)]
+        );
         assert_eq!(of(1), [(5, word("05")), (9, SignalValue::Unknown), (10, word("x1")), (12, word("ff"))]);
         assert_eq!(of(2), [(5, SignalValue::Event), (9, SignalValue::Event)]);
         assert_eq!(of(3), [(5, word("1.5"))]);

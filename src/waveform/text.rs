@@ -67,7 +67,9 @@ fn line(signal: &WaveSignal, drawing: &WaveDrawing<'_>, columns: usize, column: 
             [SignalValue::Word(_)] => word.pop().unwrap_or(' '),
             [SignalValue::Unknown] => 'x',
             [SignalValue::Floating] => '─',
-            _ if levels => glyph(values.iter().all(high), values.iter().any(|value| matches!(value, SignalValue::High))),
+            _ if levels => {
+                glyph(values.iter().all(high), values.iter().any(|value| matches!(value, SignalValue::High)))
+            }
             _ => {
                 // Too short to be read; the last one goes on behind it.
                 word.retain(|c| *c != '|');

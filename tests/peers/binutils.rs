@@ -6,7 +6,7 @@ use std::path::Path;
 
 use emu_avr::isa::{KINDS, Kind, PC_MASK, ROWS, disassemble, encode, is_missing};
 use emu_core::rng::Rng;
-use emu_core::table::{BitPattern, InstructionRow, InstructionLocation};
+use emu_core::table::{BitPattern, InstructionLocation, InstructionRow};
 
 use crate::seed;
 use crate::tools::{folder, run};

@@ -231,7 +231,8 @@ fn check(row: &InstructionRow, kind: Kind, rng: &mut Rng) -> Tally {
 fn every_row_in_lock_step_with_simavr() {
     let seed = seed();
     println!("seed {seed:#x} (EMU_SEED), {WANTED} states a row or more");
-    let rows: Vec<(usize, &InstructionRow, Kind)> = ROWS.iter().zip(KINDS).enumerate().map(|(n, (row, &k))| (n, row, k)).collect();
+    let rows: Vec<(usize, &InstructionRow, Kind)> =
+        ROWS.iter().zip(KINDS).enumerate().map(|(n, (row, &k))| (n, row, k)).collect();
     let there = |kind: Kind| ROWS_LEFT_OUT.iter().all(|(left, _)| *left != kind);
     // Each row has random numbers of its own, so that two can be compared at a time.
     let work = |part: usize| -> Vec<(usize, Tally)> {

@@ -62,7 +62,8 @@ fn cpu_seconds() -> Result<f64, String> {
 fn machine(file: &str) -> Result<Avr, String> {
     let bytes = std::fs::read(file).map_err(|e| format!("{file}: {e}"))?;
     let machine = ElfMachine(ATMEGA328P.elf_machine);
-    let loaded = load(file, &bytes, ATMEGA328P.hex_spaces, ATMEGA328P.elf_spaces, machine).map_err(|e| format!("{file}: {e:?}"))?;
+    let loaded = load(file, &bytes, ATMEGA328P.hex_spaces, ATMEGA328P.elf_spaces, machine)
+        .map_err(|e| format!("{file}: {e:?}"))?;
     Ok(Avr::new(&ATMEGA328P, &loaded.image, RamInit::Random(1)))
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::image::{ElfMachine, load};
-use emu_core::{Cpu, ChipEvent, PinLevel, PinId, Probe, RamInit, StopReason, CycleTime};
+use emu_core::{ChipEvent, Cpu, CycleTime, PinId, PinLevel, Probe, RamInit, StopReason};
 
 use crate::harness;
 use crate::tools::{folder, run, source};

@@ -1,6 +1,6 @@
 //! Registers, bits and pins, in groups from which the rows of the chips are put together.
 
-use emu_core::chip::{PinDef, NamedAddress};
+use emu_core::chip::{NamedAddress, PinDef};
 
 /// Rows of [`Reg`]: address and name.
 macro_rules! rows {
@@ -19,7 +19,8 @@ pub(super) const REGS: &[NamedAddress] = rows! {
 pub(super) const REGS_BUS: &[NamedAddress] = rows! { 0x80 "P0" 0xA0 "P2" };
 
 /// Timer 2 of the 8052.
-pub(super) const REGS_TIMER2: &[NamedAddress] = rows! { 0xC8 "T2CON" 0xCA "RCAP2L" 0xCB "RCAP2H" 0xCC "TL2" 0xCD "TH2" };
+pub(super) const REGS_TIMER2: &[NamedAddress] =
+    rows! { 0xC8 "T2CON" 0xCA "RCAP2L" 0xCB "RCAP2H" 0xCC "TL2" 0xCD "TH2" };
 
 /// Timer 2 that counts down and gives a clock out (AT89C52, "Timer 2 registers").
 pub(super) const REGS_T2MOD: &[NamedAddress] = rows! { 0xC9 "T2MOD" };

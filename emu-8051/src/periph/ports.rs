@@ -4,7 +4,7 @@
 //! AT89C2051 and AT89C4051) has none. Whoever pulls low wins on a wire; a chip that pulls low what the outside drives high
 //! is reported.
 
-use emu_core::pins::{PinLevel, PinState, PinId};
+use emu_core::pins::{PinId, PinLevel, PinState};
 use emu_core::state;
 
 use crate::chips::Mcs51Part;
@@ -77,7 +77,11 @@ impl Mcs51Ports {
     pub fn input(&self, port: usize) -> u8 {
         let pins = self.pins.iter().skip((port & 3) * 8).take(8);
         let levels = pins.enumerate().fold(0, |byte, (bit, pin)| byte | u8::from(pin.reads_high) << bit);
-        if self.has_comparator && port & 3 == 3 { levels & !0x40 | u8::from(self.comparator_out()) << 6 } else { levels }
+        if self.has_comparator && port & 3 == 3 {
+            levels & !0x40 | u8::from(self.comparator_out()) << 6
+        } else {
+            levels
+        }
     }
 
     /// A pin; one that nothing drives where there is none.

@@ -171,7 +171,8 @@ impl Mcs51Timers {
     /// The state after reset, synced to cycle `now`: registers 0, pins high.
     #[must_use]
     pub fn new(now: u64) -> Mcs51Timers {
-        let counts = TimerCounts { synced: now, tl: [0; 2], th: [0; 2], flag: [false; 2], since: [NEVER; 2], overflows: 0 };
+        let counts =
+            TimerCounts { synced: now, tl: [0; 2], th: [0; 2], flag: [false; 2], since: [NEVER; 2], overflows: 0 };
         let mut timers = Mcs51Timers {
             tmod: 0,
             run: [false; 2],
@@ -365,7 +366,8 @@ impl Mcs51Timers {
         let halves = if split && self.run[1] { TimerFeed::Cycles } else { TimerFeed::Off };
         let held = self.tmod >> 4 & MODE == 3;
         let second = if held { TimerFeed::Off } else { feed(1, self.run[1] || split) };
-        self.counter_setup = [(feed(0, self.run[0]), shape(self.tmod)), (halves, TimerShape::High), (second, shape(self.tmod >> 4))];
+        self.counter_setup =
+            [(feed(0, self.run[0]), shape(self.tmod)), (halves, TimerShape::High), (second, shape(self.tmod >> 4))];
         self.is_counting = self.counter_setup.iter().any(|&(feed, _)| feed != TimerFeed::Off);
     }
 

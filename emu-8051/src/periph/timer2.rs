@@ -451,5 +451,13 @@ fn setup_for(control: u8, mode: u8, t2: &InputPin, t2ex: &InputPin) -> Timer2Set
         _ => Timer2Feed::Off,
     };
     let edge = if control & EXEN2 != 0 && !updown { t2ex.fell_cycle } else { NEVER };
-    Timer2Setup { feed, is_generator: generator, clock, reload, counts_up_down: updown, down: updown && !t2ex.level, edge }
+    Timer2Setup {
+        feed,
+        is_generator: generator,
+        clock,
+        reload,
+        counts_up_down: updown,
+        down: updown && !t2ex.level,
+        edge,
+    }
 }

@@ -11,10 +11,10 @@
 //! ```
 
 use emu_core::cpu::{Bus as _, BusEffect};
-use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
 use super::Mcs51Soc;
-use crate::periph::map::{sfr, pin};
+use crate::periph::map::{pin, sfr};
 use crate::periph::ports::PINS;
 
 /// Clocks of the first cycle.

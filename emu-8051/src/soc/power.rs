@@ -121,7 +121,8 @@ state! { Mcs51Watchdog { unlock_written, cleared_cycle, paused_since } if |of, _
 
 impl Mcs51Watchdog {
     /// As after reset.
-    pub(super) const OFF: Mcs51Watchdog = Mcs51Watchdog { unlock_written: false, cleared_cycle: None, paused_since: None };
+    pub(super) const OFF: Mcs51Watchdog =
+        Mcs51Watchdog { unlock_written: false, cleared_cycle: None, paused_since: None };
 
     /// The cycle of its overflow.
     pub(super) fn next(&self) -> u64 {
@@ -168,7 +169,8 @@ impl Mcs51Soc {
     pub(super) fn enter_power_modes(&mut self, t: u64) {
         if self.pcon & PD != 0 && !self.power.is_powered_down() {
             // A level that is there already begins to wake it at once.
-            let waking = (0..2usize).find(|&n| self.is_woken_by(n) && !self.ports.pin([pin::INT0, pin::INT1][n]).reads_high);
+            let waking =
+                (0..2usize).find(|&n| self.is_woken_by(n) && !self.ports.pin([pin::INT0, pin::INT1][n]).reads_high);
             self.power.power_down_since = Some((t + 1 + self.stopped_cycles, waking));
         } else if self.pcon & IDL != 0 && self.auxr & WDIDLE != 0 {
             self.watchdog.pause(t);

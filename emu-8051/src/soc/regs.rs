@@ -4,7 +4,7 @@ use emu_core::NEVER;
 use emu_core::cpu::Bus;
 use emu_core::pins::PinId;
 
-use super::{SAMPLED_PINS, Mcs51Soc, power};
+use super::{Mcs51Soc, SAMPLED_PINS, power};
 use crate::chips;
 use crate::periph::map::sfr;
 

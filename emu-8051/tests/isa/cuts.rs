@@ -2,7 +2,7 @@
 //! not.
 
 use emu_8051::chips::{MCS51_PARTS, Mcs51Part};
-use emu_8051::{Mcs51, Options, Mcs51Readings};
+use emu_8051::{Mcs51, Mcs51Readings, Options};
 use emu_core::RamInit;
 use emu_core::cut_tests::{boundary_byte, random_slice_plan, search_restore_faults};
 use emu_core::image::{Image, Segment};

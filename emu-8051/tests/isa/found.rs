@@ -1,7 +1,7 @@
 //! Small programs that once ran otherwise than they should, each with what it showed.
 
 use emu_8051::chips::chip;
-use emu_8051::{Mcs51, Options, Mcs51Readings};
+use emu_8051::{Mcs51, Mcs51Readings, Options};
 use emu_core::pins::ChipEvent;
 use emu_core::{Cpu, Probe, RamInit, StopReason};
 

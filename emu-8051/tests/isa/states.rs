@@ -3,9 +3,9 @@
 
 use emu_8051::chips::{MCS51_PARTS, chip};
 use emu_8051::isa::find_row;
-use emu_8051::{Mcs51, Options, Mcs51Readings};
+use emu_8051::{Mcs51, Mcs51Readings, Options};
 use emu_core::image::{Image, Segment};
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
 use emu_core::slices::{RandomInput, SlicePlan, pick_random};
 use emu_core::{Cpu, RamInit};
@@ -185,8 +185,8 @@ impl Text {
                         .replace(&format!(" L{n}"), &format!(" {}", labels[n]))
                         .replace(&format!("#L{n}"), &format!("#{}", labels[n]))
                 });
-                let words =
-                    emu_asm::assemble_line(chip("8052").expect("a chip"), &line, pc).unwrap_or_else(|e| panic!("{line}: {e}"));
+                let words = emu_asm::assemble_line(chip("8052").expect("a chip"), &line, pc)
+                    .unwrap_or_else(|e| panic!("{line}: {e}"));
                 if round == 1 && line == "nop" {
                     self.nops.push(pc);
                 }
@@ -255,7 +255,8 @@ fn level(rng: &mut Rng) -> PinLevel {
 }
 
 fn act(text: &Text, rng: &mut Rng) -> RandomInput {
-    let head = |rng: &mut Rng| if text.heads.is_empty() { rng.below(0x1000) as u32 } else { pick_random(rng, &text.heads) };
+    let head =
+        |rng: &mut Rng| if text.heads.is_empty() { rng.below(0x1000) as u32 } else { pick_random(rng, &text.heads) };
     match rng.below(9) {
         0 => RandomInput::Poke("idata", 0x20 + rng.below(2) as u32, byte(rng)),
         1 => RandomInput::Poke("sfr", direct(rng).into(), byte(rng)),
@@ -263,7 +264,9 @@ fn act(text: &Text, rng: &mut Rng) -> RandomInput {
         3 => RandomInput::Pc(head(rng)),
         4 | 5 => RandomInput::Trap(head(rng), !rng.one_in(3)),
         6 => RandomInput::Drive(pin(rng), level(rng)),
-        7 if !text.nops.is_empty() => RandomInput::Poke("code", pick_random(rng, &text.nops), pick_random(rng, &[0, 4])),
+        7 if !text.nops.is_empty() => {
+            RandomInput::Poke("code", pick_random(rng, &text.nops), pick_random(rng, &[0, 4]))
+        }
         _ => RandomInput::Nothing,
     }
 }

@@ -6,7 +6,7 @@ use emu_8051::Mcs51;
 use emu_8051::chips::chip;
 use emu_8051::isa::{SHAPES, find_row};
 use emu_core::image::Image;
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
 use emu_core::{Cpu, RamInit, StopReason};
 

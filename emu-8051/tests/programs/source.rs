@@ -10,9 +10,9 @@
 //! Every `-- {a|b} rest` is a case: `$1`, `$2` in the program and in the rest stand for a, b. Lines behind it that begin with
 //! three blanks go on with it. `#` begins a line of comment.
 
-use emu_8051::{Mcs51, Options, Mcs51Readings, chips};
+use emu_8051::{Mcs51, Mcs51Readings, Options, chips};
 use emu_core::image::{Image, Segment};
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::{Chip, Cpu, RamInit};
 use std::collections::BTreeMap;
 
@@ -115,7 +115,10 @@ pub fn program(name: &str, source: &str) -> (Program, BTreeMap<String, u32>) {
                     von_neumann: is("von-neumann"),
                     ea: !is("ea-low"),
                     x2: is("x2"),
-                    readings: Mcs51Readings { samples_interrupt_at_once: is("now"), read_holds_interrupts: is("access") },
+                    readings: Mcs51Readings {
+                        samples_interrupt_at_once: is("now"),
+                        read_holds_interrupts: is("access"),
+                    },
                 };
             }
             ["drive", wire, ref edges @ ..] => {

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use emu_8051::periph::serial::{SerialLine, RI, SerialPort, SerialStep, TI};
+use emu_8051::periph::serial::{RI, SerialLine, SerialPort, SerialStep, TI};
 use emu_core::NEVER;
 
 /// `what | script | what happens`. In a script `N` is the cycle of what follows it: `scon=XX`, `sbuf=XX` are writes at its
@@ -151,7 +151,8 @@ fn run(script: &str) -> String {
                     note(&mut said, cycle, step, &port);
                 }
                 _ => {
-                    let since = if port.flags_set_since() == NEVER { "-".into() } else { port.flags_set_since().to_string() };
+                    let since =
+                        if port.flags_set_since() == NEVER { "-".into() } else { port.flags_set_since().to_string() };
                     let text = format!("scon={:02X} sbuf={:02X} since={since}", port.scon(), port.sbuf());
                     said.push((cycle, 13, text));
                 }
@@ -206,5 +207,8 @@ fn far_distances_cost_nothing() {
     assert_eq!(port.step_receiver(FAR + 153, false).flags, 1);
     // The frame is over, and the line stays low.
     port.rx_advance(FAR);
-    assert_eq!((port.rx_ticks_to_next_step(), port.flags_set_since(), port.next_shift_cycle()), (None, FAR + 153, NEVER));
+    assert_eq!(
+        (port.rx_ticks_to_next_step(), port.flags_set_since(), port.next_shift_cycle()),
+        (None, FAR + 153, NEVER)
+    );
 }

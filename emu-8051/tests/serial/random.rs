@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use emu_8051::periph::serial::{SerialLine, REN, RI, SerialPort, SerialStep, TI};
+use emu_8051::periph::serial::{REN, RI, SerialLine, SerialPort, SerialStep, TI};
 use emu_core::NEVER;
 use emu_core::rng::Rng;
 
@@ -146,7 +146,12 @@ fn one(seed: u64, seen: &mut Seen) {
             assert_eq!(eager.scon(), model.scon, "{}", place("SCON"));
             assert_eq!(eager.sbuf(), model.sbuf, "{}", place("SBUF"));
             assert_eq!(eager.flags_set_since(), model.since(), "{}", place("since"));
-            assert_eq!((eager.is_busy(), eager.is_receiving()), (model.busy(), model.receiving()), "{}", place("state"));
+            assert_eq!(
+                (eager.is_busy(), eager.is_receiving()),
+                (model.busy(), model.receiving()),
+                "{}",
+                place("state")
+            );
         };
         for _ in 0..tx_rate.ticks(cycle) {
             let was = eager.scon();

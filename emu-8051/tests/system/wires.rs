@@ -1,7 +1,7 @@
 //! Two machines on one wire in each direction, each with its own clock.
 
 use emu_8051::Mcs51;
-use emu_core::pins::{ChipEvent, PinLevel, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinLevel};
 use emu_core::{Cpu, Probe};
 
 use crate::source::{self, Program, pin};

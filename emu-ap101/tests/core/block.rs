@@ -52,7 +52,8 @@ fn every_fault_is_told() {
     for at in [2, 0x61, 0x104] {
         image.segments[1].bytes[at] = 0xEE;
     }
-    let places: Vec<u32> = Ap101Config::read_config(&image).expect_err("damaged").iter().map(|damage| damage.addr).collect();
+    let places: Vec<u32> =
+        Ap101Config::read_config(&image).expect_err("damaged").iter().map(|damage| damage.addr).collect();
     assert_eq!(places, [0x1002, 0x1061, 0x1104]);
 }
 
@@ -96,8 +97,9 @@ fn an_image_comes_back_from_its_hex_file() {
     for block in [None, Some(&block)] {
         let image = image(&program, block);
         let write = |image: &emu_core::image::Image| {
-            let start =
-                |space: &str| AP101.hex_spaces.iter().find(|window| window.name == space).map_or(0, |window| window.start);
+            let start = |space: &str| {
+                AP101.hex_spaces.iter().find(|window| window.name == space).map_or(0, |window| window.start)
+            };
             let segments: Vec<_> =
                 image.segments.iter().map(|s| (start(s.space) + s.addr, s.bytes.as_slice())).collect();
             write_hex(&segments)

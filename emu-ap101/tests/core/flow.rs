@@ -2,7 +2,7 @@
 
 use emu_ap101::Ap101;
 use emu_core::cpu::{Cpu, ProgramFault, ResetCause, StopReason};
-use emu_core::pins::{PinLevel, CycleTime};
+use emu_core::pins::{CycleTime, PinLevel};
 
 use crate::rig::{Block, image, words};
 
@@ -96,7 +96,9 @@ fn a_machine_that_nothing_can_wake_has_halted() {
 
 #[test]
 fn resets_are_power_failures_with_and_without_a_cold_start() {
-    for (why, kept) in [(ResetCause::PowerOn, 0), (ResetCause::External, 1), (ResetCause::Watchdog, 1), (ResetCause::BrownOut, 1)] {
+    for (why, kept) in
+        [(ResetCause::PowerOn, 0), (ResetCause::External, 1), (ResetCause::Watchdog, 1), (ResetCause::BrownOut, 1)]
+    {
         let mut machine = machine("ldc M0; sto M1; sto E1", &Block::EMPTY);
         machine.run(20, &mut ());
         machine.reset(why);

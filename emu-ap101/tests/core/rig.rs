@@ -69,5 +69,7 @@ pub fn image(words: &[u16], block: Option<&Block>) -> Image {
 /// The words of a program, an instruction between semicolons.
 pub fn words(text: &str) -> Vec<u16> {
     let lines = text.split(';').map(str::trim).filter(|line| !line.is_empty());
-    lines.flat_map(|line| emu_asm::assemble_line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {error}"))).collect()
+    lines
+        .flat_map(|line| emu_asm::assemble_line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {error}")))
+        .collect()
 }

@@ -52,14 +52,20 @@ pub fn plan(seed: u64) -> SlicePlan<Ap101> {
         words.extend((0..len).map(|_| word(rng, 0, len)));
     }
     let (touched, span) = pick_random(rng, &LIVES);
-    let mut acts: Vec<(u64, RandomInput)> = (0..touched).map(|_| (rng.below(span), act(rng, words.len() as u64 + 1))).collect();
+    let mut acts: Vec<(u64, RandomInput)> =
+        (0..touched).map(|_| (rng.below(span), act(rng, words.len() as u64 + 1))).collect();
     acts.push((span, RandomInput::Nothing));
     acts.sort_by_key(|act| act.0);
     let listing: String = words.iter().map(|&word| format!("{}\n", isa::disassemble(&[word], 0).text)).collect();
     let what = format!("seed {seed}\n{block:?}\n{listing}{acts:?}");
     let block = (!rng.one_in(5)).then_some(&block);
     let places = (0..words.len() as u32).collect();
-    SlicePlan { description: what, start: Ap101::new(&image(&words, block)), inputs: acts, breakpoint_candidates: places }
+    SlicePlan {
+        description: what,
+        start: Ap101::new(&image(&words, block)),
+        inputs: acts,
+        breakpoint_candidates: places,
+    }
 }
 
 fn act(rng: &mut Rng, words: u64) -> RandomInput {
@@ -75,7 +81,10 @@ fn act(rng: &mut Rng, words: u64) -> RandomInput {
         7 => RandomInput::Drive(768, if rng.one_in(3) { PinLevel::Low } else { PinLevel::High }),
         8 => RandomInput::Drive(769, PinLevel::from_bit(bit == 1)),
         9 => RandomInput::Drive(512 + rng.below(4) as u16, PinLevel::from_bit(bit == 1)),
-        _ => RandomInput::Drive(rng.below(5) as u16, pick_random(rng, &[PinLevel::Low, PinLevel::High, PinLevel::Float, PinLevel::PullUp])),
+        _ => RandomInput::Drive(
+            rng.below(5) as u16,
+            pick_random(rng, &[PinLevel::Low, PinLevel::High, PinLevel::Float, PinLevel::PullUp]),
+        ),
     }
 }
 

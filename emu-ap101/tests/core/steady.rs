@@ -2,7 +2,7 @@
 
 use emu_ap101::Ap101;
 use emu_core::cpu::{Cpu, StopReason};
-use emu_core::pins::{PinLevel, CycleTime};
+use emu_core::pins::{CycleTime, PinLevel};
 
 use crate::rig::{Block, image, words};
 

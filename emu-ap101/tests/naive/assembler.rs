@@ -109,8 +109,9 @@ fn a_line_becomes_one_word_or_several() {
 #[test]
 fn operands_are_spelt_as_the_reference_spells_them() {
     for (spelt, plain) in [("AND I₂", "AND I2"), ("STO E_1", "STO E1"), ("OR T4", "OR R4"), ("LD O2", "LD E2")] {
-        let words =
-            |line: &str| emu_asm::assemble_line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {}", error.cause));
+        let words = |line: &str| {
+            emu_asm::assemble_line(&AP101, line, 0).unwrap_or_else(|error| panic!("{line}: {}", error.cause))
+        };
         assert_eq!(words(spelt), words(plain), "{spelt}");
     }
     for refused in ["STC I1", "RTC I1", "STO O1", "LD I512", "LD M512", "FOO I1", "LD", "JMP 2048"] {

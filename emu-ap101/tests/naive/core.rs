@@ -1,9 +1,9 @@
 //! The crate as these tests see it: its public face alone.
 
 use emu_ap101::{Ap101, Ap101Config};
-use emu_core::cpu::{Cpu, ProgramFault, Probe, ResetCause, StopReason};
+use emu_core::cpu::{Cpu, Probe, ProgramFault, ResetCause, StopReason};
 use emu_core::image::{Image, Segment};
-use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
 use super::config::{BLOCK, LENGTH};
 use super::machine::{End, Line, When};
@@ -74,7 +74,9 @@ impl Subject for Core {
         match self.machine.run(until, &mut Log(&mut self.edges)) {
             StopReason::Limit => End::Limit,
             StopReason::Halted => End::Halted,
-            StopReason::Fault { pc, fault: ProgramFault::JumpOutOfProgram { target } } => End::Jump { pc: pc as u16, target },
+            StopReason::Fault { pc, fault: ProgramFault::JumpOutOfProgram { target } } => {
+                End::Jump { pc: pc as u16, target }
+            }
             StopReason::Fault { pc, fault: ProgramFault::CycleTooLong } => End::Watchdog { pc: pc as u16 },
             other => panic!("{other:?}"),
         }

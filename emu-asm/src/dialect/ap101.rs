@@ -6,12 +6,14 @@ use std::ops::Range;
 
 use emu_core::table::InstructionRow;
 
-use super::common::{self, ignore_directive, value_of, required_arguments};
-use super::{AsmDialect, AsmDirective, NumberForm, SectionContent, DialectHooks, ProvidedInclude, AsmRefusal, SectionRow};
+use super::common::{self, ignore_directive, required_arguments, value_of};
+use super::{
+    AsmDialect, AsmDirective, AsmRefusal, DialectHooks, NumberForm, ProvidedInclude, SectionContent, SectionRow,
+};
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
-use crate::symbols::AsmSymbolKind;
 use crate::lines::{AsmLine, cut, trim};
+use crate::symbols::AsmSymbolKind;
 
 /// What the directives have said in a pass; times in the units in which they were written.
 #[derive(Debug, Default)]
@@ -193,7 +195,13 @@ fn state<'s>(asm: &'s mut Assembler<'_>) -> &'s mut Ap101PassState {
 }
 
 /// A number of `range`; 0, and told, where it is none.
-fn number_in_range(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, part: Range<usize>, range: Range<i64>, what: &str) -> i64 {
+fn number_in_range(
+    asm: &mut Assembler<'_>,
+    call: &DirectiveCall<'_>,
+    part: Range<usize>,
+    range: Range<i64>,
+    what: &str,
+) -> i64 {
     let Some(n) = asm.evaluate_number(call.text, part.clone()) else { return 0 };
     if range.contains(&n) {
         return n;
@@ -250,7 +258,12 @@ fn clock(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
         Some(hz) => state(asm).clock = hz,
         None => {
             let cause = format!("`{}` is no clock", call.get(trim(call.text, call.rest.clone())));
-            report_bad_argument(asm, call, cause, "write a frequency such as 1000000 or 1.5MHz, from 1 to 4294967295 Hz");
+            report_bad_argument(
+                asm,
+                call,
+                cause,
+                "write a frequency such as 1000000 or 1.5MHz, from 1 to 4294967295 Hz",
+            );
         }
     }
 }
@@ -276,9 +289,12 @@ fn choice(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, words: [&str; 2], s
     let text = call.get(trim(call.text, call.rest.clone()));
     match words.iter().position(|word| word.eq_ignore_ascii_case(text)) {
         Some(i) => set(state(asm), i == 1),
-        None => {
-            report_bad_argument(asm, call, format!("`{text}` is none of {} and {}", words[0], words[1]), "write one of the two words")
-        }
+        None => report_bad_argument(
+            asm,
+            call,
+            format!("`{text}` is none of {} and {}", words[0], words[1]),
+            "write one of the two words",
+        ),
     }
 }
 
@@ -329,7 +345,12 @@ fn program(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let word = parts.get(3).or(parts.get(2).filter(is_word)).map_or("on", |part| call.get(part.clone()));
     let on = word.eq_ignore_ascii_case("on");
     if !on && !word.eq_ignore_ascii_case("off") {
-        report_bad_argument(asm, call, format!("`{word}` is none of on and off"), "a program with `off` runs once its bit in M is set");
+        report_bad_argument(
+            asm,
+            call,
+            format!("`{word}` is none of on and off"),
+            "a program with `off` runs once its bit in M is set",
+        );
     }
     if start > end {
         report_bad_argument(
@@ -341,7 +362,12 @@ fn program(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
     let full = state(asm).programs.len() >= MAX_PROGRAMS;
     if full {
-        return report_bad_argument(asm, call, format!("there are {MAX_PROGRAMS} programs already"), "put two of them together");
+        return report_bad_argument(
+            asm,
+            call,
+            format!("there are {MAX_PROGRAMS} programs already"),
+            "put two of them together",
+        );
     }
     if let Some(line) = asm.line.clone() {
         state(asm).program_ends.push((line, last.clone()));
@@ -401,7 +427,12 @@ fn module(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
             let text = call.get(unit.clone());
             let units = ["cycle", "1ms", "10ms", "100ms"];
             let Some(unit) = units.iter().position(|known| known.eq_ignore_ascii_case(text)) else {
-                return report_bad_argument(asm, call, format!("`{text}` is no unit of time"), "units are cycle, 1ms, 10ms and 100ms");
+                return report_bad_argument(
+                    asm,
+                    call,
+                    format!("`{text}` is no unit of time"),
+                    "units are cycle, 1ms, 10ms and 100ms",
+                );
             };
             (unit, preset.clone())
         }

@@ -1,13 +1,19 @@
 //! The AVR as avr-as takes it; the directives of Atmel's assembler where the two do not contradict each other.
 
-use emu_core::chip::Chip;
+mod gas;
 
-use super::common::{constant, ignore_directive, space, value_of, required_arguments};
-use super::{AsmDialect, AsmDirective, ReadFlow, NumberForm, SectionContent, DialectHooks, AsmOperator, ProvidedInclude, SectionRow};
+use emu_core::chip::Chip;
+use emu_core::image::CONSTANT_SPACE;
+
+use super::common::{constant, ignore_directive, purge, required_arguments, space, value_of};
+use super::{
+    AsmDialect, AsmDirective, AsmOperator, DialectHooks, NumberForm, ProvidedInclude, ReadFlow, SectionContent,
+    SectionRow,
+};
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
-use crate::symbols::AsmSymbolKind;
 use crate::lines::{cut, trim};
+use crate::symbols::AsmSymbolKind;
 
 /// Sections that `.pushsection` keeps.
 const KEPT: usize = 1000;
@@ -59,7 +65,7 @@ pub(super) const AVR: AsmDialect = AsmDialect {
     space_fills: true,
     zones: false,
     literals: &[],
-    hooks: DialectHooks::NONE,
+    hooks: DialectHooks { ignored_dotted: gas::WITHOUT_EFFECT, more: gas::DIRECTIVES, ..DialectHooks::NONE },
     directives: &[
         AsmDirective::run("skip", space),
         AsmDirective::run("zero", space),
@@ -71,9 +77,6 @@ pub(super) const AVR: AsmDialect = AsmDialect {
         AsmDirective::run("long", longs),
         AsmDirective::run("4byte", longs),
         AsmDirective::run("int", longs),
-        AsmDirective::run("align", |asm, call| align(asm, call, true)),
-        AsmDirective::run("p2align", |asm, call| align(asm, call, true)),
-        AsmDirective::run("balign", |asm, call| align(asm, call, false)),
         AsmDirective::run("text", |asm, call| section(asm, call, "text")),
         AsmDirective::run("data", |asm, call| section(asm, call, "data")),
         AsmDirective::run("bss", |asm, call| section(asm, call, "bss")),
@@ -102,14 +105,11 @@ pub(super) const AVR: AsmDialect = AsmDialect {
         AsmDirective::run("arch", ignore_directive),
         AsmDirective::run("device", ignore_directive),
         AsmDirective::run("loc", ignore_directive),
-        AsmDirective::run("p2alignw", ignore_directive),
         AsmDirective::run("list", ignore_directive),
         AsmDirective::run("nolist", ignore_directive),
         AsmDirective::run("title", ignore_directive),
         AsmDirective::named("equiv", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
         AsmDirective::run("string8", |asm, call| super::common::text(asm, call, true)),
-        AsmDirective::run("quad", quads),
-        AsmDirective::run("8byte", quads),
         AsmDirective::run("float", no_float),
         AsmDirective::run("single", no_float),
         AsmDirective::run("double", no_float),
@@ -129,6 +129,14 @@ pub(super) const AVR: AsmDialect = AsmDialect {
     refuse_instruction: |_, _| None,
     finish_pass: |_| (),
     sections: SECTIONS,
+};
+
+/// The same behind `.altmacro`: arguments of macros stand by their names alone, may stand in angles, and `%` gives their values.
+const ALTERNATE: AsmDialect = AsmDialect {
+    plain_arguments: true,
+    hooks: DialectHooks { angle_arguments: true, ..AVR.hooks },
+    finish_pass: |asm| asm.dialect = &AVR,
+    ..AVR
 };
 
 /// The sections in the order of avr-ld's script.
@@ -180,6 +188,12 @@ const SECTIONS: &[SectionRow] = &[
     other("fuse", "efuse"),
     other("lock", "lock*"),
     other("signature", "signature*"),
+    SectionRow {
+        name: gas::ABSOLUTE,
+        space: CONSTANT_SPACE,
+        content: SectionContent::Addresses,
+        align_after_previous: None,
+    },
 ];
 
 const fn text(name: &'static str, align: i64) -> SectionRow {
@@ -237,7 +251,10 @@ fn provides(chip: &Chip, include: &str) -> ProvidedInclude {
         return ProvidedInclude::ChipWithWarning(cause, WORDS.to_owned());
     }
     let cause = format!("`{include}` is for another chip than the {}", chip.name);
-    ProvidedInclude::OtherChip(cause, format!("name that chip with --mcu atmega{name}, or include the file of this one"))
+    ProvidedInclude::OtherChip(
+        cause,
+        format!("name that chip with --mcu atmega{name}, or include the file of this one"),
+    )
 }
 
 fn section(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) {
@@ -263,7 +280,12 @@ fn segment(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) {
 fn byte(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     if asm.out.section().is_some_and(|section| section.name == "dseg") {
         let cause = "`byte` gives bytes, and a program cannot fill RAM";
-        return asm.report(LineFault::new("ASM020", call.word.clone(), cause, "reserve room with .space, as in `.space 2`"));
+        return asm.report(LineFault::new(
+            "ASM020",
+            call.word.clone(),
+            cause,
+            "reserve room with .space, as in `.space 2`",
+        ));
     }
     super::common::bytes(asm, call);
 }
@@ -308,13 +330,6 @@ fn longs(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
-fn quads(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    for part in required_arguments(asm, call) {
-        let value = asm.evaluate(call.text, part.clone()).map_or(0, |value| value.number);
-        asm.emit(&value.to_le_bytes(), part);
-    }
-}
-
 fn no_float(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let cause = format!("`{}` is not taken: numbers are whole here", call.get(call.word.clone()));
     asm.report(LineFault::new("ASM023", call.word.clone(), cause, "give the bytes of the number with .long or .byte"));
@@ -325,17 +340,6 @@ fn print(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = trim(call.text, call.rest.clone());
     let text = call.get(rest.clone()).trim_matches('"');
     asm.report(LineFault::new("ASM025", rest, text, "the program itself says so").note());
-}
-
-/// `.purgem name`: the macro is no more.
-fn purge(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    for part in required_arguments(asm, call) {
-        let name = call.get(part.clone());
-        if asm.macros.remove(&name.to_ascii_lowercase()).is_none() {
-            let cause = format!("there is no macro `{name}`");
-            asm.report(LineFault::new("ASM023", part, cause, "give the name of a macro that stands before"));
-        }
-    }
 }
 
 /// `.fill count, size, value`.
@@ -356,31 +360,6 @@ fn fill(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let one: Vec<u8> = value.to_le_bytes().into_iter().take(size as usize).collect();
     let all: Vec<u8> = one.iter().copied().cycle().take(one.len() * count as usize).collect();
     asm.emit(&all, call.rest.clone());
-}
-
-/// Goes on at the next multiple: of a power of two where `power`.
-fn align(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, power: bool) {
-    let parts = required_arguments(asm, call);
-    let Some(n) = parts.first().and_then(|part| asm.evaluate_number(call.text, part.clone())) else { return };
-    let step = if power { u32::try_from(n).ok().filter(|n| *n < 20).map_or(0, |n| 1i64 << n) } else { n };
-    if step <= 0 || step > 1 << 20 {
-        return asm.report(LineFault::new(
-            "ASM003",
-            call.rest.clone(),
-            format!("{n} is no alignment"),
-            "give a number such as 2",
-        ));
-    }
-    let value = parts.get(1).map_or(0, |part| value_of(asm, call.text, part.clone(), 8));
-    if let Some(section) = asm.out.sections.get_mut(asm.out.current) {
-        section.align = section.align.max(step);
-    }
-    let here = asm.out.next_address();
-    let gap = (here + step - 1).div_euclid(step) * step - here;
-    if asm.out.holds() == SectionContent::Addresses {
-        return asm.out.set_address(here + gap);
-    }
-    asm.emit(&vec![value as u8; gap as usize], call.rest.clone());
 }
 
 /// `.comm name, size`: room in RAM.

@@ -2,15 +2,15 @@
 
 use std::ops::Range;
 
-use super::{AsmDirective, ReadFlow, ProvidedInclude, RepeatIterations};
+use super::{AsmDirective, ProvidedInclude, ReadFlow, RepeatIterations};
 use crate::arguments::{ArgumentJoin, split_arguments};
+use crate::chip_names::ChipNames;
 use crate::dialect::SectionContent;
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
-use crate::chip_names::ChipNames;
+use crate::lines::{behind_name, behind_quote, byte, cut, skip_space, trim};
 use crate::number::read_string;
 use crate::symbols::AsmSymbolKind;
-use crate::lines::{behind_name, byte, cut, skip_space, trim};
 
 /// The directives by name, without a dot.
 #[rustfmt::skip]
@@ -100,7 +100,7 @@ pub(super) fn org(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let gap = at - asm.out.next_address();
     match fill {
         // What is filled as it is erased is left as it is.
-        Some(byte) if byte != 0xFF && gap > 0 && gap <= 0x100_0000 && asm.out.has_begun() => {
+        Some(byte) if byte != 0xFF && gap > 0 && gap <= 0x100_0000 => {
             let gap = vec![byte; gap as usize * asm.out.unit() as usize];
             asm.emit(&gap, call.rest.clone());
         }
@@ -191,7 +191,12 @@ pub(super) fn required_arguments(asm: &mut Assembler<'_>, call: &DirectiveCall<'
     let parts = cut(call.text, call.rest.clone());
     if parts.is_empty() {
         let cause = format!("`{}` stands without values", call.get(call.word.clone()));
-        asm.report(LineFault::new("ASM023", call.word.clone(), cause, "give one value or several with commas between them"));
+        asm.report(LineFault::new(
+            "ASM023",
+            call.word.clone(),
+            cause,
+            "give one value or several with commas between them",
+        ));
     }
     parts
 }
@@ -227,13 +232,63 @@ pub(super) fn reserve_room(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, ea
     asm.emit(&vec![byte as u8; size], count);
 }
 
+/// Where the section goes on, and what fills up to there.
+pub(super) struct Alignment {
+    /// A multiple of this is wanted.
+    pub step: i64,
+    /// The value that fills.
+    pub fill: i64,
+    /// Its bytes.
+    pub size: usize,
+    /// Nothing is done where more bytes than these would fill.
+    pub most: Option<i64>,
+}
+
+/// Goes on at the next multiple.
+pub(super) fn align_to(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, to: &Alignment) {
+    let here = asm.out.next_address();
+    let gap = (here + to.step - 1).div_euclid(to.step) * to.step - here;
+    if to.most.is_some_and(|most| gap > most) {
+        return;
+    }
+    if let Some(section) = asm.out.sections.get_mut(asm.out.current) {
+        section.align = section.align.max(to.step);
+    }
+    if asm.out.holds() == SectionContent::Addresses {
+        return asm.out.set_address(here + gap);
+    }
+    if gap % to.size as i64 != 0 {
+        let cause = format!("the {gap} bytes up to there are no multiple of the {} bytes that fill them", to.size);
+        return asm.report(LineFault::new("ASM003", call.rest.clone(), cause, "align with single bytes before it"));
+    }
+    let pattern = to.fill.to_le_bytes();
+    let bytes = pattern.get(..to.size).unwrap_or_default().repeat(gap as usize / to.size.max(1));
+    asm.emit(&bytes, call.rest.clone());
+}
+
+/// The bytes of texts in quotes that stand behind each other, `"one" "two"`, each with a 0 behind it where `zero`; `None` where
+/// something else is among them.
+fn strings(text: &str, part: Range<usize>, zero: bool) -> Option<Vec<u8>> {
+    let ends = |mut bytes: Vec<u8>| {
+        bytes.extend(zero.then_some(0));
+        bytes
+    };
+    if let Some(one) = read_string(text, part.start, part.end) {
+        return Some(ends(one));
+    }
+    let (mut bytes, mut at) = (Vec::new(), part.start);
+    while at < part.end {
+        let end = behind_quote(text, at).filter(|end| byte(text, at) == b'"' && *end <= part.end)?;
+        bytes.extend(ends(read_string(text, at, end)?));
+        at = skip_space(text, end);
+    }
+    Some(bytes).filter(|_| !part.is_empty())
+}
+
 pub(super) fn text(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, zero: bool) {
     for part in required_arguments(asm, call) {
-        match read_string(call.text, part.start, part.end) {
-            Some(mut bytes) => {
-                bytes.extend(zero.then_some(0));
-                asm.emit(&bytes, part);
-            }
+        match strings(call.text, part.clone(), zero) {
+            Some(bytes) => asm.emit(&bytes, part),
             None => {
                 let cause = format!("`{}` is no text in quotes", call.get(part.clone()));
                 asm.report(LineFault::new("ASM011", part, cause, "write it as \"text\""));
@@ -260,7 +315,9 @@ pub(super) fn include(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     };
     match provided {
         ProvidedInclude::Chip => {}
-        ProvidedInclude::ChipWithWarning(cause, hint) => asm.report(LineFault::new("ASM032", rest, cause, hint).warning()),
+        ProvidedInclude::ChipWithWarning(cause, hint) => {
+            asm.report(LineFault::new("ASM032", rest, cause, hint).warning())
+        }
         ProvidedInclude::OtherChip(cause, hint) => asm.report(LineFault::new("ASM015", rest, cause, hint)),
         ProvidedInclude::NamedChip(name, cause, hint) => match asm.find_chip.and_then(|named| named(&name)) {
             Some(other) => {
@@ -274,7 +331,9 @@ pub(super) fn include(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
             }
             None => asm.report(LineFault::new("ASM015", rest, cause, hint)),
         },
-        ProvidedInclude::NotProvided => asm.include(inner, &DirectiveCall { rest, label: None, word: call.word.clone(), ..*call }),
+        ProvidedInclude::NotProvided => {
+            asm.include(inner, &DirectiveCall { rest, label: None, word: call.word.clone(), ..*call })
+        }
     }
 }
 
@@ -283,7 +342,18 @@ fn undefine(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     asm.defines.remove(name);
 }
 
-fn message(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, error: bool) {
+/// `.purgem name` and `.mdelete name`: the macro is no more.
+pub(super) fn purge(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    for part in required_arguments(asm, call) {
+        let name = call.get(part.clone());
+        if asm.macros.remove(&name.to_ascii_lowercase()).is_none() {
+            let cause = format!("there is no macro `{name}`");
+            asm.report(LineFault::new("ASM023", part, cause, "give the name of a macro that stands before"));
+        }
+    }
+}
+
+pub(super) fn message(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, error: bool) {
     let rest = trim(call.text, call.rest.clone());
     let text = match call.get(rest.clone()).trim_matches('"') {
         "" => "the line gives no reason".to_owned(),
@@ -333,8 +403,13 @@ fn times(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations 
 
 fn each(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations {
     required_arguments(asm, call);
-    let mut parts =
-        split_arguments(asm.dialect, call.text, call.rest.clone(), ArgumentJoin::of(asm.dialect, call.get(call.word.clone()))).into_iter();
+    let mut parts = split_arguments(
+        asm.dialect,
+        call.text,
+        call.rest.clone(),
+        ArgumentJoin::of(asm.dialect, call.get(call.word.clone())),
+    )
+    .into_iter();
     let name = parts.next().map_or("", |part| call.get(part)).to_owned();
     let list: Vec<Range<usize>> = parts.collect();
     // `irp x, <1, 2>`: the list in angles.
@@ -350,8 +425,13 @@ fn each(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations {
 
 fn each_character(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations {
     required_arguments(asm, call);
-    let mut parts =
-        split_arguments(asm.dialect, call.text, call.rest.clone(), ArgumentJoin::of(asm.dialect, call.get(call.word.clone()))).into_iter();
+    let mut parts = split_arguments(
+        asm.dialect,
+        call.text,
+        call.rest.clone(),
+        ArgumentJoin::of(asm.dialect, call.get(call.word.clone())),
+    )
+    .into_iter();
     let name = parts.next().map_or("", |part| call.get(part)).to_owned();
     let text = parts.next().map_or("", |part| call.get(part)).trim_matches('"');
     RepeatIterations { name: Some(name), texts: text.chars().map(String::from).collect(), count: 0 }

@@ -4,25 +4,33 @@
 //!   mcs51.rs       the dialect as data, sections, names of its own
 //!   mcs51/area.rs  areas of sdas8051       mcs51/layout.rs  where sdld puts them, and BL51 segments
 //!   mcs51/segment.rs  sections and segments of ASM51 and AX51
+//!   mcs51/asxxxx.rs  directives that only sdas8051 has
+//!   mcs51/class.rs  names of bytes where bits are wanted, and the other way round
 //!   mcs51/text.rs  texts and characters in quotes as sdas8051 takes them, and where
 //! ```
 
 mod area;
+mod asxxxx;
+mod class;
 mod layout;
 mod segment;
 mod text;
 
 use emu_core::chip::Chip;
 
-use super::common::{constant, if_true, include, is_blank, is_defined, report_no_effect, ignore_directive};
-use text::{TextEnd, DataSize};
+use super::common::{constant, if_true, ignore_directive, include, is_blank, is_defined, report_no_effect};
+use class::{Classes, SegmentClass, typed};
+use text::{DataSize, TextEnd};
 
-use super::{AsmArithmetic, AsmDialect, AsmDirective, ReadFlow, NumberForm, SectionContent, DialectHooks, AsmOperator, FamilyState, ProvidedInclude, SectionRow};
+use super::{
+    AsmArithmetic, AsmDialect, AsmDirective, AsmOperator, DialectHooks, FamilyState, NumberForm, ProvidedInclude,
+    ReadFlow, SectionContent, SectionRow,
+};
 use crate::engine::{Assembler, DirectiveCall};
 use crate::expression::AsmValue;
 use crate::fault::LineFault;
-use crate::symbols::AsmSymbolKind;
 use crate::lines::{cut, trim};
+use crate::symbols::AsmSymbolKind;
 
 /// What is kept during a pass.
 #[derive(Debug, Default)]
@@ -33,6 +41,8 @@ pub(crate) struct Mcs51PassState {
     used_banks: u8,
     /// Its areas.
     areas: area::PassAreas,
+    /// Names of bytes and bits, as the pass before had them too.
+    classes: Classes,
     /// It is what SDCC writes, which assembles with undefined names as those of other modules.
     is_from_sdcc: bool,
     /// Names that it says other modules have.
@@ -87,7 +97,7 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
     space_fills: false,
     zones: false,
     literals: &[],
-    hooks: DialectHooks { own_name_value: own_name, is_external: external, angle_arguments: true, complements: true, digit_groups: true, code_end: Some(text::any_code_end), plain_backslashes: text::plain_backslashes, no_bytes: area::why_no_bytes, general_instructions: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..DialectHooks::NONE },
+    hooks: DialectHooks { own_name_value: own_name, is_external: external, mismatch: class::mismatch, more: asxxxx::DIRECTIVES, angle_arguments: true, complements: true, digit_groups: true, code_end: Some(text::any_code_end), plain_backslashes: text::plain_backslashes, no_bytes: area::why_no_bytes, general_instructions: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..DialectHooks::NONE },
     directives: &[
         AsmDirective::run("defb", super::common::bytes),
         AsmDirective::run("db", |asm, call| text::data(asm, call, DataSize::Byte, false)),
@@ -103,7 +113,17 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
         AsmDirective::run("blkb", super::common::space),
         AsmDirective::run("dbit", super::common::space),
         AsmDirective::run("dsb", super::common::space),
-        AsmDirective::named("flag", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
+        AsmDirective::run("dsw", |asm, call| super::common::reserve_room(asm, call, 2)),
+        AsmDirective::run("dsd", |asm, call| super::common::reserve_room(asm, call, 4)),
+        AsmDirective::run("dd", doubles),
+        AsmDirective::named("proc", segment::procedure),
+        AsmDirective::named("endp", ignore_directive),
+        AsmDirective::run("__error__", |asm, call| super::common::message(asm, call, true)),
+        AsmDirective::named("equ", |asm, call| equate(asm, call, AsmSymbolKind::Equ)),
+        AsmDirective::named("set", |asm, call| equate(asm, call, AsmSymbolKind::Set)),
+        AsmDirective::flow("if", ReadFlow::If(condition)),
+        AsmDirective::flow("elseif", ReadFlow::Elif(condition)),
+        AsmDirective::named("flag", |asm, call| typed(asm, call, SegmentClass::Bit)),
         AsmDirective::run("inc", include),
         AsmDirective::run("blkw", |asm, call| super::common::reserve_room(asm, call, 2)),
         AsmDirective::run("rs", super::common::space),
@@ -125,14 +145,14 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
         AsmDirective::flow("elseifb", ReadFlow::Elif(|_, call| is_blank(call))),
         AsmDirective::flow("elseifnb", ReadFlow::Elif(|_, call| !is_blank(call))),
         AsmDirective::run("mexit", |asm, call| asm.leave_macro(call)),
-        AsmDirective::named("bit", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
-        AsmDirective::named("data", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
-        AsmDirective::named("idata", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
-        AsmDirective::named("xdata", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
-        AsmDirective::named("code", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
-        AsmDirective::named("sfr", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
+        AsmDirective::named("bit", |asm, call| typed(asm, call, SegmentClass::Bit)),
+        AsmDirective::named("data", |asm, call| typed(asm, call, SegmentClass::Byte)),
+        AsmDirective::named("idata", |asm, call| typed(asm, call, SegmentClass::Byte)),
+        AsmDirective::named("xdata", |asm, call| segment::place(asm, call, "xdata")),
+        AsmDirective::named("code", |asm, call| segment::place(asm, call, "code")),
+        AsmDirective::named("sfr", |asm, call| typed(asm, call, SegmentClass::Byte)),
         AsmDirective::named("sfr16", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
-        AsmDirective::named("sbit", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
+        AsmDirective::named("sbit", |asm, call| typed(asm, call, SegmentClass::Bit)),
         AsmDirective::run("cseg", |asm, call| segment::absolute(asm, call, "code")),
         AsmDirective::run("dseg", |asm, call| segment::absolute(asm, call, "idata")),
         AsmDirective::run("iseg", |asm, call| segment::absolute(asm, call, "idata")),
@@ -265,12 +285,54 @@ fn literal(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
 }
 
+/// `name equ A`: the accumulator, the carry or DPTR by another name; any other value.
+fn equate(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, kind: AsmSymbolKind) {
+    let written = call.get(trim(call.text, call.rest.clone()));
+    let core = ["a", "ab", "c", "dptr"].iter().any(|name| written.eq_ignore_ascii_case(name));
+    match call.label.clone().filter(|_| core && asm.symbols.get(written, true).is_none()) {
+        Some(label) => {
+            let again = kind == AsmSymbolKind::Set;
+            asm.define_symbol(
+                call.get(label.clone()),
+                AsmValue::default(),
+                AsmSymbolKind::Alias { of: written.into(), redefinable: again },
+                label,
+            );
+        }
+        None => constant(asm, call, kind),
+    }
+}
+
+/// `dd 12345678h`: values of 32 bits, high byte first.
+fn doubles(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    for part in super::common::required_arguments(asm, call) {
+        let value = super::common::value_of(asm, call.text, part.clone(), 32) as u32;
+        asm.emit(&value.to_be_bytes(), part);
+    }
+}
+
+/// A condition; `nul argument` holds where the argument is blank (A51, "Macro operators").
+fn condition(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> bool {
+    let written = call.get(trim(call.text, call.rest.clone()));
+    let nul = written.get(..3).filter(|word| word.eq_ignore_ascii_case("nul")).and_then(|_| written.get(3..));
+    let is_own = asm.symbols.get("nul", true).is_some();
+    match nul.filter(|rest| rest.starts_with([' ', '\t']) || rest.is_empty() && !is_own) {
+        Some(rest) => matches!(rest.trim(), "" | "<>"),
+        None => if_true(asm, call),
+    }
+}
+
 /// `using 1`: the bank of which AR0 to AR7 are the addresses.
 fn using(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let Some(bank) = asm.evaluate_number(call.text, call.rest.clone()) else { return };
     if !(0..4).contains(&bank) {
         let cause = format!("there is no bank {bank} of registers");
-        return asm.report(LineFault::new("ASM003", trim(call.text, call.rest.clone()), cause, "give a number from 0 to 3"));
+        return asm.report(LineFault::new(
+            "ASM003",
+            trim(call.text, call.rest.clone()),
+            cause,
+            "give a number from 0 to 3",
+        ));
     }
     asm.family_state.mcs51.bank = bank;
     asm.family_state.mcs51.used_banks |= 1 << bank;
@@ -322,7 +384,10 @@ fn external(asm: &Assembler<'_>, name: &str) -> bool {
             .and_then(|rest| rest.strip_prefix('_'))
             .is_some_and(|area| area == area.to_ascii_uppercase())
     };
-    state.is_from_sdcc || state.declared_externals.contains(&name.to_ascii_lowercase()) || asm.dialect.hooks.is_sdas && linkers(name)
+    asm.undefined_global
+        || state.is_from_sdcc
+        || state.declared_externals.contains(&name.to_ascii_lowercase())
+        || asm.dialect.hooks.is_sdas && linkers(name)
 }
 
 /// `.radix x`: b, o, d or x; or a number.

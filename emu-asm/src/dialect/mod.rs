@@ -16,8 +16,8 @@ use emu_core::table::InstructionRow;
 
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
-use crate::reader::LineBlock;
 use crate::lines::AsmLine;
+use crate::reader::LineBlock;
 
 /// A unary operator or a function of one value: token, how strongly what follows must bind, what it does.
 pub(crate) type UnaryOperator = (&'static str, u8, fn(i64) -> i64);
@@ -109,10 +109,14 @@ pub(crate) type QuotedValueAt = fn(text: &str, at: usize) -> Option<(usize, u16)
 pub(crate) struct DialectHooks {
     /// Looks at an instruction that fits: its row, and the operands that stand in its pattern with their places.
     pub check: CheckInstruction,
+    /// The warning about a name as an operand of a kind, with its value.
+    pub mismatch: fn(&Assembler<'_>, name: &str, kind: &str, value: i32) -> Option<AsmRefusal>,
     /// The value that an operand has where the one that is written does not fit its field, and the warning that says so.
     pub cut: CutToField,
     /// Directives without effect that are known with a dot alone, here without it.
     pub ignored_dotted: &'static [&'static str],
+    /// Directives behind those of the dialect, for dialects with many.
+    pub more: &'static [AsmDirective],
     /// Directives that the family's usual assembler has not: alone in column 1 they are labels.
     pub foreign: &'static [&'static str],
     /// Operands of an instruction that takes none are left out, with a warning.
@@ -152,8 +156,10 @@ impl DialectHooks {
     /// None of it.
     pub const NONE: DialectHooks = DialectHooks {
         check: |_, _| None,
+        mismatch: |_, _, _, _| None,
         cut: |_, _, _| None,
         ignored_dotted: &[],
+        more: &[],
         foreign: &[],
         drops_operands: false,
         place_sections: |_| false,
@@ -272,7 +278,7 @@ pub(crate) enum NumberForm {
 pub(crate) enum AsmArithmetic {
     /// With their signs, in 64 bits.
     Signed,
-    /// Negative ones as their complements of so many bits, in lines of as31's dotted directives with their signs.
+    /// Negative ones as their complements of so many bits; in a source with dotted directives, as as31 has them, with their signs.
     Unsigned(u32),
 }
 
@@ -349,6 +355,10 @@ pub(crate) enum ReadFlow {
     Elif(fn(&mut Assembler<'_>, &DirectiveCall<'_>) -> bool),
     /// The lines where none held.
     Else,
+    /// Lines of the same condition, read by whether it holds.
+    ExpansionStack(fn(bool) -> bool),
+    /// A statement on the same line, read by whether the condition around it holds.
+    WithinLine(fn(bool) -> bool),
     /// Ends a condition.
     Endif,
     /// Begins a macro.
@@ -433,11 +443,15 @@ impl AsmDialect {
 
     /// The directive `name`, in lower case and without a dot.
     pub fn find_directive(&self, name: &str) -> Option<&'static AsmDirective> {
-        self.directives.iter().chain(common::DIRECTIVES).find(|directive| directive.name == name)
+        self.all_directives().find(|directive| directive.name == name)
     }
 
     /// Names of all directives.
     pub fn names(&self) -> impl Iterator<Item = &'static str> {
-        self.directives.iter().chain(common::DIRECTIVES).map(|directive| directive.name)
+        self.all_directives().map(|directive| directive.name)
+    }
+
+    fn all_directives(&self) -> impl Iterator<Item = &'static AsmDirective> {
+        self.directives.iter().chain(self.hooks.more).chain(common::DIRECTIVES)
     }
 }

@@ -18,14 +18,14 @@ use std::ops::Range;
 use emu_core::table::InstructionRow;
 
 use super::common::ignore_directive;
-use super::{AsmDialect, AsmDirective, ReadFlow, NumberForm, SectionContent, DialectHooks, AsmOperator, SectionRow};
+use super::{AsmDialect, AsmDirective, AsmOperator, DialectHooks, NumberForm, ReadFlow, SectionContent, SectionRow};
 use crate::engine::{Assembler, DirectiveCall};
 use crate::expression::AsmValue;
 use crate::fault::LineFault;
+use crate::lines::{behind_name, byte, cut, trim};
 use crate::reader::LineBlock;
 use crate::statement::code_end;
 use crate::symbols::AsmSymbolKind;
-use crate::lines::{behind_name, byte, cut, trim};
 
 pub(crate) use chip::bare_chip_name;
 
@@ -115,6 +115,7 @@ pub(super) const PIC16: AsmDialect = AsmDialect {
         AsmDirective::run("fill", data::fill),
         AsmDirective::run("res", link::reserve),
         link::section("code"), link::section("udata"), link::section("udata_shr"), link::section("udata_ovr"), link::section("idata"),
+        AsmDirective::run("psect", chip::psect),
         link::section("udata_acs"), link::section("idata_acs"), link::section("code_pack"),
         AsmDirective::run("extern", link::external),
         AsmDirective::run("global", ignore_directive),
@@ -206,6 +207,10 @@ fn constants(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, body: LineBlock)
     let begun = asm.line.take();
     for line in body.iter() {
         asm.line = Some(line.clone());
+        // Texts of `#define` stand here for their names too.
+        let put = asm.expand_defines(line, code_end(asm.dialect, &line.text));
+        let line = put.as_ref().unwrap_or(line);
+        asm.line = Some(line.clone());
         let text: &str = &line.text;
         let all = trim(text, 0..code_end(asm.dialect, text));
         for part in cut(text, all).into_iter().filter(|part| !part.is_empty()) {
@@ -215,7 +220,12 @@ fn constants(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, body: LineBlock)
             if name.is_empty() || !behind.is_empty() && byte(text, behind.start) != b':' {
                 let cause =
                     format!("`{}` is no name of a block of constants", text.get(part.clone()).unwrap_or_default());
-                asm.report(LineFault::new("ASM023", part, cause, "write names, with commas between them, as `a` or `b:2`"));
+                asm.report(LineFault::new(
+                    "ASM023",
+                    part,
+                    cause,
+                    "write names, with commas between them, as `a` or `b:2`",
+                ));
                 continue;
             }
             let value = AsmValue::of(asm.family_state.pic16.next_constant);
@@ -265,7 +275,8 @@ fn step(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, new: fn(i64, i64) -> 
     };
     let Some(by) = by else { return };
     let n = asm.dialect.wrap_value(new(old.number, by.number));
-    let value = AsmValue { number: n, is_unknown: old.is_unknown || by.is_unknown, is_register: false, is_label: false };
+    let value =
+        AsmValue { number: n, is_unknown: old.is_unknown || by.is_unknown, is_register: false, is_label: false };
     asm.list_value(value);
     asm.define_symbol(name, value, AsmSymbolKind::Set, label);
 }

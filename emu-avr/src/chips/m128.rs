@@ -1,26 +1,26 @@
 //! ATmega64 and ATmega128 (Atmel 2490 and 2467), without the compatibility mode of the fuse M103C.
 
-use emu_core::chip::{Chip, ChipPackage, PinDef, NamedAddress};
+use emu_core::chip::{Chip, ChipPackage, NamedAddress, PinDef};
 use emu_core::pins::PinId;
 
-use super::SocRegister::*;
 use super::RegisterSlot::{self, *};
+use super::SocRegister::*;
 use super::bits as b;
 use super::classic::{self, assr, mcucsr, tccr, timers};
-use super::{FuseLayout, ChipMemories, HeaderNames, AvrPart, dip, named_chip, pins, registers, sites, unit_index};
+use super::{AvrPart, ChipMemories, FuseLayout, HeaderNames, dip, named_chip, pins, registers, sites, unit_index};
 use crate::periph::AvrLine;
 use crate::periph::adc::AdcRegister::*;
 use crate::periph::comparator::ComparatorRegister::*;
 use crate::periph::eeprom::EepromRegister::*;
 use crate::periph::external::ExternalRegister::*;
-use crate::periph::watchdog::WatchdogRegister::*;
 use crate::periph::spi::SpiRegister::*;
 use crate::periph::spm::SpmRegister::*;
 use crate::periph::timers::TimerRegister::*;
 use crate::periph::timers::TimerShape;
 use crate::periph::twi::TwiRegister::*;
 use crate::periph::usart::UsartRegister::*;
-use crate::periph::{adc, eeprom, external, watchdog, spm};
+use crate::periph::watchdog::WatchdogRegister::*;
+use crate::periph::{adc, eeprom, external, spm, watchdog};
 
 /// ATmega64.
 const ATMEGA64: Chip = named_chip!(

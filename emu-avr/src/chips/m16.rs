@@ -1,26 +1,26 @@
 //! ATmega16 and ATmega32 (Atmel 2466 and 2503).
 
-use emu_core::chip::{Chip, ChipPackage, PinDef, NamedAddress};
+use emu_core::chip::{Chip, ChipPackage, NamedAddress, PinDef};
 use emu_core::pins::PinId;
 
-use super::SocRegister::*;
 use super::RegisterSlot::{self, *};
+use super::SocRegister::*;
 use super::bits as b;
 use super::classic::{self, assr, general, mcucsr, tccr, tccra, timers};
-use super::{ChipMemories, HeaderNames, AvrPart, dip, named_chip, pins, registers, sites, unit_index};
+use super::{AvrPart, ChipMemories, HeaderNames, dip, named_chip, pins, registers, sites, unit_index};
 use crate::periph::AvrLine;
 use crate::periph::adc::AdcRegister::*;
 use crate::periph::comparator::ComparatorRegister::*;
 use crate::periph::eeprom::EepromRegister::*;
 use crate::periph::external::ExternalRegister::*;
-use crate::periph::watchdog::WatchdogRegister::*;
 use crate::periph::spi::SpiRegister::*;
 use crate::periph::spm::SpmRegister::*;
 use crate::periph::timers::TimerRegister::*;
 use crate::periph::timers::TimerShape;
 use crate::periph::twi::TwiRegister::*;
 use crate::periph::usart::UsartRegister::*;
-use crate::periph::{adc, eeprom, external, watchdog, spm};
+use crate::periph::watchdog::WatchdogRegister::*;
+use crate::periph::{adc, eeprom, external, spm, watchdog};
 
 /// ATmega16.
 const ATMEGA16: Chip = named_chip!(

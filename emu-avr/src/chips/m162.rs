@@ -1,25 +1,25 @@
 //! ATmega162 (Atmel 2513), without the compatibility mode of the fuse M161C.
 
-use emu_core::chip::{Chip, ChipPackage, PinDef, NamedAddress};
+use emu_core::chip::{Chip, ChipPackage, NamedAddress, PinDef};
 use emu_core::pins::PinId;
 
-use super::SocRegister::*;
 use super::RegisterSlot::{self, *};
+use super::SocRegister::*;
 use super::bits as b;
-use super::fuses::start_up_162;
 use super::classic::{self, assr, general, mcucsr, tccr, tccra};
-use super::{FuseLayout, ChipMemories, HeaderNames, AvrPart, dip, named_chip, pins, registers, sites, unit_index};
+use super::fuses::start_up_162;
+use super::{AvrPart, ChipMemories, FuseLayout, HeaderNames, dip, named_chip, pins, registers, sites, unit_index};
 use crate::periph::AvrLine;
 use crate::periph::comparator::ComparatorRegister::*;
 use crate::periph::eeprom::EepromRegister::*;
 use crate::periph::external::ExternalRegister::*;
-use crate::periph::watchdog::WatchdogRegister::*;
 use crate::periph::spi::SpiRegister::*;
 use crate::periph::spm::SpmRegister::*;
 use crate::periph::timers::TimerRegister::*;
-use crate::periph::timers::{TimerShape, ClockTap};
+use crate::periph::timers::{ClockTap, TimerShape};
 use crate::periph::usart::UsartRegister::*;
-use crate::periph::{adc, eeprom, external, watchdog, spm};
+use crate::periph::watchdog::WatchdogRegister::*;
+use crate::periph::{adc, eeprom, external, spm, watchdog};
 
 /// ATmega162.
 const ATMEGA162: Chip = named_chip!(
@@ -37,7 +37,16 @@ const ATMEGA162: Chip = named_chip!(
 
 /// Timer 3 has no pin T; clock select 6 and 7 divide by 16 and 32.
 const TIMER_3: TimerShape = TimerShape {
-    taps: [ClockTap::Off, ClockTap::Div(1), ClockTap::Div(8), ClockTap::Div(64), ClockTap::Div(256), ClockTap::Div(1024), ClockTap::Div(16), ClockTap::Div(32)],
+    taps: [
+        ClockTap::Off,
+        ClockTap::Div(1),
+        ClockTap::Div(8),
+        ClockTap::Div(64),
+        ClockTap::Div(256),
+        ClockTap::Div(1024),
+        ClockTap::Div(16),
+        ClockTap::Div(32),
+    ],
     ..TimerShape::wide(2)
 };
 

@@ -1,26 +1,28 @@
 //! ATmega8 (Atmel 2486).
 
-use emu_core::chip::{Chip, ChipPackage, PinDef, NamedAddress};
+use emu_core::chip::{Chip, ChipPackage, NamedAddress, PinDef};
 use emu_core::pins::PinId;
 
-use super::SocRegister::*;
 use super::RegisterSlot::{self, *};
+use super::SocRegister::*;
 use super::bits as b;
 use super::classic::{self, assr, general, mcucsr, tccr, tccra};
-use super::{ANALOG, FuseLayout, ChipMemories, HeaderNames, AvrPart, TQFP32, dip, named_chip, pins, registers, sites, unit_index};
+use super::{
+    ANALOG, AvrPart, ChipMemories, FuseLayout, HeaderNames, TQFP32, dip, named_chip, pins, registers, sites, unit_index,
+};
 use crate::periph::AvrLine;
 use crate::periph::adc::AdcRegister::*;
 use crate::periph::comparator::ComparatorRegister::*;
 use crate::periph::eeprom::EepromRegister::*;
 use crate::periph::external::ExternalRegister::*;
-use crate::periph::watchdog::WatchdogRegister::*;
 use crate::periph::spi::SpiRegister::*;
 use crate::periph::spm::SpmRegister::*;
 use crate::periph::timers::TimerRegister::*;
 use crate::periph::timers::TimerShape;
 use crate::periph::twi::TwiRegister::*;
 use crate::periph::usart::UsartRegister::*;
-use crate::periph::{adc, eeprom, external, watchdog, spm};
+use crate::periph::watchdog::WatchdogRegister::*;
+use crate::periph::{adc, eeprom, external, spm, watchdog};
 
 /// ATmega8.
 const ATMEGA8: Chip = named_chip!(

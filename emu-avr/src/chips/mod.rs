@@ -4,22 +4,22 @@
 //! alternate port functions, fuses, boot loader parameters.
 
 mod bits;
+mod classic;
 mod fuses;
 mod m128;
 mod m16;
 mod m162;
 mod m8;
 mod names;
-mod classic;
 mod register_presence;
 mod x8;
 
 use emu_core::chip::{Chip, ChipFamily, PinDef};
-use emu_core::image::{WordBits, ImageSpace};
+use emu_core::image::{ImageSpace, WordBits};
 use emu_core::pins::PinId;
 
 use crate::periph::timers::TimerShape;
-use crate::periph::{AvrLine, adc, comparator, eeprom, external, watchdog, spi, spm, timers, twi, usart};
+use crate::periph::{AvrLine, adc, comparator, eeprom, external, spi, spm, timers, twi, usart, watchdog};
 
 pub use fuses::{FuseField, FuseLayout, StartUpTimes};
 pub use names::HeaderNames;
@@ -178,7 +178,13 @@ impl AvrPart {
     pub fn volatile_register(&self, reg: u16) -> bool {
         use timers::TimerRegister::{ICRL, TCNTL};
         let site = self.register_slots.get(usize::from(reg)).copied().unwrap_or(RegisterSlot::Reserved);
-        matches!(site, RegisterSlot::Timer(_, TCNTL | ICRL) | RegisterSlot::Usart(_, usart::UsartRegister::UDR) | RegisterSlot::Spi(_) | RegisterSlot::Ursel(_))
+        matches!(
+            site,
+            RegisterSlot::Timer(_, TCNTL | ICRL)
+                | RegisterSlot::Usart(_, usart::UsartRegister::UDR)
+                | RegisterSlot::Spi(_)
+                | RegisterSlot::Ursel(_)
+        )
     }
 }
 
@@ -304,7 +310,12 @@ impl<const FLASH: u32, const RAM: u16, const END: u16, const EEPROM: u16, const 
 /// A chip after another, by its own name and title.
 macro_rules! named_chip {
     ($name:literal, $title:literal, $chip:expr) => {
-        emu_core::chip::Chip { name: $name, title: $title, constants: || $crate::chips::names::names_of_chip($name), ..$chip }
+        emu_core::chip::Chip {
+            name: $name,
+            title: $title,
+            constants: || $crate::chips::names::names_of_chip($name),
+            ..$chip
+        }
     };
 }
 use named_chip;

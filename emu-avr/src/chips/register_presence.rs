@@ -1,7 +1,7 @@
 //! Which bits of the chips' registers there are (register summary).
 
-use super::{SocRegister, AvrPart, RegisterSlot};
-use crate::periph::{adc, comparator, eeprom, external, watchdog, spi, spm, timers, twi, usart};
+use super::{AvrPart, RegisterSlot, SocRegister};
+use crate::periph::{adc, comparator, eeprom, external, spi, spm, timers, twi, usart, watchdog};
 
 /// JTRF in MCUCSR.
 const JTRF: u8 = 1 << 4;
@@ -79,19 +79,27 @@ impl AvrPart {
                     0x0F
                 }
             }
-            RegisterSlot::Eeprom(eeprom::EepromRegister::EEARH) => (self.chip.eeprom_bytes.saturating_sub(1) >> 8) as u8,
+            RegisterSlot::Eeprom(eeprom::EepromRegister::EEARH) => {
+                (self.chip.eeprom_bytes.saturating_sub(1) >> 8) as u8
+            }
             RegisterSlot::Spm(spm::SpmRegister::SPMCSR) if !today => 0xDF,
             RegisterSlot::Watchdog(watchdog::WatchdogRegister::WDTCSR) if !today => 0x1F,
             RegisterSlot::External(EICRA) if today => self.external_kind.sense_mask(),
             RegisterSlot::External(EIMSK) => self.external_kind.int_mask(),
-            RegisterSlot::External(PCICR) => (0..4).fold(0, |bits, n| bits | u8::from(self.external_kind.group_mask(n) != 0) << n),
-            RegisterSlot::External(reg @ (PCMSK0 | PCMSK1 | PCMSK2)) => self.external_kind.group_mask(reg as usize - PCMSK0 as usize),
+            RegisterSlot::External(PCICR) => {
+                (0..4).fold(0, |bits, n| bits | u8::from(self.external_kind.group_mask(n) != 0) << n)
+            }
+            RegisterSlot::External(reg @ (PCMSK0 | PCMSK1 | PCMSK2)) => {
+                self.external_kind.group_mask(reg as usize - PCMSK0 as usize)
+            }
             RegisterSlot::Own(SocRegister::MCUCR) => self.mcucr,
             // Chips of today have JTRF beside JTD, bit 7 of MCUCR.
             RegisterSlot::Own(SocRegister::MCUSR) => 0x0F | self.mcucr >> 3 & JTRF,
             RegisterSlot::Own(SocRegister::SMCR) => 0x0F,
             RegisterSlot::Own(SocRegister::CLKPR) => 0x8F,
-            RegisterSlot::Own(SocRegister::PRR) => self.power_reduction_bits.iter().fold(0, |bits, row| bits | 1 << row.0),
+            RegisterSlot::Own(SocRegister::PRR) => {
+                self.power_reduction_bits.iter().fold(0, |bits, row| bits | 1 << row.0)
+            }
             RegisterSlot::Own(SocRegister::GTCCR) => 0x83,
             RegisterSlot::Own(SocRegister::RAMPZ) => 0x01,
             _ => 0xFF,

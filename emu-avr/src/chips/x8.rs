@@ -1,26 +1,26 @@
 //! ATmega48, 88, 168 and 328 with their variants (DS40002061).
 
-use emu_core::chip::{Chip, ChipPackage, PinDef, NamedAddress};
+use emu_core::chip::{Chip, ChipPackage, NamedAddress, PinDef};
 use emu_core::pins::PinId;
 
-use super::SocRegister::*;
 use super::RegisterSlot::{self, *};
+use super::SocRegister::*;
 use super::bits as b;
 use super::fuses::{FuseLayout, start_up};
-use super::{ANALOG, ChipMemories, HeaderNames, AvrPart, TQFP32, dip, named_chip, pins, registers, sites, unit_index};
+use super::{ANALOG, AvrPart, ChipMemories, HeaderNames, TQFP32, dip, named_chip, pins, registers, sites, unit_index};
 use crate::periph::AvrLine;
 use crate::periph::adc::AdcRegister::*;
 use crate::periph::comparator::ComparatorRegister::*;
 use crate::periph::eeprom::EepromRegister::*;
 use crate::periph::external::ExternalRegister::*;
-use crate::periph::watchdog::WatchdogRegister::*;
 use crate::periph::spi::SpiRegister::*;
 use crate::periph::spm::SpmRegister::*;
 use crate::periph::timers::TimerRegister::*;
 use crate::periph::timers::TimerShape;
 use crate::periph::twi::TwiRegister::*;
 use crate::periph::usart::UsartRegister::*;
-use crate::periph::{adc, eeprom, external, watchdog, spm};
+use crate::periph::watchdog::WatchdogRegister::*;
+use crate::periph::{adc, eeprom, external, spm, watchdog};
 
 /// What the rows have in common, for these memories.
 macro_rules! chip {
@@ -128,7 +128,8 @@ const NO_BODS: u8 = 0x13;
 const COLD: adc::AvrAdcKind = adc::AvrAdcKind { temperature: None, ..adc::AvrAdcKind::MEGA48 };
 
 /// The row of the ATmega328.
-pub(super) const PART_328: AvrPart = AvrPart { chip: &ATMEGA328, mcucr: NO_BODS, signature: [0x1E, 0x95, 0x14], ..PART_328P };
+pub(super) const PART_328: AvrPart =
+    AvrPart { chip: &ATMEGA328, mcucr: NO_BODS, signature: [0x1E, 0x95, 0x14], ..PART_328P };
 
 /// The row of the ATmega168PA. The fuses for the boot section stand in the extended byte of ATmega88 and 168, BODLEVEL in the
 /// high one (tables 28-5 to 28-8).
@@ -166,7 +167,8 @@ pub(super) const PART_168A: AvrPart = AvrPart {
 };
 
 /// The row of the ATmega168.
-pub(super) const PART_168: AvrPart = AvrPart { chip: &ATMEGA168, adc_kind: COLD, external_kind: external::ExternalKind::MEGA48, ..PART_168A };
+pub(super) const PART_168: AvrPart =
+    AvrPart { chip: &ATMEGA168, adc_kind: COLD, external_kind: external::ExternalKind::MEGA48, ..PART_168A };
 
 /// The row of the ATmega88PA.
 pub(super) const PART_88PA: AvrPart = AvrPart {
@@ -191,7 +193,8 @@ pub(super) const PART_88A: AvrPart = AvrPart {
 };
 
 /// The row of the ATmega88.
-pub(super) const PART_88: AvrPart = AvrPart { chip: &ATMEGA88, adc_kind: COLD, external_kind: external::ExternalKind::MEGA48, ..PART_88A };
+pub(super) const PART_88: AvrPart =
+    AvrPart { chip: &ATMEGA88, adc_kind: COLD, external_kind: external::ExternalKind::MEGA48, ..PART_88A };
 
 /// The row of the ATmega48PA, which has no boot section, so no IVSEL either (12.5).
 pub(super) const PART_48PA: AvrPart = AvrPart {
@@ -223,7 +226,8 @@ pub(super) const PART_48A: AvrPart = AvrPart {
 };
 
 /// The row of the ATmega48.
-pub(super) const PART_48: AvrPart = AvrPart { chip: &ATMEGA48, adc_kind: COLD, external_kind: external::ExternalKind::MEGA48, ..PART_48A };
+pub(super) const PART_48: AvrPart =
+    AvrPart { chip: &ATMEGA48, adc_kind: COLD, external_kind: external::ExternalKind::MEGA48, ..PART_48A };
 
 #[rustfmt::skip]
 registers! {

@@ -4,17 +4,17 @@ use emu_core::dispatch;
 use emu_core::lint::Lint;
 use emu_core::machine::BodyMachine;
 
-use super::value::{TrackedBit, UnknownBits, TrackedPair, TrackedByte};
+use super::value::{TrackedBit, TrackedByte, TrackedPair, UnknownBits};
 use super::{LintTracker, PORT_COUNT, SETTLE_CYCLES};
-use crate::chips::{SocRegister, RegisterSlot};
+use crate::chips::{RegisterSlot, SocRegister};
 #[allow(clippy::wildcard_imports)]
 use crate::exec::*;
+use crate::executor::{CoreRegisters, DataMemory, RAM_START, SPH, SPL, SREG, ram};
 use crate::flags::SregFlag;
 use crate::isa::{AvrOp, Kind, avr_table};
 use crate::operands::{A, Abs, B, D16, K, Q, R, Rel, Rh, Rm, Rp, Rw, Skip};
 use crate::periph::{adc, timers, usart};
 use crate::soc::AvrSoc;
-use crate::executor::{DataMemory, CoreRegisters, RAM_START, SPH, SPL, SREG, ram};
 
 /// One instruction on the machine of what is known.
 pub(super) struct ShadowMachine<'a> {
@@ -30,7 +30,12 @@ pub(super) struct ShadowMachine<'a> {
 }
 
 impl<'a> ShadowMachine<'a> {
-    pub(super) fn new(hot: &'a CoreRegisters, data: &'a DataMemory, soc: &'a AvrSoc, live: &'a mut LintTracker) -> Self {
+    pub(super) fn new(
+        hot: &'a CoreRegisters,
+        data: &'a DataMemory,
+        soc: &'a AvrSoc,
+        live: &'a mut LintTracker,
+    ) -> Self {
         ShadowMachine { hot, data, soc, sp: hot.sp, next: live.pc.wrapping_add(1) as u16, live, pushes: false }
     }
 
@@ -80,7 +85,10 @@ impl<'a> ShadowMachine<'a> {
 
     /// What stands where avr-libc keeps the end of its heap.
     fn heap(&self) -> u16 {
-        self.live.ground.heap_end_variable.map_or(0, |addr| u16::from_le_bytes([self.byte(addr), self.byte(addr.wrapping_add(1))]))
+        self.live
+            .ground
+            .heap_end_variable
+            .map_or(0, |addr| u16::from_le_bytes([self.byte(addr), self.byte(addr.wrapping_add(1))]))
     }
 
     fn check_push(&mut self, addr: u16) {
@@ -154,7 +162,9 @@ impl<'a> ShadowMachine<'a> {
                     self.live.check_baud(self.soc, n, now, pc);
                 }
             }
-            RegisterSlot::Usart(n, _) | RegisterSlot::Ursel(n) => self.live.pending_bauds[usize::from(n) % 2] = (now + SETTLE_CYCLES, pc),
+            RegisterSlot::Usart(n, _) | RegisterSlot::Ursel(n) => {
+                self.live.pending_bauds[usize::from(n) % 2] = (now + SETTLE_CYCLES, pc)
+            }
             RegisterSlot::Split(bits) => {
                 for &(_, site, _) in bits {
                     if let RegisterSlot::Usart(n, _) = site {
@@ -196,7 +206,11 @@ impl BodyMachine for ShadowMachine<'_> {
 impl AvrMachine for ShadowMachine<'_> {
     fn reg(&self, r: u8) -> TrackedByte {
         let r = usize::from(r % 32);
-        TrackedByte { byte: self.data.bytes[r], doubt: self.live.regs[r], from_stack_pointer: self.live.from_sp >> r & 1 == 1 }
+        TrackedByte {
+            byte: self.data.bytes[r],
+            doubt: self.live.regs[r],
+            from_stack_pointer: self.live.from_sp >> r & 1 == 1,
+        }
     }
     fn set_reg(&mut self, r: u8, value: TrackedByte) {
         let r = usize::from(r % 32);

@@ -89,7 +89,11 @@ impl TrackedByte {
 
     /// The outcome of an operation on this and another byte, of which these bits are unknown.
     const fn with(self, other: TrackedByte, byte: u8, bits: u8) -> TrackedByte {
-        TrackedByte { byte, doubt: self.doubt.or_else(other.doubt).with_bits(bits), from_stack_pointer: self.from_stack_pointer || other.from_stack_pointer }
+        TrackedByte {
+            byte,
+            doubt: self.doubt.or_else(other.doubt).with_bits(bits),
+            from_stack_pointer: self.from_stack_pointer || other.from_stack_pointer,
+        }
     }
 
     /// The outcome of a sum or difference with another byte, of which these bits are unknown.
@@ -127,7 +131,10 @@ impl TrackedPair {
     /// The outcome of an operation on this and another number, of which these bits are unknown.
     const fn with(self, other: TrackedPair, number: u16, bits: u16) -> TrackedPair {
         let doubt = self.lo.doubt.or_else(self.hi.doubt).or_else(other.lo.doubt).or_else(other.hi.doubt);
-        let stack = self.lo.from_stack_pointer || self.hi.from_stack_pointer || other.lo.from_stack_pointer || other.hi.from_stack_pointer;
+        let stack = self.lo.from_stack_pointer
+            || self.hi.from_stack_pointer
+            || other.lo.from_stack_pointer
+            || other.hi.from_stack_pointer;
         let ([hi, lo], [hi_bits, lo_bits]) = (number.to_be_bytes(), bits.to_be_bytes());
         TrackedPair {
             hi: TrackedByte { byte: hi, doubt: doubt.moved_to(hi_bits), from_stack_pointer: stack },
@@ -320,7 +327,8 @@ impl WideOps for TrackedPair {
     fn mul(a: TrackedByte, b: TrackedByte) -> TrackedPair {
         let nothing = a.bounds().1 == 0 || b.bounds().1 == 0;
         let bits = if nothing || a.doubt.bits | b.doubt.bits == 0 { 0 } else { u16::MAX };
-        let (x, y) = (TrackedPair { hi: TrackedByte::known(0), lo: a }, TrackedPair { hi: TrackedByte::known(0), lo: b });
+        let (x, y) =
+            (TrackedPair { hi: TrackedByte::known(0), lo: a }, TrackedPair { hi: TrackedByte::known(0), lo: b });
         x.with(y, u16::from(a.byte).wrapping_mul(b.byte.into()), bits)
     }
 }
@@ -369,21 +377,41 @@ mod tests {
         for (x, p) in SAMPLES {
             for (y, q) in SAMPLES {
                 let (a, b) = (of(x, p), of(y, q));
-                assert_eq!((a & b).doubt.bits, unknown_result_bits(a, b, |a, b| a & b), "{x:02x} & {y:02x}, {p:02x} {q:02x}");
-                assert_eq!((a | b).doubt.bits, unknown_result_bits(a, b, |a, b| a | b), "{x:02x} | {y:02x}, {p:02x} {q:02x}");
-                assert_eq!((a ^ b).doubt.bits, unknown_result_bits(a, b, |a, b| a ^ b), "{x:02x} ^ {y:02x}, {p:02x} {q:02x}");
+                assert_eq!(
+                    (a & b).doubt.bits,
+                    unknown_result_bits(a, b, |a, b| a & b),
+                    "{x:02x} & {y:02x}, {p:02x} {q:02x}"
+                );
+                assert_eq!(
+                    (a | b).doubt.bits,
+                    unknown_result_bits(a, b, |a, b| a | b),
+                    "{x:02x} | {y:02x}, {p:02x} {q:02x}"
+                );
+                assert_eq!(
+                    (a ^ b).doubt.bits,
+                    unknown_result_bits(a, b, |a, b| a ^ b),
+                    "{x:02x} ^ {y:02x}, {p:02x} {q:02x}"
+                );
                 let sum = unknown_result_bits(a, b, u8::wrapping_add);
                 assert_eq!((a + b).doubt.bits & sum, sum, "{x:02x} + {y:02x}, {p:02x} {q:02x}");
                 let difference = unknown_result_bits(a, b, u8::wrapping_sub);
                 assert_eq!((a - b).doubt.bits & difference, difference, "{x:02x} - {y:02x}, {p:02x} {q:02x}");
                 let product = unknown_result_bits(a, b, |a, b| (u16::from(a) * u16::from(b)) as u8);
-                assert_eq!(TrackedPair::mul(a, b).lo().doubt.bits & product, product, "{x:02x} * {y:02x}, {p:02x} {q:02x}");
+                assert_eq!(
+                    TrackedPair::mul(a, b).lo().doubt.bits & product,
+                    product,
+                    "{x:02x} * {y:02x}, {p:02x} {q:02x}"
+                );
             }
             let (a, none) = (of(x, p), of(0, 0));
             assert_eq!((!a).doubt.bits, unknown_result_bits(a, none, |a, _| !a));
             assert_eq!((a << 3).doubt.bits, unknown_result_bits(a, none, |a, _| a << 3));
             assert_eq!((a >> 4).doubt.bits, unknown_result_bits(a, none, |a, _| a >> 4));
-            assert_eq!(a.is_zero().doubt.bits != 0, unknown_result_bits(a, none, |a, _| u8::from(a == 0)) != 0, "{x:02x} {p:02x}");
+            assert_eq!(
+                a.is_zero().doubt.bits != 0,
+                unknown_result_bits(a, none, |a, _| u8::from(a == 0)) != 0,
+                "{x:02x} {p:02x}"
+            );
         }
     }
 

@@ -9,7 +9,7 @@ mod kind;
 use emu_core::NEVER;
 use emu_core::state;
 
-pub use self::kind::{AvrAdcKind, AdcRegister};
+pub use self::kind::{AdcRegister, AvrAdcKind};
 use super::{AvrDevice, AvrOutbox};
 
 const ADEN: u8 = 1 << 7;
@@ -426,7 +426,9 @@ impl AvrDevice for AvrAdc {
 
     fn peek(&self, reg: AdcRegister, t: u64) -> u8 {
         match &self.conversion {
-            Some(conversion) if self.step_at(conversion) <= self.to_adc_time(t) => self.advanced_to(t).register_value(reg),
+            Some(conversion) if self.step_at(conversion) <= self.to_adc_time(t) => {
+                self.advanced_to(t).register_value(reg)
+            }
             _ => self.register_value(reg),
         }
     }

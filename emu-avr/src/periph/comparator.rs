@@ -173,7 +173,8 @@ impl AvrComparator {
             true => 0,
             false => self.levels[0],
         };
-        let negative = self.levels[input_index(self.channel.map_or(ComparatorInput::Ain1, ComparatorInput::Adc)).min(9)];
+        let negative =
+            self.levels[input_index(self.channel.map_or(ComparatorInput::Ain1, ComparatorInput::Adc)).min(9)];
         self.acsr & ACD == 0 && positive > negative
     }
 

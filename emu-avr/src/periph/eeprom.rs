@@ -266,7 +266,9 @@ impl AvrDevice for AvrEeprom {
 
     fn steady_until(&self, reg: EepromRegister, t: u64) -> u64 {
         match reg {
-            EepromRegister::EECR => [self.window, self.busy_until()].into_iter().filter(|&end| end > t).min().unwrap_or(NEVER),
+            EepromRegister::EECR => {
+                [self.window, self.busy_until()].into_iter().filter(|&end| end > t).min().unwrap_or(NEVER)
+            }
             _ => NEVER,
         }
     }

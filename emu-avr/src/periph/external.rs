@@ -239,7 +239,8 @@ impl ExternalInterrupts {
     /// Edges of INT that are on their way set their flags at once: the clock stands, and they wake nevertheless.
     fn catch_edges(&mut self, t: u64, out: &mut AvrOutbox) {
         let fresh = self.new_change();
-        let found = self.pending_changes.iter().flatten().chain(&fresh).fold(0, |ints, change| ints | self.found(change));
+        let found =
+            self.pending_changes.iter().flatten().chain(&fresh).fold(0, |ints, change| ints | self.found(change));
         for change in self.pending_changes.iter_mut().flatten() {
             (change.rose, change.fell) = (0, 0);
         }

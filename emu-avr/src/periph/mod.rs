@@ -25,7 +25,6 @@ pub mod comparator;
 mod edges;
 pub mod eeprom;
 pub mod external;
-pub mod watchdog;
 pub(crate) mod ports;
 pub mod real_time_delay;
 pub mod spi;
@@ -33,6 +32,7 @@ pub mod spm;
 pub mod timers;
 pub mod twi;
 pub mod usart;
+pub mod watchdog;
 
 /// A line between a part of the chip and a pin. Which pin it is is a matter of the chip and of which part of a kind it is; a line
 /// that a chip does not have stays low.

@@ -1,6 +1,6 @@
 //! The ports (section 14): direction, output and pull-up of every pin, and what takes a pin over.
 
-use emu_core::pins::{PinLevel, PinState, PinId};
+use emu_core::pins::{PinId, PinLevel, PinState};
 use emu_core::state;
 
 use super::AvrDrive;
@@ -51,7 +51,11 @@ impl AvrPorts {
 
     /// Registers as after reset; wires and outside drives stay until the pins are settled.
     pub(crate) fn reset(&mut self) {
-        *self = AvrPorts { pins: self.pins, held_in_reset: self.held_in_reset, ..AvrPorts::new(self.existing_bits, self.reset) };
+        *self = AvrPorts {
+            pins: self.pins,
+            held_in_reset: self.held_in_reset,
+            ..AvrPorts::new(self.existing_bits, self.reset)
+        };
     }
 
     /// The pins that the chip's list has.
@@ -102,7 +106,8 @@ impl AvrPorts {
     /// reads 0.
     pub(crate) fn input(&self, port: usize, now: u64) -> u8 {
         let wires = self.port_pins(port);
-        let bits = wires.iter().enumerate().fold(0, |bits, (i, pin)| bits | u8::from(synchronized_level(pin, now)) << i);
+        let bits =
+            wires.iter().enumerate().fold(0, |bits, (i, pin)| bits | u8::from(synchronized_level(pin, now)) << i);
         let reset = self.reset.filter(|pin| usize::from(pin / 8) == port).map_or(0, |pin| 1 << (pin % 8));
         bits & self.existing_bits.get(port).copied().unwrap_or(0) & !reset
     }

@@ -40,7 +40,11 @@ impl RealTimeDelay {
     pub fn set_clock_hz(&mut self, hz: u64, t: u64) {
         if t < self.end {
             let gone = u128::from(t.saturating_sub(self.from)) * SECOND_PS / u128::from(self.hz.max(1));
-            *self = RealTimeDelay::from_remaining(self.left.saturating_sub(u64::try_from(gone).unwrap_or(u64::MAX)), hz, t.max(self.from));
+            *self = RealTimeDelay::from_remaining(
+                self.left.saturating_sub(u64::try_from(gone).unwrap_or(u64::MAX)),
+                hz,
+                t.max(self.from),
+            );
         }
     }
 }

@@ -49,8 +49,14 @@ impl WatchdogKind {
         WatchdogKind { clock_ps: 7_812_500, shortest: 2_048, longest: 9, wdp: 0x27, interrupt: true, free_wdp: false };
     /// ATmega8, 64, 128 and 162 (Atmel 2486, 2490, 2467, 2513, watchdog timer): 1 MHz, 16K to 2048K clocks, no interrupt.
     /// These are safety levels 1 and, with the fuse WDTON, 2.
-    pub const MEGA8: WatchdogKind =
-        WatchdogKind { clock_ps: 1_000_000, shortest: 16_384, longest: 7, wdp: 0x07, interrupt: false, free_wdp: false };
+    pub const MEGA8: WatchdogKind = WatchdogKind {
+        clock_ps: 1_000_000,
+        shortest: 16_384,
+        longest: 7,
+        wdp: 0x07,
+        interrupt: false,
+        free_wdp: false,
+    };
     /// ATmega16 and 32 (Atmel 2466 and 2503, watchdog timer), which have no fuse WDTON: WDP needs no sequence. So it is on
     /// ATmega64, 128 and 162 in safety level 0, with the fuse M103C or M161C.
     pub const MEGA16: WatchdogKind = WatchdogKind { free_wdp: true, ..WatchdogKind::MEGA8 };

@@ -2,9 +2,9 @@
 
 use super::AvrSoc;
 use crate::chips::{AvrPart, unit_index};
-use crate::periph::{AvrDevice, adc, comparator, eeprom, external, watchdog, spi, spm, timers, twi, usart};
+use crate::periph::{AvrDevice, adc, comparator, eeprom, external, spi, spm, timers, twi, usart, watchdog};
 
-use emu_core::pins::{PinLevel, PinId};
+use emu_core::pins::{PinId, PinLevel};
 
 impl AvrSoc {
     /// The chip's row.
@@ -38,7 +38,8 @@ impl AvrSoc {
 
     /// The input INT whose edge is what wakes the chip, where the data sheet says that only a level does.
     pub(crate) fn edge_that_wakes(&self) -> Option<u8> {
-        let source = self.first_vector.and_then(|vector| self.part.interrupt_sources.get(usize::from(vector).checked_sub(1)?));
+        let source =
+            self.first_vector.and_then(|vector| self.part.interrupt_sources.get(usize::from(vector).checked_sub(1)?));
         let &(_, int) = source.filter(|source| source.0 == unit_index::EXTERNAL)?;
         (self.power.stopped_units >> unit_index::EXTERNAL & 1 == 1 && self.external.wakes_by_edge(int)).then_some(int)
     }
@@ -56,8 +57,13 @@ impl AvrSoc {
     /// The clock in Hz and the clocks to a bit of an asynchronous serial port (20.3.1).
     pub(crate) fn baud(&self, n: usize, t: u64) -> Option<(u64, u64)> {
         let usart = &self.usarts[n % 2];
-        let [a, c, low, high] =
-            [usart::UsartRegister::UCSRA, usart::UsartRegister::UCSRC, usart::UsartRegister::UBRRL, usart::UsartRegister::UBRRH].map(|reg| usart.peek(reg, t));
+        let [a, c, low, high] = [
+            usart::UsartRegister::UCSRA,
+            usart::UsartRegister::UCSRC,
+            usart::UsartRegister::UBRRL,
+            usart::UsartRegister::UBRRH,
+        ]
+        .map(|reg| usart.peek(reg, t));
         // UMSEL is one bit where there is no master SPI mode, which does not change what 0 means.
         let asynchronous = c >> 6 == 0;
         let per_bit = if a & usart::U2X != 0 { 8 } else { 16 };
@@ -79,7 +85,9 @@ impl AvrSoc {
         match number {
             n @ unit_index::TIMER..unit_index::USART => {
                 let shape = self.part.timers.get(n - unit_index::TIMER);
-                shape.map_or(0, |shape| shape.irqs_of(self.timers[n - unit_index::TIMER].peek(timers::TimerRegister::TIMSK, t)))
+                shape.map_or(0, |shape| {
+                    shape.irqs_of(self.timers[n - unit_index::TIMER].peek(timers::TimerRegister::TIMSK, t))
+                })
             }
             n @ unit_index::USART..unit_index::SPI => {
                 let b = self.usarts[n - unit_index::USART].peek(usart::UsartRegister::UCSRB, t);
@@ -95,7 +103,8 @@ impl AvrSoc {
             _ => {
                 let ints = self.part.external_kind.int_mask();
                 let pins = self.external.peek(external::ExternalRegister::PCICR, t);
-                self.external.peek(external::ExternalRegister::EIMSK, t) & ints | pins.checked_shl(ints.count_ones()).unwrap_or(0)
+                self.external.peek(external::ExternalRegister::EIMSK, t) & ints
+                    | pins.checked_shl(ints.count_ones()).unwrap_or(0)
             }
         }
     }

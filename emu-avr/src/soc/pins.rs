@@ -2,14 +2,14 @@
 
 use emu_core::chip::ChipPackage;
 use emu_core::cpu::ResetCause;
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::state;
 
 use super::AvrSoc;
-use super::with_unit;
+
 use crate::chips::{AvrPart, unit_index};
 use crate::periph::comparator::ComparatorInput;
-use crate::periph::ports::{PinChange, PIN_COUNT};
+use crate::periph::ports::{PIN_COUNT, PinChange};
 use crate::periph::{AvrDevice, AvrDrive, AvrLine, timers};
 
 /// What comes from outside.
@@ -256,7 +256,8 @@ impl AvrSoc {
                 |(i, pin): (usize, &PinId)| (usize::from(pin / 8) == port && channels >> i & 1 == 1).then(|| pin % 8);
             pins.iter().enumerate().filter_map(of).fold(0, |bits, bit| bits | 1 << bit)
         };
-        let off = off(self.adc.digital_off(), self.part.analog_pins) | off(self.comparator.digital_off(), &self.part.comparator_pins);
+        let off = off(self.adc.digital_off(), self.part.analog_pins)
+            | off(self.comparator.digital_off(), &self.part.comparator_pins);
         // An enabled pin change keeps the input on (14.3, DIEOE).
         let changes = self.part.pin_changes.iter().filter(|row| usize::from(row.0 / 8) == port);
         let on = changes.filter(|row| self.external.pin_change_on(row.1));
@@ -302,7 +303,11 @@ impl AvrSoc {
             self.mark_touched(unit_index::TIMER + n);
             self.apply_signals(unit_index::TIMER + n);
         }
-        self.external.set_flag_listener(wanted.is_some_and(|(number, _)| number == unit_index::EXTERNAL), t, &mut self.out);
+        self.external.set_flag_listener(
+            wanted.is_some_and(|(number, _)| number == unit_index::EXTERNAL),
+            t,
+            &mut self.out,
+        );
         self.mark_touched(unit_index::EXTERNAL);
         self.apply_signals(unit_index::EXTERNAL);
         self.comparator.select(self.adc.comparator_channel(), t, &mut self.out);

@@ -5,9 +5,9 @@ use emu_core::parts::prescaler::Prescaler;
 use emu_core::pins::PinId;
 use emu_core::state;
 
+use super::AvrSoc;
 use super::sleep::SleepMode;
-use super::{AvrSoc, with_unit};
-use crate::chips::{FuseLayout, AvrPart, unit_index};
+use crate::chips::{AvrPart, FuseLayout, unit_index};
 use crate::cpu::Options;
 use crate::periph::ports::PIN_COUNT;
 use crate::periph::spm::ConfigBytes;

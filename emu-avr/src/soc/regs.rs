@@ -1,9 +1,9 @@
 //! The registers of the chip by address (section 36): reading, showing, writing, and how long a value lasts.
 
-use emu_core::cpu::{NEVER, BusEffect};
+use emu_core::cpu::{BusEffect, NEVER};
 
 use super::AvrSoc;
-use crate::chips::{SocRegister, RegisterSlot, unit_index};
+use crate::chips::{RegisterSlot, SocRegister, unit_index};
 use crate::periph::usart::UsartRegister::{UBRRH, UCSRC};
 use crate::periph::{AvrDevice, adc, timers, usart};
 
@@ -100,9 +100,10 @@ impl AvrSoc {
             }
             RegisterSlot::Spi(reg) => (read!(self, unit_index::SPI, self.spi, reg, t), true),
             RegisterSlot::Twi(reg) => (read!(self, unit_index::TWI, self.twi, reg, t), false),
-            RegisterSlot::Adc(reg) => {
-                (read!(self, unit_index::ADC, self.adc, reg, t), matches!(reg, adc::AdcRegister::ADCL | adc::AdcRegister::ADCH))
-            }
+            RegisterSlot::Adc(reg) => (
+                read!(self, unit_index::ADC, self.adc, reg, t),
+                matches!(reg, adc::AdcRegister::ADCL | adc::AdcRegister::ADCH),
+            ),
             RegisterSlot::Ursel(n) => {
                 let value = self.peek_register(site, t);
                 self.ursel_read[usize::from(n) % 2] = t;
@@ -355,7 +356,9 @@ impl AvrSoc {
             RegisterSlot::Watchdog(reg) => self.watchdog.steady_until(reg, t),
             RegisterSlot::External(reg) => self.external.steady_until(reg, t),
             RegisterSlot::Own(SocRegister::MCUCR | SocRegister::CLKPR) | RegisterSlot::Ursel(_) => t,
-            RegisterSlot::Split(bits) => bits.iter().map(|&(_, site, _)| self.register_steady_until(site, t)).min().unwrap_or(NEVER),
+            RegisterSlot::Split(bits) => {
+                bits.iter().map(|&(_, site, _)| self.register_steady_until(site, t)).min().unwrap_or(NEVER)
+            }
             _ => NEVER,
         }
     }

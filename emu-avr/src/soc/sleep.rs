@@ -2,7 +2,7 @@
 
 use emu_core::state;
 
-use super::{AvrSoc, with_unit};
+use super::AvrSoc;
 use crate::chips::unit_index;
 use crate::periph::AvrDevice;
 use crate::periph::timers::AvrTimer;
@@ -92,7 +92,8 @@ impl AvrSoc {
         let mode = SleepMode::from_smcr(self.smcr);
         self.power.asleep = Some((mode, now + 1));
         // A synchronous timer 2 keeps the main clock running for itself alone (10.6); the sheets of older chips do not say so.
-        let keeps = matches!(mode, SleepMode::PowerSave | SleepMode::ExtendedStandby) && !self.part.bit_writes_whole_register;
+        let keeps =
+            matches!(mode, SleepMode::PowerSave | SleepMode::ExtendedStandby) && !self.part.bit_writes_whole_register;
         self.power.keeps_timer2 = keeps && self.timers.iter().any(AvrTimer::runs_from_crystal);
         if matches!(mode, SleepMode::Idle | SleepMode::AdcNoiseReduction) {
             self.run_unit(unit_index::ADC, now + 1);

@@ -4,7 +4,7 @@ use emu_core::cpu::NEVER;
 use emu_core::external_io::EventLog;
 use emu_core::state;
 
-use super::{CoreRequest, AvrSoc};
+use super::{AvrSoc, CoreRequest};
 use crate::chips::unit_index;
 
 state! { enum CoreRequest { 0 = Erase { addr, len }, 1 = Program { addr, words } } }

@@ -1,11 +1,18 @@
 //! Cases from DS40002061, one a line: section, what it is about, steps. A step is `edge:NAME=value` (a write or a level),
 //! `cycle:NAME?value` (a read as an instruction does it), `edge:what`; registers are hexadecimal, levels in millivolts.
 
-use emu_avr::periph::adc::{AvrAdc, AvrAdcKind, AdcRegister};
+use emu_avr::periph::adc::{AdcRegister, AvrAdc, AvrAdcKind};
 use emu_avr::periph::{AvrDevice, AvrOutbox};
 use emu_core::NEVER;
 
-const REGS: [AdcRegister; 6] = [AdcRegister::ADMUX, AdcRegister::ADCSRA, AdcRegister::ADCSRB, AdcRegister::ADCL, AdcRegister::ADCH, AdcRegister::DIDR0];
+const REGS: [AdcRegister; 6] = [
+    AdcRegister::ADMUX,
+    AdcRegister::ADCSRA,
+    AdcRegister::ADCSRB,
+    AdcRegister::ADCL,
+    AdcRegister::ADCH,
+    AdcRegister::DIDR0,
+];
 
 fn register(name: &str) -> Option<AdcRegister> {
     REGS.into_iter().find(|reg| format!("{reg:?}") == name)

@@ -1,7 +1,7 @@
 //! The converter stepped clock by clock: a counter of seven bits, the converter's clock as a bit of it, and a conversion as
 //! the number of edges that the clock has made.
 
-use emu_avr::periph::adc::{AvrAdcKind, AdcRegister};
+use emu_avr::periph::adc::{AdcRegister, AvrAdcKind};
 
 pub struct Model {
     pub kind: AvrAdcKind,

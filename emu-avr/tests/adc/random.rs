@@ -1,14 +1,22 @@
 //! Random programs, levels, triggers, sleeps and resets: the converter agrees with the ticked model in every cycle.
 
-use emu_avr::periph::adc::{AvrAdc, AvrAdcKind, AdcRegister};
+use emu_avr::periph::adc::{AdcRegister, AvrAdc, AvrAdcKind};
 use emu_avr::periph::{AvrDevice, AvrOutbox};
 use emu_core::NEVER;
 use emu_core::rng::Rng;
 
 use crate::model::Model;
 
-const REGS: [AdcRegister; 6] = [AdcRegister::ADMUX, AdcRegister::ADCSRA, AdcRegister::ADCSRB, AdcRegister::ADCL, AdcRegister::ADCH, AdcRegister::DIDR0];
-const KINDS: [AvrAdcKind; 5] = [AvrAdcKind::MEGA48, AvrAdcKind::MEGA48, AvrAdcKind::MEGA8, AvrAdcKind::MEGA16, AvrAdcKind::MEGA128];
+const REGS: [AdcRegister; 6] = [
+    AdcRegister::ADMUX,
+    AdcRegister::ADCSRA,
+    AdcRegister::ADCSRB,
+    AdcRegister::ADCL,
+    AdcRegister::ADCH,
+    AdcRegister::DIDR0,
+];
+const KINDS: [AvrAdcKind; 5] =
+    [AvrAdcKind::MEGA48, AvrAdcKind::MEGA48, AvrAdcKind::MEGA8, AvrAdcKind::MEGA16, AvrAdcKind::MEGA128];
 const LEVELS: [u32; 10] = [0, 1, 5, 999, 1_100, 1_101, 2_500, 3_333, 5_000, 6_000];
 
 /// What happened in a life: results, those of them between the ends, results lost by the lock, triggered starts.
@@ -146,7 +154,8 @@ fn live(seed: u64, seen: &mut Seen) {
         if rng.one_in(20) {
             for (promise, reg) in promised.iter_mut().zip(REGS) {
                 *promise = (dut.steady_until(reg, t), model.get(reg));
-                let changes_lock = reg == AdcRegister::ADCL && !model.blocked || reg == AdcRegister::ADCH && model.blocked;
+                let changes_lock =
+                    reg == AdcRegister::ADCL && !model.blocked || reg == AdcRegister::ADCH && model.blocked;
                 assert!(
                     promise.0 >= t && (!changes_lock || promise.0 == t),
                     "{reg:?} steady until {}, {}",

@@ -8,7 +8,8 @@ use emu_avr::periph::eeprom::{AvrEeprom, AvrEepromKind, EepromRegister};
 use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
 use emu_core::NEVER;
 
-const REGS: [EepromRegister; 4] = [EepromRegister::EEARL, EepromRegister::EEARH, EepromRegister::EEDR, EepromRegister::EECR];
+const REGS: [EepromRegister; 4] =
+    [EepromRegister::EEARL, EepromRegister::EEARH, EepromRegister::EEDR, EepromRegister::EECR];
 
 fn step(dut: &mut AvrEeprom, stalls: &mut Vec<String>, step: &str) -> Result<(), String> {
     let (t, what) = step.split_once(':').ok_or("no time")?;

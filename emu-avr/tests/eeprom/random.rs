@@ -9,7 +9,8 @@ use emu_core::rng::Rng;
 const SECOND_PS: u64 = 1_000_000_000_000;
 /// Clocks with a whole number of picoseconds to a cycle.
 const RATES: [u64; 5] = [125_000, 500_000, 1_000_000, 2_000_000, 4_000_000];
-const REGS: [EepromRegister; 4] = [EepromRegister::EEARL, EepromRegister::EEARH, EepromRegister::EEDR, EepromRegister::EECR];
+const REGS: [EepromRegister; 4] =
+    [EepromRegister::EEARL, EepromRegister::EEARH, EepromRegister::EEDR, EepromRegister::EECR];
 
 struct Model {
     kind: AvrEepromKind,
@@ -104,7 +105,8 @@ fn live(seed: u64, seen: &mut [u64; 3]) {
     rng.fill(&mut cells);
     let hz = RATES[rng.below(5) as usize];
     // Times are cut short, so that a life has many writes.
-    let kind = AvrEepromKind { modes: rng.one_in(2), both_us: 1 + rng.below(60) as u32, half_us: 1 + rng.below(30) as u32 };
+    let kind =
+        AvrEepromKind { modes: rng.one_in(2), both_us: 1 + rng.below(60) as u32, half_us: 1 + rng.below(30) as u32 };
     let mut dut = AvrEeprom::new(kind, Arc::new(cells.clone()), hz);
     let mut model = Model {
         kind,

@@ -59,7 +59,8 @@ fn set_up(rng: &mut Rng) -> Vec<(u16, u8)> {
 fn program(rng: &mut Rng) -> Vec<u16> {
     let mut words: Vec<u16> = Vec::new();
     let mut line = |text: &str| {
-        let new = emu_asm::assemble_line(&ATMEGA328P, text, words.len() as u32).unwrap_or_else(|e| panic!("{text}: {e}"));
+        let new =
+            emu_asm::assemble_line(&ATMEGA328P, text, words.len() as u32).unwrap_or_else(|e| panic!("{text}: {e}"));
         words.extend(new);
         words.len()
     };

@@ -6,7 +6,7 @@
 
 use emu_avr::Avr;
 use emu_avr::chips::{ATMEGA328P, chip};
-use emu_avr::isa::{Kind, is_missing, find_row};
+use emu_avr::isa::{Kind, find_row, is_missing};
 use emu_core::image::{Image, Segment};
 use emu_core::rng::Rng;
 use emu_core::table::InstructionRow;

@@ -191,7 +191,8 @@ fn run(case: &Case, base: &Avr, seed: u64) -> Result<(), String> {
 /// The words of an instruction; of one that only larger chips have, those of such a chip.
 fn line(text: &str, pc: u32) -> Result<Vec<u16>, emu_core::table::AsmError> {
     let large = chip("atmega128").expect("a chip");
-    emu_asm::assemble_line(&ATMEGA328P, text, pc).or_else(|why| emu_asm::assemble_line(large, text, pc).map_err(|_| why))
+    emu_asm::assemble_line(&ATMEGA328P, text, pc)
+        .or_else(|why| emu_asm::assemble_line(large, text, pc).map_err(|_| why))
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::script::chip;
 use emu_avr::soc::AvrSoc;
 use emu_core::rng::Rng;
-use emu_core::{Bus, ChipEvent, PinLevel, NEVER};
+use emu_core::{Bus, ChipEvent, NEVER, PinLevel};
 
 const LEVELS: [PinLevel; 3] = [PinLevel::Low, PinLevel::High, PinLevel::Float];
 

@@ -10,7 +10,7 @@ use emu_avr::chips::ATMEGA328P as CHIP;
 use emu_avr::soc::AvrSoc;
 use emu_avr::{Avr, Options};
 use emu_core::image::Image;
-use emu_core::{Bus, PinLevel, NEVER, RamInit, ResetCause};
+use emu_core::{Bus, NEVER, PinLevel, RamInit, ResetCause};
 
 /// Runs every line of `text` on a fresh chip with a clock of `hz`; panics with all that failed.
 pub fn check(hz: u64, text: &str) {

@@ -1,7 +1,7 @@
 //! Random programs, resets and supplies.
 
 use emu_avr::chips::ATMEGA328P;
-use emu_avr::soc::{OutsideInput, AvrSoc};
+use emu_avr::soc::{AvrSoc, OutsideInput};
 use emu_avr::{Avr, Options};
 use emu_core::image::Image;
 use emu_core::rng::Rng;

@@ -1,6 +1,6 @@
 //! Cases worked by hand, one a line, in cycles.
 
-use emu_avr::periph::spi::{SpiRegister, AvrSpi};
+use emu_avr::periph::spi::{AvrSpi, SpiRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
 
 /// `what | script | what happens`. In a script `N` is the edge of what follows it: `c=XX`, `s=XX`, `w=XX` write SPCR, SPSR, SPDR;

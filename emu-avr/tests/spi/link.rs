@@ -1,6 +1,6 @@
 //! Two parts, wired to each other: a master and a slave.
 
-use emu_avr::periph::spi::{CPHA, CPOL, DORD, MSTR, SpiRegister, SPE, SPIF, AvrSpi};
+use emu_avr::periph::spi::{AvrSpi, CPHA, CPOL, DORD, MSTR, SPE, SPIF, SpiRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 use emu_core::rng::Rng;
 

@@ -225,7 +225,9 @@ impl Model {
         let level = if first { self.bits[0] } else { self.level };
         let drives = match (self.spe(), self.mstr()) {
             (false, _) => [AvrDrive::Port; 4],
-            (true, true) => [AvrDrive::Value(self.active != self.cpol()), AvrDrive::Input, AvrDrive::Value(level), AvrDrive::Port],
+            (true, true) => {
+                [AvrDrive::Value(self.active != self.cpol()), AvrDrive::Input, AvrDrive::Value(level), AvrDrive::Port]
+            }
             (true, false) if self.ss => [AvrDrive::Input; 4],
             (true, false) => [AvrDrive::Input, AvrDrive::Value(level), AvrDrive::Input, AvrDrive::Input],
         };

@@ -1,6 +1,6 @@
 //! Random programs and random lines: the part, which is run only when it says that something is due, and the model.
 
-use emu_avr::periph::spi::{CPHA, CPOL, DORD, MSTR, SpiRegister, SPE, SPI2X, SPIE, AvrSpi};
+use emu_avr::periph::spi::{AvrSpi, CPHA, CPOL, DORD, MSTR, SPE, SPI2X, SPIE, SpiRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 use emu_core::rng::Rng;
 
@@ -53,7 +53,11 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
         port.on_line_changed(line, high, 0, &mut out);
         model.line(line, high, 0);
     }
-    for (reg, value) in [(SpiRegister::SPCR, first), (SpiRegister::SPSR, u8::from(rng.one_in(2))), (SpiRegister::SPDR, rng.next_u64() as u8)] {
+    for (reg, value) in [
+        (SpiRegister::SPCR, first),
+        (SpiRegister::SPSR, u8::from(rng.one_in(2))),
+        (SpiRegister::SPDR, rng.next_u64() as u8),
+    ] {
         port.write(reg, value, 0xFF, 0, &mut out);
         model.write(reg, value, 0xFF, 0);
     }
@@ -130,7 +134,9 @@ fn compare(seed: u64, clocks: u64, seen: &mut Seen) {
         }
         for signal in &out {
             if let AvrSignal::Drive {
-                line: line @ (AvrLine::Sck | AvrLine::Mosi | AvrLine::Miso), drive: AvrDrive::Value(high), ..
+                line: line @ (AvrLine::Sck | AvrLine::Mosi | AvrLine::Miso),
+                drive: AvrDrive::Value(high),
+                ..
             } = *signal
             {
                 lines.push((line, high));

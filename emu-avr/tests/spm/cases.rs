@@ -3,7 +3,7 @@
 //! `edge:what`. Addresses are in bytes; they and values are hexadecimal, times decimal. A second has 1,000,000 cycles; the boot
 //! section begins at 7800, NRWW at 7000.
 
-use emu_avr::periph::spm::{ConfigBytes, SpmKind, SpmRegister, SelfProgramming};
+use emu_avr::periph::spm::{ConfigBytes, SelfProgramming, SpmKind, SpmRegister};
 use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
 use emu_core::NEVER;
 
@@ -81,7 +81,8 @@ fn run(line: &str) -> Result<(), String> {
     // The lock bits of a case stand in front of it.
     let lock =
         head.split_once("lock=").map_or(Ok(0xFF), |(_, lock)| hex(lock.split_whitespace().next().unwrap_or("")))?;
-    let bytes = ConfigBytes { lock: lock as u8, fuses: [0x62, 0xD9, 0xFE], signature: [0x1E, 0x95, 0x14], calibration: 0xA7 };
+    let bytes =
+        ConfigBytes { lock: lock as u8, fuses: [0x62, 0xD9, 0xFE], signature: [0x1E, 0x95, 0x14], calibration: 0xA7 };
     let (mut dut, mut said) = (SelfProgramming::new(kind, bytes, boot, 1_000_000), Vec::new());
     for text in steps.split_whitespace() {
         step(&mut dut, &mut said, text).map_err(|said| format!("{line}\n  at {text}: {said}"))?;
@@ -160,7 +161,9 @@ fn a_wrong_case_is_found() {
 #[test]
 fn boot_lock_bits_bar_interrupts() {
     let bytes = ConfigBytes { lock: 0xFF, fuses: [0; 3], signature: [0; 3], calibration: 0 };
-    let bars = |lock, pc, ivsel| SelfProgramming::new(SpmKind::MEGA328, ConfigBytes { lock, ..bytes }, 0x7800, 1).bars_interrupts(pc, ivsel);
+    let bars = |lock, pc, ivsel| {
+        SelfProgramming::new(SpmKind::MEGA328, ConfigBytes { lock, ..bytes }, 0x7800, 1).bars_interrupts(pc, ivsel)
+    };
     // BLB02: vectors in the boot section, the application runs. BLB12: the other way round.
     for (lock, pc, ivsel, barred) in [
         (0xF7, 0x0000, true, true),

@@ -1,6 +1,6 @@
 //! Random commands, in order and out of it, reads, resets and EEPROM writes: both agree in every cycle.
 
-use emu_avr::periph::spm::{ConfigBytes, SpmKind, SpmRegister, SelfProgramming};
+use emu_avr::periph::spm::{ConfigBytes, SelfProgramming, SpmKind, SpmRegister};
 use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
 use emu_core::rng::Rng;
 

@@ -1,6 +1,6 @@
 //! A timer stepped cycle by cycle, written from the text and figures of sections 15 to 18.
 
-use emu_avr::periph::timers::{TimerRegister, TimerShape, ClockTap};
+use emu_avr::periph::timers::{ClockTap, TimerRegister, TimerShape};
 
 use crate::cells::{Crystal, Divider, Sampler};
 

@@ -1,6 +1,6 @@
 //! Random writes, edges, sleeps and resets: the timer and the model agree at every cycle.
 
-use emu_avr::periph::timers::{TimerRegister, TimerShape, AvrTimer};
+use emu_avr::periph::timers::{AvrTimer, TimerRegister, TimerShape};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 use emu_core::parts::prescaler::Prescaler;
 use emu_core::rng::Rng;
@@ -74,14 +74,22 @@ impl Rig {
                 let select = [1, 1, 1, 1, 1, 2, 6, 7][rng.below(8) as usize];
                 rng.next_u64() as u8 & 0xF8 | select
             }
-            TimerRegister::TCNTH | TimerRegister::OCRAH | TimerRegister::OCRBH | TimerRegister::OCRCH | TimerRegister::ICRH => {
-                [0, 0, 0, 0, 0xFF, 1, 3][rng.below(7) as usize]
-            }
+            TimerRegister::TCNTH
+            | TimerRegister::OCRAH
+            | TimerRegister::OCRBH
+            | TimerRegister::OCRCH
+            | TimerRegister::ICRH => [0, 0, 0, 0, 0xFF, 1, 3][rng.below(7) as usize],
             TimerRegister::TCNTL if rng.one_in(2) => [0xFD, 0xFE, 0xFF, 0, 1][rng.below(5) as usize],
             TimerRegister::TCNTL => top.wrapping_add(rng.below(5) as u8).wrapping_sub(3),
             TimerRegister::OCRBL | TimerRegister::OCRCL | TimerRegister::ICRL if rng.one_in(3) => top,
-            TimerRegister::OCRAL | TimerRegister::OCRBL | TimerRegister::OCRCL | TimerRegister::ICRL if rng.one_in(6) => 0xFF,
-            TimerRegister::OCRAL | TimerRegister::OCRBL | TimerRegister::OCRCL | TimerRegister::ICRL => rng.below(10) as u8,
+            TimerRegister::OCRAL | TimerRegister::OCRBL | TimerRegister::OCRCL | TimerRegister::ICRL
+                if rng.one_in(6) =>
+            {
+                0xFF
+            }
+            TimerRegister::OCRAL | TimerRegister::OCRBL | TimerRegister::OCRCL | TimerRegister::ICRL => {
+                rng.below(10) as u8
+            }
             TimerRegister::TIFR if rng.one_in(2) => 0xFF,
             TimerRegister::ASSR if rng.one_in(2) => model_assr,
             TimerRegister::ASSR => [0x20, 0x20, 0x20, 0x60, 0x00][rng.below(5) as usize],
@@ -96,7 +104,9 @@ impl Rig {
             REGS[self.rng.below(16) as usize]
         };
         let value = self.value(reg);
-        let single = matches!(reg, TimerRegister::TIFR | TimerRegister::TIMSK | TimerRegister::TCCRA | TimerRegister::TCCRB) && self.rng.one_in(6);
+        let single =
+            matches!(reg, TimerRegister::TIFR | TimerRegister::TIMSK | TimerRegister::TCCRA | TimerRegister::TCCRB)
+                && self.rng.one_in(6);
         (reg, value, if single { 1 << self.rng.below(8) } else { 0xFF })
     }
 
@@ -171,7 +181,9 @@ impl Rig {
 
     /// Instructions that read with side effects.
     fn reads(&mut self, t: u64, place: &dyn Fn(&Model) -> String) {
-        let reg = [TimerRegister::TCNTL, TimerRegister::TCNTH, TimerRegister::ICRL, TimerRegister::ICRH, TimerRegister::TIFR][self.rng.below(5) as usize];
+        let reg =
+            [TimerRegister::TCNTL, TimerRegister::TCNTH, TimerRegister::ICRL, TimerRegister::ICRH, TimerRegister::TIFR]
+                [self.rng.below(5) as usize];
         let model = &mut self.model;
         let want = match reg {
             TimerRegister::TCNTL => {
@@ -287,7 +299,8 @@ fn run(seed: u64, shape: TimerShape, cycles: u64, heard: &mut Heard) {
         for signal in rig.out.drain(..) {
             match signal {
                 AvrSignal::Drive { t: at, line, drive } if at == t => {
-                    drives[[AvrLine::OcA, AvrLine::OcB, AvrLine::OcC].iter().position(|l| *l == line).unwrap_or(3)] = drive;
+                    drives[[AvrLine::OcA, AvrLine::OcB, AvrLine::OcC].iter().position(|l| *l == line).unwrap_or(3)] =
+                        drive;
                     heard.drives += 1;
                 }
                 other => panic!("{other:?}, {}", place(&rig.model)),
@@ -300,7 +313,9 @@ fn run(seed: u64, shape: TimerShape, cycles: u64, heard: &mut Heard) {
         let requests = shape.irqs_of(rig.model.tifr & rig.model.timsk);
         assert_eq!(rig.timer.interrupt_requests(), requests, "requests, {}", place(&rig.model));
         for reg in REGS {
-            let live = reg == TimerRegister::TIFR || reg == TimerRegister::TCNTL || reg == TimerRegister::ICRL && shape.capture;
+            let live = reg == TimerRegister::TIFR
+                || reg == TimerRegister::TCNTL
+                || reg == TimerRegister::ICRL && shape.capture;
             if t % 16 == 0 || live || reg == TimerRegister::ASSR && shape.asynchronous {
                 assert_eq!(rig.timer.peek(reg, t), rig.want(reg), "{reg:?}, {}", place(&rig.model));
             }

@@ -5,7 +5,7 @@
 //! clears the prescaler); `irq?hh` are the interrupts asked for, `take=n`, `next?n` (`-` for never), `steady.REG?n`,
 //! `listen=hh`, `flag?n` (irq `n` was told to be set at `t`), `sleep`, `wake`, `reset`, `osc=0`, `rate=n`, `xtal=n`.
 
-use emu_avr::periph::timers::{TimerRegister, TimerShape, AvrTimer};
+use emu_avr::periph::timers::{AvrTimer, TimerRegister, TimerShape};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 use emu_core::NEVER;
 use emu_core::parts::prescaler::Prescaler;
@@ -55,8 +55,8 @@ impl Rig {
     }
 
     fn driven(&self, name: &str) -> &'static str {
-        let line =
-            [AvrLine::OcA, AvrLine::OcB, AvrLine::OcC][["OCA", "OCB", "OCC"].iter().position(|n| *n == name).expect(name)];
+        let line = [AvrLine::OcA, AvrLine::OcB, AvrLine::OcC]
+            [["OCA", "OCB", "OCC"].iter().position(|n| *n == name).expect(name)];
         let last = self.out.iter().rev().find_map(|signal| match signal {
             AvrSignal::Drive { line: of, drive, .. } if *of == line => Some(*drive),
             _ => None,

@@ -100,9 +100,13 @@ impl Model {
             TimerRegister::OCRAL => self.ocr(0, word),
             TimerRegister::OCRBL => self.ocr(1, word),
             TimerRegister::OCRCL => self.ocr(2, word),
-            TimerRegister::ICRL if self.top_is_icr() || self.shape.capture && !self.shape.icr_only_as_top => self.icr = word,
+            TimerRegister::ICRL if self.top_is_icr() || self.shape.capture && !self.shape.icr_only_as_top => {
+                self.icr = word
+            }
             TimerRegister::TCNTH | TimerRegister::ICRH if wide => self.temp = value,
-            TimerRegister::OCRAH | TimerRegister::OCRBH | TimerRegister::OCRCH if wide => self.temp = value & self.high_byte_of_ocr(),
+            TimerRegister::OCRAH | TimerRegister::OCRBH | TimerRegister::OCRCH if wide => {
+                self.temp = value & self.high_byte_of_ocr()
+            }
             TimerRegister::TIMSK => {
                 let channels = (2u8 << self.shape.channels) - 2;
                 let all = 1 | channels | if self.shape.capture { 0x20 } else { 0 };

@@ -1,6 +1,6 @@
 //! Two parts on one bus, each with its model beside it, and somebody who disturbs them.
 
-use emu_avr::periph::twi::{TwiRegister, AvrTwi};
+use emu_avr::periph::twi::{AvrTwi, TwiRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 
 use crate::model::Model;
@@ -84,7 +84,14 @@ impl Node {
         self.out.clear();
         self.model.out.clear();
         assert_eq!(self.drives, self.ought, "{ctx}, clock {t}: SCL, SDA of part and model");
-        let regs = [TwiRegister::TWBR, TwiRegister::TWSR, TwiRegister::TWAR, TwiRegister::TWDR, TwiRegister::TWCR, TwiRegister::TWAMR];
+        let regs = [
+            TwiRegister::TWBR,
+            TwiRegister::TWSR,
+            TwiRegister::TWAR,
+            TwiRegister::TWDR,
+            TwiRegister::TWCR,
+            TwiRegister::TWAMR,
+        ];
         for (reg, promise) in regs.into_iter().zip(&mut self.steady) {
             let value = self.model.peek(reg);
             assert_eq!(self.part.peek(reg, t), value, "{ctx}, clock {t}: {reg:?}");

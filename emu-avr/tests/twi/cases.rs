@@ -1,6 +1,6 @@
 //! Cases worked by hand, one a line, in cycles.
 
-use emu_avr::periph::twi::{TwiRegister, AvrTwi};
+use emu_avr::periph::twi::{AvrTwi, TwiRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
 
 /// `what | script | what happens`. In a script `N` is the edge of what follows it: `b=XX`, `s=XX`, `a=XX`, `d=XX`, `c=XX`, `m=XX`

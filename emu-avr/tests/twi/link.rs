@@ -1,6 +1,6 @@
 //! Whole programs: parts that are wired together and served as section 22.7 says.
 
-use emu_avr::periph::twi::{TwiRegister, TWEA, TWEN, TWIE, TWINT, TWSTA, TWSTO, AvrTwi};
+use emu_avr::periph::twi::{AvrTwi, TWEA, TWEN, TWIE, TWINT, TWSTA, TWSTO, TwiRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 
 /// A part with its program.

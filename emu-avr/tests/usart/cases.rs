@@ -1,6 +1,6 @@
 //! Cases worked by hand, one a line, in cycles.
 
-use emu_avr::periph::usart::{UsartRegister, AvrUsart};
+use emu_avr::periph::usart::{AvrUsart, UsartRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrOutbox, AvrSignal};
 
 /// `what | script | what happens`. In a script `N` is the edge of what follows it: `a=XX`, `b=XX`, `c=XX`, `l=XX`, `h=XX`, `w=XX`

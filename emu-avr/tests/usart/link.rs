@@ -1,7 +1,7 @@
 //! Two ports, wired to each other.
 
 use emu_avr::periph::spi::{self, AvrSpi};
-use emu_avr::periph::usart::{RXC, RXEN, UsartRegister, TXB8, TXEN, U2X, UCSZ2, UDRE, AvrUsart};
+use emu_avr::periph::usart::{AvrUsart, RXC, RXEN, TXB8, TXEN, U2X, UCSZ2, UDRE, UsartRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 use emu_core::rng::Rng;
 
@@ -14,7 +14,13 @@ type Setup = (u8, u8, u8, u16);
 fn set_up(port: &mut AvrUsart, (a, b, c, ubrr): Setup, out: &mut Vec<AvrSignal>) {
     port.on_line_changed(AvrLine::Rxd, true, 0, out);
     let [high, low] = ubrr.to_be_bytes();
-    for (reg, value) in [(UsartRegister::UBRRH, high), (UsartRegister::UBRRL, low), (UsartRegister::UCSRA, a), (UsartRegister::UCSRC, c), (UsartRegister::UCSRB, b)] {
+    for (reg, value) in [
+        (UsartRegister::UBRRH, high),
+        (UsartRegister::UBRRL, low),
+        (UsartRegister::UCSRA, a),
+        (UsartRegister::UCSRC, c),
+        (UsartRegister::UCSRB, b),
+    ] {
         port.write(reg, value, 0xFF, 0, out);
     }
 }
@@ -134,7 +140,12 @@ fn a_slave_of_spi_follows_the_master_spi_mode() {
             slave.run_due(t, &mut of_slave);
             for signal in of_master.drain(..) {
                 if let AvrSignal::Drive { line, drive: AvrDrive::Output(level) | AvrDrive::Value(level), .. } = signal {
-                    slave.on_line_changed(if line == AvrLine::Txd { AvrLine::Mosi } else { AvrLine::Sck }, level, t, &mut of_slave);
+                    slave.on_line_changed(
+                        if line == AvrLine::Txd { AvrLine::Mosi } else { AvrLine::Sck },
+                        level,
+                        t,
+                        &mut of_slave,
+                    );
                 }
             }
             match t {
@@ -148,7 +159,11 @@ fn a_slave_of_spi_follows_the_master_spi_mode() {
                 }
             }
         }
-        let got = (master.peek(UsartRegister::UCSRA, 80) & RXC, master.peek(UsartRegister::UDR, 80), slave.peek(spi::SpiRegister::SPDR, 80));
+        let got = (
+            master.peek(UsartRegister::UCSRA, 80) & RXC,
+            master.peek(UsartRegister::UDR, 80),
+            slave.peek(spi::SpiRegister::SPDR, 80),
+        );
         assert_eq!(got, (RXC, 0x5C, 0xB2), "UCSRC {c:02X}");
     }
 }

@@ -451,7 +451,9 @@ impl Model {
             _ if ucpha => AvrDrive::Value(changes != ucpol),
             _ => AvrDrive::Value(changes == ucpol),
         };
-        for (n, (line, drive)) in [(AvrLine::Txd, txd), (AvrLine::Rxd, rxd), (AvrLine::Xck, xck)].into_iter().enumerate() {
+        for (n, (line, drive)) in
+            [(AvrLine::Txd, txd), (AvrLine::Rxd, rxd), (AvrLine::Xck, xck)].into_iter().enumerate()
+        {
             if self.drives[n] != drive {
                 self.drives[n] = drive;
                 self.out.push(AvrSignal::Drive { t, line, drive });

@@ -2,13 +2,20 @@
 
 use std::collections::VecDeque;
 
-use emu_avr::periph::usart::{MPCM, RXEN, UsartRegister, TXB8, TXC, TXEN, U2X, UCSZ2, AvrUsart};
+use emu_avr::periph::usart::{AvrUsart, MPCM, RXEN, TXB8, TXC, TXEN, U2X, UCSZ2, UsartRegister};
 use emu_avr::periph::{AvrDevice, AvrDrive, AvrLine, AvrSignal};
 use emu_core::rng::Rng;
 
 use crate::model::Model;
 
-const REGS: [UsartRegister; 6] = [UsartRegister::UDR, UsartRegister::UCSRA, UsartRegister::UCSRB, UsartRegister::UCSRC, UsartRegister::UBRRL, UsartRegister::UBRRH];
+const REGS: [UsartRegister; 6] = [
+    UsartRegister::UDR,
+    UsartRegister::UCSRA,
+    UsartRegister::UCSRB,
+    UsartRegister::UCSRC,
+    UsartRegister::UBRRL,
+    UsartRegister::UBRRH,
+];
 
 /// Levels of RXD still to come, each with the clocks that it lasts.
 #[derive(Default)]

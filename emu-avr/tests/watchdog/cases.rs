@@ -2,7 +2,7 @@
 //! or WDTCR), `cycle:NAME?value` or `edge:what`; registers are hexadecimal. A second has 128,000 cycles at first, so that a
 //! clock of the newer oscillator is one cycle and 2K of them are 2,048.
 
-use emu_avr::periph::watchdog::{WatchdogKind, WatchdogRegister, AvrWatchdog};
+use emu_avr::periph::watchdog::{AvrWatchdog, WatchdogKind, WatchdogRegister};
 use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
 use emu_core::NEVER;
 

@@ -1,7 +1,7 @@
 //! The watchdog stepped cycle by cycle, and random programs on which both must agree in every cycle: in what is read, in the
 //! interrupt and in the resets.
 
-use emu_avr::periph::watchdog::{WatchdogKind, WatchdogRegister, AvrWatchdog};
+use emu_avr::periph::watchdog::{AvrWatchdog, WatchdogKind, WatchdogRegister};
 use emu_avr::periph::{AvrDevice, AvrOutbox, AvrSignal};
 use emu_core::rng::Rng;
 

@@ -135,9 +135,9 @@ impl ForeignBoard {
             }
             addr += bytes;
         }
-        let loose_duty = program
-            .elements()
-            .any(|(_, element, _)| matches!(element, Element::SetPwm { duty: LadderOperand::Var(name), .. } if names(name)));
+        let loose_duty = program.elements().any(
+            |(_, element, _)| matches!(element, Element::SetPwm { duty: LadderOperand::Var(name), .. } if names(name)),
+        );
         if loose_duty {
             left_out.push("the PWM output: its duty depends on the moment at which a byte is sent".to_owned());
         }
@@ -152,7 +152,20 @@ impl ForeignBoard {
         };
         let pwm = pwm.filter(|_| !loose_duty);
         let loose = eval.symbols().iter().map(is_loose).collect();
-        Ok(ForeignBoard { chip, pace, inputs, outputs, peripherals, pwm, eeprom_variables: kept, timing_dependent: loose, left_out, compares_bytes: bytes, scans_per_byte: lasts, places })
+        Ok(ForeignBoard {
+            chip,
+            pace,
+            inputs,
+            outputs,
+            peripherals,
+            pwm,
+            eeprom_variables: kept,
+            timing_dependent: loose,
+            left_out,
+            compares_bytes: bytes,
+            scans_per_byte: lasts,
+            places,
+        })
     }
 
     /// The chip's name of a pin.
@@ -175,7 +188,9 @@ fn timing_dependent_symbols(program: &LadderProgram, lasts: u64) -> Vec<String> 
                 (rung, tainted) = (Some(id.rung), all);
             }
             let mut used = false;
-            ladder::symbols::for_each_symbol_use(element, &mut |name, _| used |= names.iter().any(|other| other == name));
+            ladder::symbols::for_each_symbol_use(element, &mut |name, _| {
+                used |= names.iter().any(|other| other == name)
+            });
             tainted |= used
                 || match element {
                     Element::UartSend { .. } => true,

@@ -5,8 +5,8 @@ use std::fmt::Write;
 use diag::Diagnostic;
 use serde::Serialize;
 
-use crate::map_contract::ScanPace;
 use crate::coverage::LadderCoverage;
+use crate::map_contract::ScanPace;
 use crate::report::{DifferenceKind, count_text};
 
 use super::codes;
@@ -117,7 +117,8 @@ impl MeasuredPeriod {
     /// `gap`: most machine cycles from one poll of the flag to the next.
     pub(crate) fn to_finding(&self, pace: &ScanPace, gap: u64) -> Option<ForeignFinding> {
         let wanted = u128::from(self.periods) * pace.num * u128::from(pace.clocks_per_cycle) / pace.den;
-        let slack = (pace.tick_cycles + (2 * pace.poll_cycles).max(gap) + START_TOLERANCE_CYCLES) * pace.clocks_per_cycle;
+        let slack =
+            (pace.tick_cycles + (2 * pace.poll_cycles).max(gap) + START_TOLERANCE_CYCLES) * pace.clocks_per_cycle;
         let off = u128::from(self.clocks).abs_diff(wanted);
         (off > u128::from(slack)).then(|| {
             let (each, way) = match u128::from(self.clocks) > wanted {

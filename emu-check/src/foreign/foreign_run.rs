@@ -3,18 +3,18 @@
 use std::collections::VecDeque;
 
 use emu_core::cpu::StopReason;
-use emu_core::pins::{PinLevel, CycleTime};
+use emu_core::pins::{CycleTime, PinLevel};
 use ladder_eval::Evaluator;
 
-use crate::families::{HighDrive, PullUpKind, CheckedChip, pin_behaviour};
 use crate::coverage_goals::EvaluatedScan;
-use crate::value_hints::ValueHints;
+use crate::families::{CheckedChip, HighDrive, PullUpKind, pin_behaviour};
 use crate::report::DifferenceKind;
-use crate::stimulus::ScanStimulus;
 use crate::serial_line::{ByteArrival, SerialFrame, plan_arrival};
+use crate::stimulus::ScanStimulus;
+use crate::value_hints::ValueHints;
 
-use super::foreign_board::ForeignBoard;
 use super::codes;
+use super::foreign_board::ForeignBoard;
 use super::line_listener::LineListener;
 use super::scan_loop::ScanLoop;
 use super::{ForeignFinding, ForeignMismatch};
@@ -56,7 +56,13 @@ pub(crate) struct ForeignRun<'a, C> {
 
 impl<'a, C: CheckedChip> ForeignRun<'a, C> {
     /// Both sides at power-up. Cells that the image does not fill are erased.
-    pub(super) fn start(mut cpu: C, eval: &Evaluator, board: &'a ForeignBoard, hints: &'a ValueHints, found: ScanLoop) -> Self {
+    pub(super) fn start(
+        mut cpu: C,
+        eval: &Evaluator,
+        board: &'a ForeignBoard,
+        hints: &'a ValueHints,
+        found: ScanLoop,
+    ) -> Self {
         let mut eval = eval.clone();
         for addr in 0..board.peripherals.eeprom_cells {
             eval.set_eeprom(addr as usize, cpu.peek("eeprom", addr).unwrap_or(0xFF));
@@ -130,7 +136,9 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         for (&(_, pin), &value) in of.analog.iter().zip(&step.analog) {
             of.drive_analog(&mut self.cpu, pin, value);
         }
-        let Some(byte) = step.byte.filter(|_| self.incoming.is_none() && !self.eval.has_received_byte()) else { return };
+        let Some(byte) = step.byte.filter(|_| self.incoming.is_none() && !self.eval.has_received_byte()) else {
+            return;
+        };
         let scans = self.starts.scans;
         if of.receive.is_none() || scans == 0 {
             return;
@@ -163,8 +171,8 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
         }
         let mut cpu = self.cpu.clone();
         for &pin in &self.board.inputs {
-            let pulled =
-                pin_behaviour(self.board.chip, pin).is_some_and(|n| matches!(n.pull_up, PullUpKind::Inputs | PullUpKind::Always));
+            let pulled = pin_behaviour(self.board.chip, pin)
+                .is_some_and(|n| matches!(n.pull_up, PullUpKind::Inputs | PullUpKind::Always));
             if !pulled {
                 continue;
             }
@@ -211,7 +219,12 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
             let expected = PinLevel::from_bit(self.eval.get(symbol) != 0);
             let level = self.cpu.pin_level(pin);
             if level != expected {
-                return Err(ForeignMismatch::of_symbol(DifferenceKind::Pin, symbol, level_text(expected), level_text(level)));
+                return Err(ForeignMismatch::of_symbol(
+                    DifferenceKind::Pin,
+                    symbol,
+                    level_text(expected),
+                    level_text(level),
+                ));
             }
         }
         Ok(())
@@ -228,7 +241,12 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
             self.compared += 1;
             let (expected, found) = (self.eval.get(symbol), places.read_symbol(&self.cpu, symbol));
             if expected != found {
-                return Err(ForeignMismatch::of_symbol(DifferenceKind::Symbol, symbol, expected.to_string(), found.to_string()));
+                return Err(ForeignMismatch::of_symbol(
+                    DifferenceKind::Symbol,
+                    symbol,
+                    expected.to_string(),
+                    found.to_string(),
+                ));
             }
         }
         Ok(())
@@ -247,7 +265,11 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
             self.compared += 1;
             if frame.fault.is_some() || self.board.compares_bytes && frame.byte != byte {
                 let fault = frame.fault.as_ref().map_or_else(String::new, |fault| format!(", {fault}"));
-                return Err(ForeignMismatch::of_text(DifferenceKind::Serial, byte_name(byte), byte_name(frame.byte) + &fault));
+                return Err(ForeignMismatch::of_text(
+                    DifferenceKind::Serial,
+                    byte_name(byte),
+                    byte_name(frame.byte) + &fault,
+                ));
             }
             self.awaited.pop_front();
             self.received_frames.pop_front();
@@ -264,10 +286,18 @@ impl<'a, C: CheckedChip> ForeignRun<'a, C> {
                 if !self.findings.iter().any(|finding| finding.code == codes::FINDING_EARLY_BYTE) {
                     self.findings.push(ForeignFinding { code: codes::FINDING_EARLY_BYTE, says });
                 }
-                return Err(ForeignMismatch::of_text(DifferenceKind::Serial, "nothing sent".to_owned(), byte_name(frame.byte)));
+                return Err(ForeignMismatch::of_text(
+                    DifferenceKind::Serial,
+                    "nothing sent".to_owned(),
+                    byte_name(frame.byte),
+                ));
             }
             if late(*since) {
-                return Err(ForeignMismatch::of_text(DifferenceKind::Serial, "nothing sent".to_owned(), byte_name(frame.byte)));
+                return Err(ForeignMismatch::of_text(
+                    DifferenceKind::Serial,
+                    "nothing sent".to_owned(),
+                    byte_name(frame.byte),
+                ));
             }
         }
         if let Some(&(_, byte)) = self.awaited.front().filter(|(since, _)| late(*since)) {

@@ -1,7 +1,7 @@
 //! What listens at the pins of a foreign image: the serial line, the PWM output, and outputs before the first scan.
 
 use emu_core::cpu::Probe;
-use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
 use crate::serial_line::SerialListener;
 
@@ -24,7 +24,9 @@ impl LineListener {
         LineListener {
             clocks: of.clocks_per_cycle,
             serial: of.transmit.map(|pin| (pin, SerialListener::new(of.bit_time, 2 * of.clocks_per_cycle))),
-            pwm: board.pwm.map(|(pin, hertz)| (pin, ForeignPwmMeter::new(board.pace.clock_hz, hertz, of.clocks_per_cycle))),
+            pwm: board
+                .pwm
+                .map(|(pin, hertz)| (pin, ForeignPwmMeter::new(board.pace.clock_hz, hertz, of.clocks_per_cycle))),
             outputs: board.outputs.iter().map(|&(_, pin)| (pin, None)).collect(),
             is_before_first_scan: true,
         }
@@ -112,7 +114,9 @@ impl ForeignPwmMeter {
             if period.abs_diff(self.period) * 100 > self.period * PERIOD_PERCENT + 100 * self.tolerance_clocks {
                 let wanted = format!("PWM with a period of {} clocks, to {PERIOD_PERCENT} %", self.period);
                 self.fault = Some((wanted, format!("{period} clocks")));
-            } else if (up * 100).abs_diff(period * u64::from(duty)) > period * DUTY_PERCENT + 100 * self.tolerance_clocks {
+            } else if (up * 100).abs_diff(period * u64::from(duty))
+                > period * DUTY_PERCENT + 100 * self.tolerance_clocks
+            {
                 let wanted = format!("PWM high for {duty} % of the time, to {DUTY_PERCENT} points");
                 self.fault = Some((wanted, format!("{up} of {period} clocks")));
             }

@@ -6,13 +6,13 @@
 //!
 //! What is compared how stands in `docs/foreign.md`.
 
-mod foreign_board;
 mod codes;
+mod foreign_board;
+mod foreign_report;
 mod foreign_run;
 mod line_listener;
-mod scan_loop;
 mod scan_budget;
-mod foreign_report;
+mod scan_loop;
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::image::Image;
@@ -20,13 +20,13 @@ use ladder::LadderProgram;
 use ladder_compile::ImageMap;
 use ladder_eval::Evaluator;
 
-use crate::map_contract::ScanPace;
-use crate::families::{MachineVisitor, CheckedChip, find_chip, visit_machines};
-use crate::coverage_goals::CoverageGoals;
-use crate::value_hints::ValueHints;
-use crate::report::{SCHEMA, DifferenceKind};
-use crate::stimulus::StimulusGenerator;
 use crate::boundary_goals::BoundaryGoals;
+use crate::coverage_goals::CoverageGoals;
+use crate::families::{CheckedChip, MachineVisitor, find_chip, visit_machines};
+use crate::map_contract::ScanPace;
+use crate::report::{DifferenceKind, SCHEMA};
+use crate::stimulus::StimulusGenerator;
+use crate::value_hints::ValueHints;
 use crate::{CheckOptions, check_run};
 
 use foreign_board::ForeignBoard;
@@ -34,8 +34,8 @@ use foreign_run::{ForeignRun, ScanStarts, wire_board};
 use scan_budget::{ScanBudget, long_run_scans};
 
 pub use codes::FOREIGN_CODES;
+pub use foreign_report::{ForeignDifference, ForeignFinding, ForeignReport, MeasuredPeriod};
 pub use scan_budget::MAX_SCANS;
-pub use foreign_report::{ForeignFinding, ForeignDifference, ForeignReport, MeasuredPeriod};
 
 /// An image that another compiler has made.
 #[derive(Debug, Clone, Copy)]
@@ -122,7 +122,8 @@ pub fn read_map(file: &str, bytes: &[u8]) -> Result<ImageMap, Diagnostic> {
 
 /// The command that repeats a check up to scan `scans`.
 fn replay_command(program: &LadderProgram, foreign: &ForeignImage<'_>, options: &CheckOptions, scans: u64) -> String {
-    let mut command = check_run::replay_command(program, options, scans) + &format!(" --image {}", check_run::shell_quote(foreign.file));
+    let mut command = check_run::replay_command(program, options, scans)
+        + &format!(" --image {}", check_run::shell_quote(foreign.file));
     foreign.map.iter().for_each(|(file, _)| command += &format!(" --map {}", check_run::shell_quote(file)));
     command
 }
@@ -161,7 +162,11 @@ impl MachineVisitor for ForeignCheckVisitor<'_> {
         // Nothing of the image's memory is known.
         hints.writable.fill(false);
         let mut goals = CoverageGoals::new(program, &eval);
-        let mut stimulus = StimulusGenerator::with_long_runs(options.seed, BoundaryGoals::new(program, &eval), long_run_scans(program));
+        let mut stimulus = StimulusGenerator::with_long_runs(
+            options.seed,
+            BoundaryGoals::new(program, &eval),
+            long_run_scans(program),
+        );
         let mut budget = ScanBudget::new(foreign.scans, long_run_scans(program) as u64);
         let (mut scans, mut runs, mut blocks) = (0, 0, 0u64);
         let (mut compared, mut longest) = (0, 0);

@@ -341,6 +341,8 @@ fn run_to_cycle<C: Cpu, P: Probe>(cpu: &mut C, until: u64, probe: &mut P) -> Res
         StopReason::Halted => Err("the program halts before any scan".to_owned()),
         StopReason::Illegal { pc, word } => Err(format!("0x{word:04X} at program word 0x{pc:04X} is no instruction")),
         StopReason::Fault { pc, fault } => Err(format!("{fault}, at program word 0x{pc:04X}")),
-        StopReason::Breakpoint { .. } | StopReason::Probe => Err("the program stopped where nobody asked for".to_owned()),
+        StopReason::Breakpoint { .. } | StopReason::Probe => {
+            Err("the program stopped where nobody asked for".to_owned())
+        }
     }
 }

@@ -7,8 +7,8 @@ use diag::Diagnostic;
 use ladder::LadderProgram;
 use serde::{Deserialize, Serialize};
 
-use super::generator::{program_seed, generate_program};
-use super::shrink_program::{with_notes, smallest_program};
+use super::generator::{generate_program, program_seed};
+use super::shrink_program::{smallest_program, with_notes};
 use super::tally::ChipTally;
 use super::watchdog::{Cancellation, WorkFailure, run_with_limit};
 use crate::{CheckOptions, CheckReport, check};
@@ -220,7 +220,14 @@ fn check_text(file: &str, text: &str, options: &CheckOptions, cancellation: &Can
 
 /// Shrinks what was found and writes it down. What took too long stays as it is: every smaller program could leave another
 /// thread behind.
-fn make_finding(plan: &CampaignPlan, number: u64, drawn: &LadderProgram, options: &CheckOptions, kind: TrialFault, limit: Duration) -> CampaignFinding {
+fn make_finding(
+    plan: &CampaignPlan,
+    number: u64,
+    drawn: &LadderProgram,
+    options: &CheckOptions,
+    kind: TrialFault,
+    limit: Duration,
+) -> CampaignFinding {
     let file = format!("fuzz-{}-{number}-{}.ld", plan.seed, options.mcu);
     let mut shows = |program: &LadderProgram| {
         let outcome = try_program(program, options, limit);
@@ -238,7 +245,8 @@ fn make_finding(plan: &CampaignPlan, number: u64, drawn: &LadderProgram, options
     let found = format!("found by emu fuzz --seed {} as program {number}", plan.seed);
     let program = with_notes(&program, &[&found, &command(scans)]);
     let last = CheckOptions { scans, explain: true, ..options.clone() };
-    let outcome = if timed_out { TrialOutcome::Failed(WorkFailure::TimedOut) } else { try_program(&program, &last, limit) };
+    let outcome =
+        if timed_out { TrialOutcome::Failed(WorkFailure::TimedOut) } else { try_program(&program, &last, limit) };
     let what = match outcome {
         TrialOutcome::Checked(_, report) => report.text(),
         TrialOutcome::Refused(code, message) => format!("{code}: {message}"),
@@ -256,8 +264,14 @@ impl CampaignRecord {
     #[must_use]
     pub fn new(plan: CampaignPlan, shard: CampaignShard) -> CampaignRecord {
         let tallies = plan.mcus.iter().map(|mcu| ChipTally::new(mcu)).collect();
-        let mut record =
-            CampaignRecord { schema: FUZZ_SCHEMA, plan, shards: vec![shard], complete: false, tallies, findings: Vec::new() };
+        let mut record = CampaignRecord {
+            schema: FUZZ_SCHEMA,
+            plan,
+            shards: vec![shard],
+            complete: false,
+            tallies,
+            findings: Vec::new(),
+        };
         record.update_complete();
         record
     }
@@ -275,7 +289,8 @@ impl CampaignRecord {
     fn update_complete(&mut self) {
         let programs = self.plan.programs;
         let of = self.shards.first().map_or(1, |shard| shard.of);
-        self.complete = self.shards.len() as u64 == of && self.shards.iter().all(|s| s.done == s.program_count(programs));
+        self.complete =
+            self.shards.len() as u64 == of && self.shards.iter().all(|s| s.done == s.program_count(programs));
     }
 
     /// Adds the records of shards of one plan.
@@ -312,8 +327,9 @@ impl CampaignRecord {
     /// The shard that is none.
     pub fn check_shards(&self) -> Result<(), String> {
         let programs = self.plan.programs;
-        let wrong =
-            |shard: &&CampaignShard| shard.index == 0 || shard.index > shard.of || shard.done > shard.program_count(programs);
+        let wrong = |shard: &&CampaignShard| {
+            shard.index == 0 || shard.index > shard.of || shard.done > shard.program_count(programs)
+        };
         match self.shards.iter().find(wrong) {
             Some(CampaignShard { index, of, done }) => {
                 Err(format!("there is no shard {index}/{of} of {programs} programs with {done} of them done"))

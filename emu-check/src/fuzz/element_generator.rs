@@ -1,7 +1,7 @@
 //! Random elements: constants at boundaries, few names so that they are shared, destinations that are their own operands.
 
 use ladder::format::{StringPiece, split_format_string};
-use ladder::{CompareOp, CounterKind, Element, MathOp, LadderOperand, TimerKind};
+use ladder::{CompareOp, CounterKind, Element, LadderOperand, MathOp, TimerKind};
 
 use super::generator::ProgramGenerator;
 use super::program_style::ElementSort;
@@ -72,7 +72,8 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
         ElementSort::Adc => Element::ReadAdc { name: draw.pick(&draw.style.analog.clone()), refs: None },
         ElementSort::Pwm => {
             let hertz = constant_operand(draw.style.hertz as i64);
-            let duty = if draw.rng.one_in(3) { constant_operand(draw.rng.below(101) as i64) } else { random_operand(draw) };
+            let duty =
+                if draw.rng.one_in(3) { constant_operand(draw.rng.below(101) as i64) } else { random_operand(draw) };
             Element::SetPwm { duty, hertz, output: None }
         }
         ElementSort::Persist => Element::Persist { name: random_integer(draw) },
@@ -157,7 +158,8 @@ fn random_reset(draw: &mut ProgramGenerator) -> Element {
 
 fn random_text(draw: &mut ProgramGenerator) -> Element {
     let text = draw.pick(TEXTS);
-    let number = split_format_string(text, true).is_ok_and(|all| all.iter().any(|piece| matches!(piece, StringPiece::Digit { .. })));
+    let number = split_format_string(text, true)
+        .is_ok_and(|all| all.iter().any(|piece| matches!(piece, StringPiece::Digit { .. })));
     let var = number.then(|| random_integer(draw));
     Element::FormattedString { var, text: text.to_owned(), quoted: draw.is_ldmicro5() }
 }
@@ -197,7 +199,11 @@ fn random_integer(draw: &mut ProgramGenerator) -> String {
 
 /// An integer or a constant.
 fn random_operand(draw: &mut ProgramGenerator) -> LadderOperand {
-    if draw.rng.one_in(draw.style.constant) { constant_operand(random_constant(draw)) } else { LadderOperand::Var(random_integer(draw)) }
+    if draw.rng.one_in(draw.style.constant) {
+        constant_operand(random_constant(draw))
+    } else {
+        LadderOperand::Var(random_integer(draw))
+    }
 }
 
 fn random_constant(draw: &mut ProgramGenerator) -> i64 {

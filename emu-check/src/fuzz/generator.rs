@@ -2,10 +2,10 @@
 
 use diag::Pos;
 use emu_core::rng::Rng;
-use ladder::{LadderDialect, Element, LdFormat, RungNode, LadderProgram, Rung, ProgramSettings, VarEntry};
+use ladder::{Element, LadderDialect, LadderProgram, LdFormat, ProgramSettings, Rung, RungNode, VarEntry};
 
 use super::element_generator::random_element;
-use super::program_style::{ProgramProfile, ElementSort, ProgramStyle};
+use super::program_style::{ElementSort, ProgramProfile, ProgramStyle};
 
 /// Program number `number` (from 0) of the campaign with seed `seed`: the same whatever else is drawn.
 #[must_use]
@@ -14,7 +14,8 @@ pub fn generate_program(seed: u64, number: u64) -> (LadderProgram, ProgramProfil
     let style = ProgramStyle::draw(&mut rng);
     let profile = style.profile;
     let left = style.elements;
-    let mut draw = ProgramGenerator { rng, style, modules: Vec::new(), constants: Vec::new(), remaining_elements: left };
+    let mut draw =
+        ProgramGenerator { rng, style, modules: Vec::new(), constants: Vec::new(), remaining_elements: left };
     let mut rungs: Vec<Rung> = (0..draw.style.rungs).map(|_| draw.rung()).collect();
     draw.add_missing_modules(&mut rungs);
     (complete_program(&mut draw, rungs), profile)
@@ -77,7 +78,8 @@ impl ProgramGenerator {
     }
 
     fn parallel(&mut self, depth: u32, rail: bool) -> RungNode {
-        let mut branches: Vec<Vec<RungNode>> = (0..2 + self.rng.below(2)).map(|_| self.series(depth + 1, rail)).collect();
+        let mut branches: Vec<Vec<RungNode>> =
+            (0..2 + self.rng.below(2)).map(|_| self.series(depth + 1, rail)).collect();
         for branch in &mut branches {
             // A group right within a group cannot be written.
             if let [RungNode::Parallel(..)] = branch.as_slice() {
@@ -101,7 +103,8 @@ impl ProgramGenerator {
         for sort in [ElementSort::Timer, ElementSort::Counter] {
             let all = if sort == ElementSort::Timer { &self.style.timers } else { &self.style.counters };
             for _ in all.clone() {
-                let [input, module, coil] = [ElementSort::Contact, sort, ElementSort::Coil].map(|sort| random_element(self, sort));
+                let [input, module, coil] =
+                    [ElementSort::Contact, sort, ElementSort::Coil].map(|sort| random_element(self, sort));
                 // Once all names are given, something else was drawn.
                 if matches!(module, Element::Timer { .. } | Element::Counter { .. }) {
                     let series = [input, module, coil].map(|element| RungNode::Leaf(element, Pos::default()));

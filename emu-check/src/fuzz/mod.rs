@@ -9,14 +9,16 @@
 //! Program n of a seed is the same whatever shard or job draws it, and whatever chips it is for. See `docs/fuzz.md`.
 
 mod campaign;
-mod generator;
 mod element_generator;
-mod shrink_program;
+mod generator;
 mod program_style;
+mod shrink_program;
 mod tally;
 mod watchdog;
 
-pub use campaign::{FAMILIES, FUZZ_SCHEMA, CampaignFinding, CampaignPlan, CampaignRecord, CampaignShard, ProgramTrial, run_trial};
-pub use generator::{program_seed, generate_program};
+pub use campaign::{
+    CampaignFinding, CampaignPlan, CampaignRecord, CampaignShard, FAMILIES, FUZZ_SCHEMA, ProgramTrial, run_trial,
+};
+pub use generator::{generate_program, program_seed};
 pub use program_style::ProgramProfile;
-pub use tally::{RefusalReason, ClassTotals, ChipTally};
+pub use tally::{ChipTally, ClassTotals, RefusalReason};

@@ -97,7 +97,8 @@ const CLOCKS_AND_CYCLES: &[(u64, u64, u64)] = &[
 ];
 
 /// Those of programs without a serial line, which need no clock that a rate divides.
-const PLAIN_CLOCKS_AND_CYCLES: &[(u64, u64)] = &[(12_000_000, 7_001), (4_000_000, 10_000), (8_000_000, 3_333), (10_000_000, 2_500)];
+const PLAIN_CLOCKS_AND_CYCLES: &[(u64, u64)] =
+    &[(12_000_000, 7_001), (4_000_000, 10_000), (8_000_000, 3_333), (10_000_000, 2_500)];
 
 /// Frequencies in Hz of the PWM output that the timers of PIC16 and AVR make at each of the clocks above.
 const HERTZ: &[(u64, &[u64])] =

@@ -2,7 +2,7 @@
 //! long as the same sort of fault stays. The stimulus is shrunk by the check itself.
 
 use diag::Pos;
-use ladder::{Element, RungNode, LadderOperand, LadderProgram, Rung};
+use ladder::{Element, LadderOperand, LadderProgram, Rung, RungNode};
 
 /// Most checks for one program.
 const MAX_TRIES: u32 = 2_000;
@@ -147,8 +147,12 @@ fn simpler_elements(element: &Element) -> Vec<Element> {
             simpler_operands(op2).into_iter().for_each(|op2| out.push(new(op1.clone(), op2)));
         }
         Element::Compare { op, op1, op2 } => {
-            simpler_operands(op1).into_iter().for_each(|op1| out.push(Element::Compare { op: *op, op1, op2: op2.clone() }));
-            simpler_operands(op2).into_iter().for_each(|op2| out.push(Element::Compare { op: *op, op1: op1.clone(), op2 }));
+            simpler_operands(op1)
+                .into_iter()
+                .for_each(|op1| out.push(Element::Compare { op: *op, op1, op2: op2.clone() }));
+            simpler_operands(op2)
+                .into_iter()
+                .for_each(|op2| out.push(Element::Compare { op: *op, op1: op1.clone(), op2 }));
         }
         Element::Move { dest, src } => {
             out.extend(simpler_operands(src).into_iter().map(|src| Element::Move { dest: dest.clone(), src }));
@@ -200,7 +204,8 @@ mod tests {
             }
             tried += 1;
             // A program that cannot be read again shows nothing.
-            let mut shows = |p: &LadderProgram| (ladder::parse("x.ld", &ladder::write(p)).is_ok() && adds(p)).then_some(7);
+            let mut shows =
+                |p: &LadderProgram| (ladder::parse("x.ld", &ladder::write(p)).is_ok() && adds(p)).then_some(7);
             let (small, scans) = smallest_program(&drawn, 250, &mut shows);
             let text = ladder::write(&with_notes(&small, &["one", "two"]));
             let rungs =

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write;
 
-use ladder::{CounterKind, Element, RungNode, LadderOperand, LadderProgram, TimerKind};
+use ladder::{CounterKind, Element, LadderOperand, LadderProgram, RungNode, TimerKind};
 use serde::{Deserialize, Serialize};
 
 use crate::CheckReport;
@@ -105,7 +105,9 @@ impl ChipTally {
                     *self.elements.entry(keyword(element)).or_default() += 1;
                     *self.depths.entry(depth).or_default() += 1;
                 }
-                RungNode::Parallel(branches, _) => branches.iter().for_each(|branch| self.count_elements(branch, depth + 1)),
+                RungNode::Parallel(branches, _) => {
+                    branches.iter().for_each(|branch| self.count_elements(branch, depth + 1))
+                }
             }
         }
     }

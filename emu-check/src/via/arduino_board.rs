@@ -6,15 +6,15 @@ use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
 use emu_core::image::{ElfMachine, Image};
-use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 use ladder_compile::emit::EmittedSource;
 use ladder_compile::emit::arduino::{self, ArduinoSketch};
 
 use super::codes;
-use super::recorded_stimulus::{RecordedStimulus, RecordedScan, SourceMismatch};
+use super::external_tools::{ScratchFolder, run_compiler, tool_error};
+use super::recorded_stimulus::{RecordedScan, RecordedStimulus, SourceMismatch};
 use super::script::ScanRecord;
 use super::serve::load_elf;
-use super::external_tools::{ScratchFolder, run_compiler, tool_error};
 
 /// How the core and a sketch are compiled.
 const SCRIPT: &str = include_str!("../../../tests/peers/arduino.sh");
@@ -125,7 +125,8 @@ pub(super) fn run_sketch(
     let mut compared = 0;
     let mut first = 0;
     for run in split_runs(&course.scans) {
-        let part = RecordedStimulus { scans: run.to_vec(), coverage: course.coverage.clone(), names: course.names.clone() };
+        let part =
+            RecordedStimulus { scans: run.to_vec(), coverage: course.coverage.clone(), names: course.names.clone() };
         let wrong = |scan: usize, what: &str, expected: String, found: String| {
             Ok(Err(SourceMismatch { scan: first + scan, what: what.to_owned(), expected, found }))
         };
@@ -293,7 +294,8 @@ impl<'a> RunningSketch<'a> {
         let mut cpu = self.cpu.clone();
         let from = cpu.cycle() + period;
         while cpu.cycle() < from && cpu.run(from, &mut ()) != StopReason::Limit {}
-        let mut high = HighTimeProbe { pin, since: (cpu.pin_level(pin) == PinLevel::High).then_some(cpu.cycle()), cycles: 0 };
+        let mut high =
+            HighTimeProbe { pin, since: (cpu.pin_level(pin) == PinLevel::High).then_some(cpu.cycle()), cycles: 0 };
         let (from, to) = (cpu.cycle(), cpu.cycle() + period);
         while cpu.cycle() < to && cpu.run(to, &mut high) != StopReason::Limit {}
         let cycles = high.cycles + high.since.map_or(0, |since| to.saturating_sub(since));

@@ -80,7 +80,12 @@ fn file_error(path: &Path, why: &io::Error) -> Diagnostic {
 }
 
 /// Runs a compiler in `scratch`, which must end well.
-pub(super) fn run_compiler(tool: &str, package: &str, args: &[String], scratch: &ScratchFolder) -> Result<(), Diagnostic> {
+pub(super) fn run_compiler(
+    tool: &str,
+    package: &str,
+    args: &[String],
+    scratch: &ScratchFolder,
+) -> Result<(), Diagnostic> {
     let said = scratch.at("said");
     let file = fs::File::create(&said).map_err(|e| file_error(&said, &e))?;
     let ended = run_to_end(Command::new(tool).args(args).current_dir(&scratch.path).stdout(Stdio::null()).stderr(file));
@@ -92,7 +97,8 @@ pub(super) fn run_compiler(tool: &str, package: &str, args: &[String], scratch: 
         Err(e) => Err(tool_error(codes::TOOL_FAILED, format!("`{tool}`: {e}"), "try the same by hand")),
         Ok(true) => Ok(()),
         Ok(false) => {
-            let words: String = String::from_utf8_lossy(&scratch.read("said")?).chars().take(MAX_MESSAGE_CHARS).collect();
+            let words: String =
+                String::from_utf8_lossy(&scratch.read("said")?).chars().take(MAX_MESSAGE_CHARS).collect();
             let cause = format!("`{tool}` refuses the emitted source: {}", words.trim());
             Err(tool_error(codes::TOOL_FAILED, cause, "please report this with the program"))
         }

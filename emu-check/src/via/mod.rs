@@ -2,12 +2,12 @@
 //! run on this computer or on an emulated chip, and compared with the evaluator scan by scan.
 
 mod arduino_board;
+mod c_unit;
 mod codes;
+mod external_tools;
 mod recorded_stimulus;
 pub mod script;
 pub mod serve;
-mod external_tools;
-mod c_unit;
 
 use diag::{Diagnostic, Pos, Severity};
 use ladder::LadderProgram;
@@ -16,11 +16,11 @@ use ladder_eval::Evaluator;
 use serde::Serialize;
 
 use arduino_board::ArduinoBoard;
-use recorded_stimulus::{RecordedStimulus, RecordedScan, SourceMismatch, record_stimulus};
+use recorded_stimulus::{RecordedScan, RecordedStimulus, SourceMismatch, record_stimulus};
 use script::SlotNumbering;
 use serve::ServedForm;
 
-use crate::{LadderCoverage, CheckOptions};
+use crate::{CheckOptions, LadderCoverage};
 
 pub use codes::CODES;
 
@@ -110,7 +110,11 @@ impl SourceCheckReport {
 /// # Errors
 /// Why there is nothing to check: the program is refused, no scans were asked for, a compiler is missing or refuses the
 /// source, there is no such way to the chip, or the program made of the source ended early.
-pub fn check(program: &LadderProgram, via: SourceRoute, options: &CheckOptions) -> Result<SourceCheckReport, Vec<Diagnostic>> {
+pub fn check(
+    program: &LadderProgram,
+    via: SourceRoute,
+    options: &CheckOptions,
+) -> Result<SourceCheckReport, Vec<Diagnostic>> {
     let one = |mut diagnostic: Diagnostic| {
         diagnostic.file.clone_from(&program.file);
         vec![diagnostic]
@@ -121,7 +125,8 @@ pub fn check(program: &LadderProgram, via: SourceRoute, options: &CheckOptions) 
         let hint = "give --scans 1 or more";
         return Err(one(Diagnostic::new(Severity::Error, crate::codes::NOTHING, "", at, cause, hint)));
     }
-    let eval = Evaluator::new(program).map_err(|refusal| vec![crate::check_run::unsupported_diagnostic(program, &refusal)])?;
+    let eval =
+        Evaluator::new(program).map_err(|refusal| vec![crate::check_run::unsupported_diagnostic(program, &refusal)])?;
     let bytes = via != SourceRoute::Arduino || arduino_board::receives_between_scans(program);
     let course = record_stimulus(program, &eval, options.seed, options.scans, bytes);
     let compared = match via {
@@ -134,7 +139,11 @@ pub fn check(program: &LadderProgram, via: SourceRoute, options: &CheckOptions) 
         SourceRoute::C => {
             let source = c::emit(program)?;
             let script = course.to_script(&source, SlotNumbering::InOrder);
-            course.compare(&source, &serve::run_on_chip(&source, &script, ServedForm::C, &options.mcu).map_err(one)?, false)
+            course.compare(
+                &source,
+                &serve::run_on_chip(&source, &script, ServedForm::C, &options.mcu).map_err(one)?,
+                false,
+            )
         }
         SourceRoute::Bytecode => {
             let source = bytecode::emit(program)?;
@@ -150,7 +159,8 @@ pub fn check(program: &LadderProgram, via: SourceRoute, options: &CheckOptions) 
                 let cause = format!("a sketch runs on the atmega328p of a board, not on `{}`", options.mcu);
                 return Err(one(external_tools::tool_error(codes::NO_WAY, cause, "name --mcu atmega328p")));
             }
-            let sketch = arduino::emit(program, &arduino::SketchOptions { pins: options.pins.clone(), debounce_ms: 0 })?;
+            let sketch =
+                arduino::emit(program, &arduino::SketchOptions { pins: options.pins.clone(), debounce_ms: 0 })?;
             let image = ArduinoBoard::new().and_then(|board| board.build(&sketch.source)).map_err(one)?;
             arduino_board::run_sketch(program, &sketch, &image, &course, eval.pwm_hz()).map_err(one)?
         }
@@ -170,7 +180,8 @@ pub fn check_many(
 ) -> Result<Vec<Result<SourceCheckReport, Vec<Diagnostic>>>, Diagnostic> {
     let slots = if form == ServedForm::C { SlotNumbering::InOrder } else { SlotNumbering::Interpreter };
     let prepare = |program: &LadderProgram| {
-        let eval = Evaluator::new(program).map_err(|refusal| vec![crate::check_run::unsupported_diagnostic(program, &refusal)])?;
+        let eval = Evaluator::new(program)
+            .map_err(|refusal| vec![crate::check_run::unsupported_diagnostic(program, &refusal)])?;
         let source = if form == ServedForm::C { c::emit(program)? } else { bytecode::emit(program)? };
         let course = record_stimulus(program, &eval, options.seed, options.scans, true);
         let script = course.to_script(&source, slots);
@@ -184,7 +195,8 @@ pub fn check_many(
             course
         }));
     }
-    let records = if form == ServedForm::C { serve::run_native(&served, false)? } else { serve::run_interpreted(&served)? };
+    let records =
+        if form == ServedForm::C { serve::run_native(&served, false)? } else { serve::run_interpreted(&served)? };
     let mut done = served.iter().zip(&records);
     let reports = courses.into_iter().zip(programs).map(|(course, program)| {
         course.map(|course| {
@@ -195,7 +207,13 @@ pub fn check_many(
     Ok(reports.collect())
 }
 
-fn make_report(program: &LadderProgram, via: SourceRoute, options: &CheckOptions, course: &RecordedStimulus, compared: Result<u64, SourceMismatch>) -> SourceCheckReport {
+fn make_report(
+    program: &LadderProgram,
+    via: SourceRoute,
+    options: &CheckOptions,
+    course: &RecordedStimulus,
+    compared: Result<u64, SourceMismatch>,
+) -> SourceCheckReport {
     let runs = |turns: &[RecordedScan]| turns.iter().filter(|turn| turn.run_seed.is_some()).count() as u64;
     let (done, difference) = match &compared {
         Ok(_) => (course.scans.len(), None),

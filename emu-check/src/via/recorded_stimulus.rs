@@ -7,10 +7,10 @@ use ladder_eval::Evaluator;
 
 use super::script::{ScanRecord, ServeScript, SlotNumbering};
 use crate::LadderCoverage;
-use crate::coverage_goals::{CoverageGoals, EvaluatedScan};
-use crate::value_hints::ValueHints;
-use crate::stimulus::StimulusGenerator;
 use crate::boundary_goals::BoundaryGoals;
+use crate::coverage_goals::{CoverageGoals, EvaluatedScan};
+use crate::stimulus::StimulusGenerator;
+use crate::value_hints::ValueHints;
 
 /// One scan.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -45,7 +45,13 @@ pub(super) struct RecordedStimulus {
 }
 
 /// `scans` turns of a program; without `bytes` nothing is received.
-pub(super) fn record_stimulus(program: &LadderProgram, fresh: &Evaluator, seed: u64, scans: u64, bytes: bool) -> RecordedStimulus {
+pub(super) fn record_stimulus(
+    program: &LadderProgram,
+    fresh: &Evaluator,
+    seed: u64,
+    scans: u64,
+    bytes: bool,
+) -> RecordedStimulus {
     let hints = ValueHints::new(program, fresh);
     let mut goals = CoverageGoals::new(program, fresh);
     let mut stimulus = StimulusGenerator::new(seed, BoundaryGoals::new(program, fresh));
@@ -110,7 +116,12 @@ impl RecordedStimulus {
 
     /// The first thing in which `records` are not as they should be: scan from 0, what, expected, found. Gives the number of
     /// values compared besides. `lines`: what is sent is compared elsewhere, a duty is compared where it was measured, and one that was never set counts as 0.
-    pub(super) fn compare(&self, source: &EmittedSource, records: &[ScanRecord], lines: bool) -> Result<u64, SourceMismatch> {
+    pub(super) fn compare(
+        &self,
+        source: &EmittedSource,
+        records: &[ScanRecord],
+        lines: bool,
+    ) -> Result<u64, SourceMismatch> {
         let mut compared = 0;
         for (scan, (turn, record)) in self.scans.iter().zip(records).enumerate() {
             let wrong = |what: &str, expected: String, found: String| {

@@ -6,10 +6,10 @@ use emu_core::cpu::{Cpu, Probe, RamInit, StopReason};
 use emu_core::image::{self, ElfMachine, Image};
 use ladder_compile::emit::EmittedSource;
 
-use super::codes;
-use super::script::{ScanRecord, ServeScript, SlotNumbering};
-use super::external_tools::{ScratchFolder, run_compiler, tool_error, run_with_input};
 use super::c_unit::{self, PLC_C, PLC_H};
+use super::codes;
+use super::external_tools::{ScratchFolder, run_compiler, run_with_input, tool_error};
+use super::script::{ScanRecord, ServeScript, SlotNumbering};
 
 /// Machine cycles that a scan may take where it is served, its telling with it.
 const SCAN_CYCLES: u64 = 4_000_000;
@@ -25,7 +25,10 @@ fn to_strings(words: &[&str]) -> Vec<String> {
 ///
 /// # Errors
 /// A compiler that is missing or refuses a source, a file that cannot be written, a program that tells too little.
-pub fn run_native(programs: &[(EmittedSource, ServeScript)], portable: bool) -> Result<Vec<Vec<ScanRecord>>, Diagnostic> {
+pub fn run_native(
+    programs: &[(EmittedSource, ServeScript)],
+    portable: bool,
+) -> Result<Vec<Vec<ScanRecord>>, Diagnostic> {
     let scratch = ScratchFolder::new()?;
     let mut args = to_strings(&STRICT_FLAGS);
     args.extend(to_strings(if portable { &["-O0", "-DPLC_PORTABLE"] } else { &["-O1"] }));
@@ -52,7 +55,15 @@ pub fn run_interpreted(programs: &[(EmittedSource, ServeScript)]) -> Result<Vec<
     scratch.write("plc.h", PLC_H)?;
     scratch.write("main.c", c_unit::interpreter_unit())?;
     let mut args = to_strings(&STRICT_FLAGS);
-    args.extend(to_strings(&["-O1", "-DPLC_MAX_BITS=65536", "-DPLC_MAX_WORDS=65536", "-o", "served", "main.c", "plc.c"]));
+    args.extend(to_strings(&[
+        "-O1",
+        "-DPLC_MAX_BITS=65536",
+        "-DPLC_MAX_WORDS=65536",
+        "-o",
+        "served",
+        "main.c",
+        "plc.c",
+    ]));
     run_compiler("gcc", "gcc", &args, &scratch)?;
     let begin = |_: usize, source: &EmittedSource| {
         let mut bytes = vec![b'L'];
@@ -84,7 +95,11 @@ fn exchange(
         let mut records = Vec::new();
         for scan in 0..script.scans() {
             let (Some(record), Some(more)) = (shape.read_record(rest), rest.get(shape.len()..)) else {
-                return Err(stopped_diagnostic(format!("program {n} ended in scan {} of {}", scan + 1, script.scans())));
+                return Err(stopped_diagnostic(format!(
+                    "program {n} ended in scan {} of {}",
+                    scan + 1,
+                    script.scans()
+                )));
             };
             records.push(record);
             rest = more;
@@ -115,7 +130,12 @@ pub enum ServedForm {
 ///
 /// # Errors
 /// As [`native`]; there is no such way to the chip.
-pub fn run_on_chip(source: &EmittedSource, script: &ServeScript, form: ServedForm, mcu: &str) -> Result<Vec<ScanRecord>, Diagnostic> {
+pub fn run_on_chip(
+    source: &EmittedSource,
+    script: &ServeScript,
+    form: ServedForm,
+    mcu: &str,
+) -> Result<Vec<ScanRecord>, Diagnostic> {
     let mcu = mcu.to_ascii_lowercase();
     let scratch = ScratchFolder::new()?;
     let mut files = vec!["main.c".to_owned()];
@@ -172,7 +192,12 @@ fn has_standard_gpior(name: &str) -> bool {
 }
 
 /// Reads what a compiler has made.
-pub(super) fn load_elf(scratch: &ScratchFolder, name: &str, chip: &Chip, machine: ElfMachine) -> Result<Image, Diagnostic> {
+pub(super) fn load_elf(
+    scratch: &ScratchFolder,
+    name: &str,
+    chip: &Chip,
+    machine: ElfMachine,
+) -> Result<Image, Diagnostic> {
     let loaded = image::load(name, &scratch.read(name)?, chip.hex_spaces, chip.elf_spaces, machine);
     loaded.map(|loaded| loaded.image).map_err(|faults| {
         let first = faults.into_iter().next().map_or_else(String::new, |fault| fault.to_string());
@@ -217,7 +242,10 @@ fn serve_script<C: Cpu>(mut cpu: C, ports: ServePorts, script: &ServeScript) -> 
         cpu.poke(ports.space, ports.from_checker.into(), *byte);
         let stop = cpu.run(cpu.cycle() + SCAN_CYCLES, &mut watch);
         if stop != StopReason::Probe {
-            return Err(stopped_diagnostic(format!("byte {n} of the script was not taken: {stop:?} at 0x{:04X}", cpu.pc())));
+            return Err(stopped_diagnostic(format!(
+                "byte {n} of the script was not taken: {stop:?} at 0x{:04X}",
+                cpu.pc()
+            )));
         }
     }
     Ok(watch.output)

@@ -4,7 +4,7 @@
 use crate::common;
 use emu_check::fuzz::{FAMILIES, generate_program};
 use ladder::LadderProgram;
-use ladder_compile::{CompiledProgram, ImageMap, CompileOptions, compile};
+use ladder_compile::{CompileOptions, CompiledProgram, ImageMap, compile};
 
 /// Random programs.
 const PROGRAMS: u64 = 300;

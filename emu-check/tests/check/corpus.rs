@@ -9,8 +9,8 @@ use emu_avr::Avr;
 use emu_check::CheckOptions;
 use emu_core::cpu::{Cpu, RamInit, StopReason};
 use emu_core::image::load_hex;
-use emu_core::pins::{PinLevel, CycleTime};
-use ladder_compile::{CompiledProgram, CellLocation, compile};
+use emu_core::pins::{CycleTime, PinLevel};
+use ladder_compile::{CellLocation, CompiledProgram, compile};
 
 /// The programs that a check must agree on.
 const AGREE: &[&str] = &[

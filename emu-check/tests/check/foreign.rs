@@ -2,7 +2,7 @@
 //! with the habits of other compilers must be judged rightly.
 
 use crate::common;
-use emu_check::{ForeignImage, ForeignReport, CheckOptions, check_foreign};
+use emu_check::{CheckOptions, ForeignImage, ForeignReport, check_foreign};
 use emu_core::image::{Image, load_hex};
 use ladder::LadderProgram;
 
@@ -76,7 +76,8 @@ const GOOD_SETUP: &str = "sbi 0x04, 5\nsbi 0x0b, 2";
 const GOOD_SCAN: &str = "sbic 0x09, 2\nsbi 0x05, 5\nsbis 0x09, 2\ncbi 0x05, 5";
 
 fn assembled(mcu: &str, source: &str) -> Image {
-    emu_asm::assemble_text(ladder_compile::find_chip(mcu).expect("a chip"), source).unwrap_or_else(|why| panic!("{why}"))
+    emu_asm::assemble_text(ladder_compile::find_chip(mcu).expect("a chip"), source)
+        .unwrap_or_else(|why| panic!("{why}"))
 }
 
 /// The same for a PIC16 of 4 MHz: `top` is CCPR1, timer 1 begins anew at each match.
@@ -113,7 +114,12 @@ fn with_head(file: &str, hz: u32, rungs: &str) -> LadderProgram {
 }
 
 /// What the image of `source` comes to: codes of findings and of the difference.
-fn codes(program: &LadderProgram, mcu: &str, source: &str, pins: [(&str, &str); 2]) -> (Vec<&'static str>, ForeignReport) {
+fn codes(
+    program: &LadderProgram,
+    mcu: &str,
+    source: &str,
+    pins: [(&str, &str); 2],
+) -> (Vec<&'static str>, ForeignReport) {
     let image = assembled(mcu, source);
     let pins = pins.map(|(name, pin)| (name.to_owned(), pin.to_owned())).to_vec();
     let options = CheckOptions { mcu: mcu.to_owned(), pins, ..CheckOptions::default() };
@@ -245,7 +251,8 @@ fn slow_faults_are_found_by_default() {
         [("CTC Cday 14", "CTC Cday 13"), ("GEQ Cday 9", "GEQ Cday 10"), ("LES Cday 13", "LES Cday 14"), ("", "")];
     for (right, wrong) in cases {
         let other = common::parse("day.ld", &text.replace(right, wrong));
-        let wanted = ladder_compile::CompileOptions { mcu: "atmega128".to_owned(), ..ladder_compile::CompileOptions::default() };
+        let wanted =
+            ladder_compile::CompileOptions { mcu: "atmega128".to_owned(), ..ladder_compile::CompileOptions::default() };
         let compiled = ladder_compile::compile(&other, &wanted).expect("an image");
         let chip = ladder_compile::find_chip("atmega128").expect("a chip");
         let image = load_hex("own.hex", compiled.hex.as_bytes(), chip.hex_spaces).expect("an image").image;

@@ -4,7 +4,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use emu_check::fuzz::{FAMILIES, CampaignPlan, ProgramProfile, CampaignRecord, CampaignShard, generate_program, run_trial};
+use emu_check::fuzz::{
+    CampaignPlan, CampaignRecord, CampaignShard, FAMILIES, ProgramProfile, generate_program, run_trial,
+};
 use ladder_compile::find_target;
 
 /// Longest time for a program, far beyond what one takes on a busy machine.
@@ -146,7 +148,8 @@ fn shards_share_all_programs() {
 fn records_that_do_not_belong_together() {
     let plan = CampaignPlan { programs: 10, ..plan() };
     let other = CampaignPlan { seed: 99, ..plan.clone() };
-    let record = |plan: &CampaignPlan, index, of, done| CampaignRecord::new(plan.clone(), CampaignShard { index, of, done });
+    let record =
+        |plan: &CampaignPlan, index, of, done| CampaignRecord::new(plan.clone(), CampaignShard { index, of, done });
     #[rustfmt::skip]
     let cases: [(&str, Vec<CampaignRecord>); 9] = [
         ("nothing to add",       vec![]),

@@ -2,7 +2,7 @@
 //! found in them, right images agree, and faults planted in them are found.
 
 use crate::common;
-use emu_check::{ForeignImage, CheckOptions, check_foreign};
+use emu_check::{CheckOptions, ForeignImage, check_foreign};
 
 /// How a program waits: its main loop around a scan.
 #[derive(Debug, Clone, Copy)]
@@ -20,7 +20,8 @@ enum WaitStyle {
 /// Scans of 1 ms until a timer of 5 ms is over.
 const LIMIT: u32 = 5;
 
-const WAYS: [WaitStyle; 4] = [WaitStyle::LoopInside, WaitStyle::DelayInside, WaitStyle::Function, WaitStyle::DelayBehind];
+const WAYS: [WaitStyle; 4] =
+    [WaitStyle::LoopInside, WaitStyle::DelayInside, WaitStyle::Function, WaitStyle::DelayBehind];
 
 /// A chip, its clock, and the pins of input and output.
 type ChipPins = (&'static str, u32, [(&'static str, &'static str); 2]);
@@ -64,7 +65,9 @@ fn mcs51_source(way: WaitStyle, count: u32, scan: &str) -> String {
     let main = match way {
         WaitStyle::LoopInside => "w: jb 0xcf, go\nmov r2, #10\nd: djnz r2, d\nsjmp w\ngo: clr 0xcf\nSCAN\nsjmp w\n",
         WaitStyle::DelayInside => "w: jb 0xcf, go\nmov r2, #120\nd: djnz r2, d\nsjmp w\ngo: clr 0xcf\nSCAN\nsjmp w\n",
-        WaitStyle::Function => "w: lcall due\njnc w\nSCAN\nsjmp w\ndue: jbc 0xcf, seen\nclr c\nret\nseen: setb c\nret\n",
+        WaitStyle::Function => {
+            "w: lcall due\njnc w\nSCAN\nsjmp w\ndue: jbc 0xcf, seen\nclr c\nret\nseen: setb c\nret\n"
+        }
         WaitStyle::DelayBehind => {
             "w: jnb 0xcf, w\nclr 0xcf\nSCAN\nmov r3, #2\ne: mov r2, #230\nd: djnz r2, d\ndjnz r3, e\nsjmp w\n"
         }
@@ -160,7 +163,8 @@ fn scans_are_found_whatever_else_a_wait_does() {
                     "pic16f873" => pic16_source(way, count, &scan),
                     _ => avr_source(way, count, &scan),
                 };
-                let image = emu_asm::assemble_text(chip, &source).unwrap_or_else(|why| panic!("{way:?} on {mcu}: {why}"));
+                let image =
+                    emu_asm::assemble_text(chip, &source).unwrap_or_else(|why| panic!("{way:?} on {mcu}: {why}"));
                 let foreign = ForeignImage { file: "theirs.hex", image: &image, map: None, scans: Some(scans) };
                 let report = check_foreign(&program, &foreign, &options, &mut |_, _| {})
                     .unwrap_or_else(|faults| panic!("{way:?}, {what}, on {mcu}: {faults:?}\n{source}"));

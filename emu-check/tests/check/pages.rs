@@ -1,7 +1,7 @@
 //! JUnit and HTML: well-formed, complete, and true to the outcomes.
 
 use crate::common;
-use emu_check::{ReportEntry, CheckOptions, CheckOutcome, RefusedCheck, check, check_compiled, html_report, junit};
+use emu_check::{CheckOptions, CheckOutcome, RefusedCheck, ReportEntry, check, check_compiled, html_report, junit};
 
 /// Names of the elements in order of their starts; panics where a tag is not closed or a text is not escaped.
 fn tags(text: &str) -> Vec<String> {
@@ -40,13 +40,19 @@ fn documents_are_well_formed_and_complete() {
     };
     let good = common::rungs("a<b>&\"c\".ld", &text("0"));
     let options = CheckOptions { scans: 60, ..CheckOptions::default() };
-    let target = ladder_compile::CompileOptions { mcu: options.mcu.clone(), ..ladder_compile::CompileOptions::default() };
+    let target =
+        ladder_compile::CompileOptions { mcu: options.mcu.clone(), ..ladder_compile::CompileOptions::default() };
     let broken = ladder_compile::compile(&common::rungs("b.ld", &text("1")), &target).expect("an image");
     let agreed = check(&good, &options, &mut |_, _| {}).expect("a report");
     let differs = check_compiled(&good, &broken, &options, &mut |_, _| {}).expect("a report");
-    let errors = check(&good, &CheckOptions { mcu: "z80".to_owned(), ..options.clone() }, &mut |_, _| {}).expect_err("none");
+    let errors =
+        check(&good, &CheckOptions { mcu: "z80".to_owned(), ..options.clone() }, &mut |_, _| {}).expect_err("none");
     let refused = RefusedCheck { program: good.file.clone(), mcu: "z80".to_owned(), errors };
-    let outcomes = [CheckOutcome::Checked(Box::new(agreed)), CheckOutcome::Checked(Box::new(differs)), CheckOutcome::Refused(refused)];
+    let outcomes = [
+        CheckOutcome::Checked(Box::new(agreed)),
+        CheckOutcome::Checked(Box::new(differs)),
+        CheckOutcome::Refused(refused),
+    ];
 
     let xml = junit(&outcomes);
     let found = tags(&xml);
@@ -84,7 +90,8 @@ fn documents_are_well_formed_and_complete() {
         assert_eq!(page.matches(wanted).count(), times, "{wanted}: {page}");
     }
     assert!(page.contains("a&lt;b&gt;&amp;&quot;c&quot;.ld"), "{page}");
-    let of_one = html_report(&[ReportEntry { program: &good, options: &options, compiled: None, outcome: &outcomes[0] }]);
+    let of_one =
+        html_report(&[ReportEntry { program: &good, options: &options, compiled: None, outcome: &outcomes[0] }]);
     let found = tags(&of_one);
     let count = |name: &str| found.iter().filter(|tag| *tag == name).count();
     assert_eq!((count("h1"), count("h2"), count("svg")), (1, 0, 2), "{of_one}");
@@ -97,12 +104,14 @@ fn drawings_show_all_that_is_in_them() {
     let good = common::rungs("a.ld", &format!("RUNG\n CONTACTS {long} 0\n COIL Ya 1 0 0\nEND"));
     let bad = common::rungs("a.ld", &format!("RUNG\n CONTACTS {long} 0\n COIL Ya 0 0 0\nEND"));
     let options = CheckOptions { scans: 60, ..CheckOptions::default() };
-    let target = ladder_compile::CompileOptions { mcu: options.mcu.clone(), ..ladder_compile::CompileOptions::default() };
+    let target =
+        ladder_compile::CompileOptions { mcu: options.mcu.clone(), ..ladder_compile::CompileOptions::default() };
     let broken = ladder_compile::compile(&bad, &target).expect("an image");
     let report = check_compiled(&good, &broken, &options, &mut |_, _| {}).expect("a report");
     assert_eq!(report.scans, 1, "it differs at once");
     let outcome = CheckOutcome::Checked(Box::new(report));
-    let page = html_report(&[ReportEntry { program: &good, options: &options, compiled: Some(&broken), outcome: &outcome }]);
+    let page =
+        html_report(&[ReportEntry { program: &good, options: &options, compiled: Some(&broken), outcome: &outcome }]);
     let mut drawings = 0;
     for svg in page.split("<svg").skip(1).filter_map(|rest| rest.split("</svg>").next()) {
         let number = |text: &str, name: &str| -> Option<f64> {

@@ -153,7 +153,8 @@ fn a_rate_that_is_off_is_found() {
     let (mcu, mut image) = first_chip(&good, &fast).expect("a chip with a serial line");
     // The map lies; the line does not.
     for special in &mut image.map.specials {
-        if let ladder_compile::SpecialPin::Transmit { baud, .. } | ladder_compile::SpecialPin::Receive { baud, .. } = special
+        if let ladder_compile::SpecialPin::Transmit { baud, .. } | ladder_compile::SpecialPin::Receive { baud, .. } =
+            special
         {
             *baud = 2_400;
         }

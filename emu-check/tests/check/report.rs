@@ -7,7 +7,8 @@ const TOGGLE: &str = "RUNG\n CONTACTS Xa 0\n OSR\n COIL Ypulse 0 0 0\nEND";
 
 #[test]
 fn text_of_an_agreement() {
-    let report = common::report(&common::rungs("toggle.ld", TOGGLE), &CheckOptions { scans: 100, ..CheckOptions::default() });
+    let report =
+        common::report(&common::rungs("toggle.ld", TOGGLE), &CheckOptions { scans: 100, ..CheckOptions::default() });
     let text = report.text();
     let lines: Vec<&str> = text.lines().collect();
     assert!(lines[0].starts_with("toggle.ld on atmega328p agrees: 100 scans in 4 runs from reset, "), "{text}");
@@ -19,7 +20,8 @@ fn text_of_an_agreement() {
 
 #[test]
 fn json_has_its_fields() {
-    let report = common::report(&common::rungs("toggle.ld", TOGGLE), &CheckOptions { scans: 3, ..CheckOptions::default() });
+    let report =
+        common::report(&common::rungs("toggle.ld", TOGGLE), &CheckOptions { scans: 3, ..CheckOptions::default() });
     let json = serde_json::to_value(&report).expect("JSON");
     let keys: Vec<&str> = json.as_object().expect("an object").keys().map(String::as_str).collect();
     let wanted = "schema program mcu seed scans runs compared agreed difference coverage figures notes";

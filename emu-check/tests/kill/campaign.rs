@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use emu_check::fuzz::{program_seed, generate_program};
+use emu_check::fuzz::{generate_program, program_seed};
 use emu_check::{CheckOptions, DifferenceKind, check_compiled};
 use emu_core::rng::Rng;
 use ladder::LadderProgram;
@@ -108,11 +108,18 @@ fn jobs(mcu: &'static str, size: SampleSize) -> Vec<SampleJob> {
     let texts = drawn
         .filter(|(_, (_, profile))| profile.is_supported_by(fits))
         .map(|(number, (drawn, _))| (number, common::parse(&format!("random {number}"), &ladder::write(&drawn))));
-    for (number, program) in texts.filter(|(_, p)| compile(p, &target_options(mcu)).is_ok()).take(size.random_programs) {
+    for (number, program) in texts.filter(|(_, p)| compile(p, &target_options(mcu)).is_ok()).take(size.random_programs)
+    {
         // A sort that a program has none of is made up for by the next.
         let first = number as usize % KINDS.len();
         let wanted = (0..KINDS.len()).map(|n| (KINDS[(first + n * 4) % KINDS.len()], 1)).collect();
-        jobs.push(SampleJob { mcu, program, seed: program_seed(SEED, number), wanted, max_faults: size.kinds_per_random_program });
+        jobs.push(SampleJob {
+            mcu,
+            program,
+            seed: program_seed(SEED, number),
+            wanted,
+            max_faults: size.kinds_per_random_program,
+        });
     }
     jobs.retain(|job| compile(&job.program, &target_options(mcu)).is_ok());
     jobs
@@ -164,8 +171,13 @@ fn sample_program(job: &SampleJob, again: bool) -> ProgramSample {
             }
             let place = mutant.element.map_or_else(String::new, |id| format!("{id}: "));
             let name = format!("{} | {} | {place}{}", job.mcu, job.program.file, mutant.description);
-            let options =
-                CheckOptions { mcu: job.mcu.to_owned(), seed: job.seed, rungs: false, explain: false, ..CheckOptions::default() };
+            let options = CheckOptions {
+                mcu: job.mcu.to_owned(),
+                seed: job.seed,
+                rungs: false,
+                explain: false,
+                ..CheckOptions::default()
+            };
             let verdict = match check_compiled(&job.program, &faulty, &options, &mut |_, _| {}) {
                 Ok(report) => report.difference.map_or(FaultVerdict::Survives, |d| FaultVerdict::Found(d.scan, d.what)),
                 // An image that does not load.

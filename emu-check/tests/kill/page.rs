@@ -6,7 +6,7 @@ use std::fs;
 
 use emu_check::fuzz::FAMILIES;
 
-use crate::campaign::{FaultCase, KINDS, ProgramSample, FaultVerdict};
+use crate::campaign::{FaultCase, FaultVerdict, KINDS, ProgramSample};
 use crate::common;
 
 /// Begin and end of the part of the page that is written.
@@ -99,7 +99,8 @@ impl KindTotals {
 
 /// The sums of each chip: of each sort, and of all.
 fn sums(samples: &[ProgramSample], survivors: &SurvivorList, mcu: &str) -> Vec<(String, KindTotals)> {
-    let mut sums: Vec<(String, KindTotals)> = KINDS.iter().map(|kind| (format!("{kind:?}"), KindTotals::default())).collect();
+    let mut sums: Vec<(String, KindTotals)> =
+        KINDS.iter().map(|kind| (format!("{kind:?}"), KindTotals::default())).collect();
     sums.push(("all".to_owned(), KindTotals::default()));
     for sample in samples.iter().filter(|sample| sample.mcu == mcu) {
         let mut of = |kind: &dyn Fn(usize) -> bool, add: &dyn Fn(&mut KindTotals)| {
@@ -114,7 +115,10 @@ fn sums(samples: &[ProgramSample], survivors: &SurvivorList, mcu: &str) -> Vec<(
             });
         }
         sample.identical_images.iter().for_each(|(kind, count)| of(&|n| KINDS[n] == *kind, &|sum| sum.same += count));
-        sample.proved_equivalent.iter().for_each(|(kind, count)| of(&|n| KINDS[n] == *kind, &|sum| sum.proved += count));
+        sample
+            .proved_equivalent
+            .iter()
+            .for_each(|(kind, count)| of(&|n| KINDS[n] == *kind, &|sum| sum.proved += count));
         sample.refused.iter().for_each(|(kind, count)| of(&|n| KINDS[n] == *kind, &|sum| sum.refused += count));
     }
     sums.iter_mut().for_each(|(_, sum)| sum.found.sort_unstable());

@@ -6,7 +6,10 @@
 
 use std::collections::{HashMap, HashSet};
 
-use ladder_compile::ir::{BitId, BitRole, WordComparison, BranchCondition, Ir, LogicOp, ArithmeticOp, IrOp, RelationOp, WordOperand, WordId, WordRole};
+use ladder_compile::ir::{
+    ArithmeticOp, BitId, BitRole, BranchCondition, Ir, IrOp, LogicOp, RelationOp, WordComparison, WordId, WordOperand,
+    WordRole,
+};
 
 /// Nodes after which a proof is given up.
 const MAX_NODES: usize = 400_000;
@@ -159,14 +162,24 @@ impl ProofSpace {
     }
 
     /// One scan of `ir`. What is of no meaning at its start is `own`: temporaries, and the cells of `loose`.
-    fn scan(&mut self, ir: &Ir, own: usize, known: &HashMap<usize, Option<usize>>, loose: &HashSet<LastingCell>) -> SymbolicState {
+    fn scan(
+        &mut self,
+        ir: &Ir,
+        own: usize,
+        known: &HashMap<usize, Option<usize>>,
+        loose: &HashSet<LastingCell>,
+    ) -> SymbolicState {
         let mut bits = Vec::new();
         for (n, cell) in ir.bits.iter().enumerate() {
             let is = known.get(&n).copied().unwrap_or(Some(n));
             let bit = match is {
-                _ if loose.contains(&LastingCell::Bit(n)) && own != BOTH => self.question_diagram(DiagramQuestion::Bit(n as u32, own)),
+                _ if loose.contains(&LastingCell::Bit(n)) && own != BOTH => {
+                    self.question_diagram(DiagramQuestion::Bit(n as u32, own))
+                }
                 None => 0,
-                Some(_) if cell.role == BitRole::Temporary => self.question_diagram(DiagramQuestion::Bit(n as u32, own)),
+                Some(_) if cell.role == BitRole::Temporary => {
+                    self.question_diagram(DiagramQuestion::Bit(n as u32, own))
+                }
                 Some(n) => self.question_diagram(DiagramQuestion::Bit(n as u32, BOTH)),
             };
             bits.push(bit);
@@ -177,7 +190,13 @@ impl ProofSpace {
             words.push(self.term(IntegerTerm::Cell(n, cell.bytes, if loose { own } else { BOTH })));
             modules.push(self.opaque_term(&format!("module {n}"), &[]));
         }
-        let mut state = SymbolicState { acc: self.question_diagram(DiagramQuestion::Acc(own)), bits, words, modules, parts: self.opaque_term("parts", &[]) };
+        let mut state = SymbolicState {
+            acc: self.question_diagram(DiagramQuestion::Acc(own)),
+            bits,
+            words,
+            modules,
+            parts: self.opaque_term("parts", &[]),
+        };
         let rungs = ir.rungs.iter().flat_map(|rung| &rung.steps).map(|step| &step.op);
         for op in ir.prologue.iter().chain(rungs).chain(&ir.epilogue) {
             if !self.gave_up {
@@ -240,7 +259,8 @@ impl ProofSpace {
             }
             IrOp::Lookup { dst, index, table } => {
                 let table = &ir.tables[*table as usize];
-                let value = self.opaque_term(&format!("{} {:?}", table.bytes, table.values), &[s.words[index.0 as usize]]);
+                let value =
+                    self.opaque_term(&format!("{} {:?}", table.bytes, table.values), &[s.words[index.0 as usize]]);
                 self.set(ir, s, *dst, value);
             }
             // A voltage stays the same for a scan.
@@ -273,7 +293,8 @@ impl ProofSpace {
                 let acc = self.choose_term(s.acc, one, none);
                 let at = word.0 as usize;
                 let from = [acc, s.words[at], s.modules[at], self.value(s, *limit)];
-                let [q, value, module] = ["q", "value", "state"].map(|part| self.opaque_term(&format!("{part} {is:?}"), &from));
+                let [q, value, module] =
+                    ["q", "value", "state"].map(|part| self.opaque_term(&format!("{part} {is:?}"), &from));
                 s.acc = self.question_diagram(DiagramQuestion::True(q));
                 self.set(ir, s, *word, value);
                 s.modules[at] = module;

@@ -95,7 +95,11 @@ pub(super) fn without_outer_parameters(path: &str) -> Cow<'_, str> {
         });
         space.map_or(0, |(at, _)| at + 1)
     });
-    if returned == 0 { without_ranges(path, &groups) } else { without_ranges(path, &[iter::once(0..returned).collect(), groups].concat()) }
+    if returned == 0 {
+        without_ranges(path, &groups)
+    } else {
+        without_ranges(path, &[iter::once(0..returned).collect(), groups].concat())
+    }
 }
 
 /// A path without the arguments of the templates in which its last name lies: `Stack::push` for `Stack<int>::push`.

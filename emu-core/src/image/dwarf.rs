@@ -26,7 +26,7 @@ use gimli::{
 };
 
 use super::elf::{self, DebugSection};
-use super::source_lines::{LineTable, SourceLine, SourceKind};
+use super::source_lines::{LineTable, SourceKind, SourceLine};
 use dropped::{DroppedScan, LowSequence};
 
 type DwarfSlice<'b> = EndianSlice<'b, Le>;
@@ -186,7 +186,9 @@ impl DwarfLineReader {
             }
             let current = sequence.get_or_insert_with(|| LowSequence::new(addr));
             current.end = addr;
-            if let Some(InstructionRow { addr: start, file, line, is_statement }) = last.take().filter(|last| last.addr < addr) {
+            if let Some(InstructionRow { addr: start, file, line, is_statement }) =
+                last.take().filter(|last| last.addr < addr)
+            {
                 let known = !told || ranges.iter().any(|range| range.contains(&start));
                 let name = files.entry(file).or_insert_with(|| self.file_name(dwarf, header, file, &folder));
                 if let (true, Some(file), Ok(at), Ok(len)) =
@@ -241,7 +243,10 @@ impl DwarfLineReader {
 }
 
 /// Hands out the units one by one, and what is wrong with those that are damaged, until `each` answers with false.
-pub(super) fn each_unit<'b>(dwarf: &Dwarf<DwarfSlice<'b>>, each: &mut dyn FnMut(Result<Unit<DwarfSlice<'b>>, Error>) -> bool) {
+pub(super) fn each_unit<'b>(
+    dwarf: &Dwarf<DwarfSlice<'b>>,
+    each: &mut dyn FnMut(Result<Unit<DwarfSlice<'b>>, Error>) -> bool,
+) {
     let mut headers = Vec::new();
     let mut units = dwarf.units();
     let damaged = loop {

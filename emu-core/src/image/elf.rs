@@ -15,8 +15,8 @@ use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, SectionTable, 
 
 use super::demangle::demangle;
 use super::faults::FaultList;
-use super::placement::{SourceSpan, PlacedBytes, STAYS_ERASED, PlacementError, describe_spaces, address_range};
-use super::{AVR_AREAS, ElfMachine, Image, SourceLines, LoadedImage, DemangledName, ImageSpace, SymbolAt, simavr};
+use super::placement::{PlacedBytes, PlacementError, STAYS_ERASED, SourceSpan, address_range, describe_spaces};
+use super::{AVR_AREAS, DemangledName, ElfMachine, Image, ImageSpace, LoadedImage, SourceLines, SymbolAt, simavr};
 
 /// The first bytes of every ELF file.
 pub(super) const MAGIC: &[u8] = &elf::ELFMAG;
@@ -34,7 +34,12 @@ const NAME_SHARING: usize = 4;
 /// # Errors
 /// All faults of the file (codes ELF001 to ELF015); at most [`super::LIMIT`] and a closing note with the number of
 /// others.
-pub fn load_elf(file: &str, bytes: &[u8], spaces: &[ImageSpace], e_machine: u16) -> Result<LoadedImage, Vec<Diagnostic>> {
+pub fn load_elf(
+    file: &str,
+    bytes: &[u8],
+    spaces: &[ImageSpace],
+    e_machine: u16,
+) -> Result<LoadedImage, Vec<Diagnostic>> {
     let mut faults = FaultList::new(file, "ELF011");
     check_header(bytes, ElfMachine(e_machine), &mut faults);
     if !faults.is_empty() {
@@ -196,10 +201,21 @@ fn read_elf(bytes: &[u8], spaces: &[ImageSpace], faults: &mut FaultList) -> Resu
         faults.error("ELF010", Pos::default(), cause, "link a program, not only data");
     }
     let symbols = symbols(&sections, bytes, spaces, faults)?;
-    Ok(Image { segments: placed.into_segments(), symbols, lines: SourceLines::default(), entry: Some(header.e_entry(Le)) })
+    Ok(Image {
+        segments: placed.into_segments(),
+        symbols,
+        lines: SourceLines::default(),
+        entry: Some(header.e_entry(Le)),
+    })
 }
 
-fn report_trouble(trouble: PlacementError, pieces: &[LoadPiece], piece: &LoadPiece, spaces: &[ImageSpace], faults: &mut FaultList) {
+fn report_trouble(
+    trouble: PlacementError,
+    pieces: &[LoadPiece],
+    piece: &LoadPiece,
+    spaces: &[ImageSpace],
+    faults: &mut FaultList,
+) {
     let name = &piece.name;
     match trouble {
         // It speaks to a simulator. Where a linker script does not know it, it lies in flash like any other constants.
@@ -258,7 +274,11 @@ fn pieces_from_sections<'b>(
 }
 
 /// For a file without section headers.
-fn pieces_from_segments<'b>(segments: &[ProgramHeader32<Le>], bytes: &'b [u8], faults: &mut FaultList) -> Vec<LoadPiece<'b>> {
+fn pieces_from_segments<'b>(
+    segments: &[ProgramHeader32<Le>],
+    bytes: &'b [u8],
+    faults: &mut FaultList,
+) -> Vec<LoadPiece<'b>> {
     let mut pieces = Vec::new();
     for (segment, number) in segments.iter().zip(0..).filter(|(s, _)| s.p_type(Le) == PT_LOAD && s.p_filesz(Le) > 0) {
         let name = format!("program header {number}");
@@ -297,7 +317,9 @@ fn symbols(
             continue;
         }
         let addr = symbol.st_value(Le);
-        let Some(at) = spaces.iter().position(|space| address_range(space).contains(&u64::from(addr))) else { continue };
+        let Some(at) = spaces.iter().position(|space| address_range(space).contains(&u64::from(addr))) else {
+            continue;
+        };
         let name = symbol.name(Le, table.strings())?;
         let Some(left) = budget.checked_sub(name.len()) else {
             corrupt(faults, "the names of the symbols are much larger than the file");
@@ -361,7 +383,8 @@ fn needs_module_name(found: &[NamedSymbol<'_>]) -> Vec<bool> {
     for named in found {
         places.entry((named.at, &named.symbol.name)).or_default().insert(named.symbol.addr);
     }
-    let several = |named: &NamedSymbol<'_>| places.get(&(named.at, &*named.symbol.name)).is_some_and(|all| all.len() > 1);
+    let several =
+        |named: &NamedSymbol<'_>| places.get(&(named.at, &*named.symbol.name)).is_some_and(|all| all.len() > 1);
     found.iter().map(|named| !named.module.is_empty() && several(named)).collect()
 }
 

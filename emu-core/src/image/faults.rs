@@ -28,7 +28,13 @@ struct LimitedDiagnostics {
 impl<'f> FaultList<'f> {
     /// No faults yet. `more_code` is the code of the closing note.
     pub(super) fn new(file: &'f str, more_code: &'static str) -> Self {
-        FaultList { file, more_code, errors: LimitedDiagnostics::default(), warnings: LimitedDiagnostics::default(), stopped_reading: false }
+        FaultList {
+            file,
+            more_code,
+            errors: LimitedDiagnostics::default(),
+            warnings: LimitedDiagnostics::default(),
+            stopped_reading: false,
+        }
     }
 
     /// Adds an error. The text is made only when it is kept.

@@ -5,8 +5,8 @@ use ihex::Record;
 
 use super::faults::FaultList;
 use super::hex_record::{self, HexRecord};
-use super::placement::{SourceSpan, PlacedBytes, STAYS_ERASED, PlacementError, describe_spaces};
-use super::{AVR_AREAS, WordBits, Image, SourceLines, LoadedImage, ImageSpace, is_avr_elf_area};
+use super::placement::{PlacedBytes, PlacementError, STAYS_ERASED, SourceSpan, describe_spaces};
+use super::{AVR_AREAS, Image, ImageSpace, LoadedImage, SourceLines, WordBits, is_avr_elf_area};
 
 /// Offsets within a segment end here: an offset has 16 bits.
 const SEGMENT_BYTES: usize = 0x1_0000;
@@ -194,7 +194,9 @@ impl HexReader<'_> {
         let Some(base) = self.base else { return };
         let addr = u64::from(base) + u64::from(offset);
         let mut troubles = Vec::new();
-        self.placed.place_bytes(addr, value, SourceSpan { line: number, column: line.column }, |trouble| troubles.push(trouble));
+        self.placed.place_bytes(addr, value, SourceSpan { line: number, column: line.column }, |trouble| {
+            troubles.push(trouble)
+        });
         for trouble in troubles {
             let pos =
                 |from: u64, to: u64| Pos::new(number, line.column + 2 * (from - addr) as u32, 2 * (to - from) as u32);
@@ -203,7 +205,13 @@ impl HexReader<'_> {
                 PlacementError::Replaced { start, end, with } => self.faults.note(
                     "HEX028",
                     pos(start, end),
-                    || format!("{} erased on line {}; this value counts", range_text(start, end, " was", " were"), with.line),
+                    || {
+                        format!(
+                            "{} erased on line {}; this value counts",
+                            range_text(start, end, " was", " were"),
+                            with.line
+                        )
+                    },
                     "dumps of a whole memory give erased cells and then single words of it",
                 ),
                 PlacementError::Overlap { start, end, with } => self.faults.error(
@@ -265,7 +273,9 @@ impl HexReader<'_> {
             let cause =
                 format!("the word at {} 0x{:04X} is half defined: {}", half.space.name, half.addr & !1, half.bytes());
             match half.space.word_bits {
-                WordBits::All => self.faults.note("HEX018", pos, || cause + STAYS_ERASED, "pad the image to whole words"),
+                WordBits::All => {
+                    self.faults.note("HEX018", pos, || cause + STAYS_ERASED, "pad the image to whole words")
+                }
                 _ => self.faults.error(
                     "HEX018",
                     pos,

@@ -23,11 +23,11 @@ mod elf;
 mod faults;
 mod hex;
 mod hex_record;
-mod source_lines;
 mod note;
 mod omf51;
 mod placement;
 mod simavr;
+mod source_lines;
 mod symbols;
 mod write;
 
@@ -36,17 +36,17 @@ use diag::text::into_printable;
 
 pub use codes::{IMAGE_CODES, LINE_CODES, SYMBOL_CODES};
 pub use debug_info::{
-    AVR_DATA, BaseEncoding, BlockInfo, ByteLocation, CType, DebugInfo, FrameView, FunctionInfo, StructMember, TypeId, UnwoundFrame,
-    VariableInfo, VariableLocation,
+    AVR_DATA, BaseEncoding, BlockInfo, ByteLocation, CType, DebugInfo, FrameView, FunctionInfo, StructMember, TypeId,
+    UnwoundFrame, VariableInfo, VariableLocation,
 };
 pub use demangle::DemangledName;
 pub use elf::load_elf;
 pub use faults::MAX_REPORTED;
 pub use hex::load_hex;
-pub use source_lines::{SourceLine, SourceKind, SourceLines};
 pub use note::{avr_device, avr_signature};
 pub use omf51::{OMF_CODES, load_omf51};
 pub use simavr::{SimavrSection, SimavrTrace, read_simavr_section};
+pub use source_lines::{SourceKind, SourceLine, SourceLines};
 pub use symbols::{SimulatorMessage, SymbolFile, SymbolSpaces, Symbols, load_messages, load_symbols};
 pub use write::{write_hex, write_hex_aligned};
 
@@ -122,7 +122,8 @@ impl SymbolAt {
     /// True for the whole name, with or without spaces where a compiler has mangled it, and for that of the linker.
     #[must_use]
     pub fn is_named(&self, text: &str) -> bool {
-        let is_whole = |mangled: &DemangledName| mangled.linkage == text || without_spaces(&self.name).eq(without_spaces(text));
+        let is_whole =
+            |mangled: &DemangledName| mangled.linkage == text || without_spaces(&self.name).eq(without_spaces(text));
         self.name == text || self.mangled.as_ref().is_some_and(|mangled| is_whole(mangled))
     }
 
@@ -254,7 +255,8 @@ fn is_avr_elf_area(start: u32) -> bool {
 /// addresses of the ELF file, unless told otherwise.
 #[must_use]
 pub fn hex_spaces(hex: &[ImageSpace], elf: &[ImageSpace]) -> Vec<ImageSpace> {
-    let carried = elf.iter().filter(|space| is_avr_elf_area(space.start) && hex.iter().all(|own| own.name != space.name));
+    let carried =
+        elf.iter().filter(|space| is_avr_elf_area(space.start) && hex.iter().all(|own| own.name != space.name));
     hex.iter().chain(carried).copied().collect()
 }
 

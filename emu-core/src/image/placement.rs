@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{WordBits, Segment, ImageSpace};
+use super::{ImageSpace, Segment, WordBits};
 
 /// Where bytes came from: for HEX a line and the column of the first byte, for ELF the number of a section.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,7 +88,13 @@ impl<'s> PlacedBytes<'s> {
     }
 
     /// Places `bytes` at the image address `addr`. What is in trouble is told and left out, the rest is kept.
-    pub(super) fn place_bytes(&mut self, addr: u64, bytes: &[u8], from: SourceSpan, mut tell: impl FnMut(PlacementError)) {
+    pub(super) fn place_bytes(
+        &mut self,
+        addr: u64,
+        bytes: &[u8],
+        from: SourceSpan,
+        mut tell: impl FnMut(PlacementError),
+    ) {
         let end = addr + bytes.len() as u64;
         let mut at = addr;
         while at < end {
@@ -115,7 +121,15 @@ impl<'s> PlacedBytes<'s> {
         }
     }
 
-    fn place_in_space(&mut self, i: usize, addr: u64, bytes: &[u8], from: SourceSpan, offset: u32, tell: &mut impl FnMut(PlacementError)) {
+    fn place_in_space(
+        &mut self,
+        i: usize,
+        addr: u64,
+        bytes: &[u8],
+        from: SourceSpan,
+        offset: u32,
+        tell: &mut impl FnMut(PlacementError),
+    ) {
         let (Some(space), Some(runs)) = (self.spaces.get(i), self.runs.get_mut(i)) else { return };
         let base = u64::from(space.start);
         let start = (addr - base) as u32;

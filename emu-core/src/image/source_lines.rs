@@ -68,7 +68,11 @@ pub(super) struct LineTable {
 
 impl LineTable {
     /// Puts the lines in order.
-    pub(super) fn from_lines(mut lines: Vec<SourceLine>, folders: Vec<(Arc<str>, String)>, warnings: Vec<Diagnostic>) -> LineTable {
+    pub(super) fn from_lines(
+        mut lines: Vec<SourceLine>,
+        folders: Vec<(Arc<str>, String)>,
+        warnings: Vec<Diagnostic>,
+    ) -> LineTable {
         lines.sort_unstable();
         lines.dedup();
         let mut kinds: Vec<SourceKind> = [SourceKind::C, SourceKind::Asm, SourceKind::Listing].into();
@@ -90,7 +94,11 @@ impl SourceLines {
     /// The lines of files of symbols.
     #[must_use]
     pub fn new(lines: Vec<SourceLine>) -> SourceLines {
-        SourceLines { elf_source: None, line_table: OnceLock::from(LineTable::from_lines(lines, Vec::new(), Vec::new())), info: OnceLock::new() }
+        SourceLines {
+            elf_source: None,
+            line_table: OnceLock::from(LineTable::from_lines(lines, Vec::new(), Vec::new())),
+            info: OnceLock::new(),
+        }
     }
 
     /// Those of the debugging information (DWARF 2 to 5) of an ELF file, or none where it has none. Nothing is read yet, and
@@ -108,12 +116,15 @@ impl SourceLines {
     /// when they are first asked for.
     #[must_use]
     pub fn debug_info(&self) -> &Arc<DebugInfo> {
-        self.info
-            .get_or_init(|| Arc::new(self.elf_source.as_ref().map(|elf| DebugInfo::from_elf(&elf.bytes)).unwrap_or_default()))
+        self.info.get_or_init(|| {
+            Arc::new(self.elf_source.as_ref().map(|elf| DebugInfo::from_elf(&elf.bytes)).unwrap_or_default())
+        })
     }
 
     fn line_table(&self) -> &LineTable {
-        self.line_table.get_or_init(|| self.elf_source.as_ref().map(|elf| dwarf::read_line_table(&elf.name, &elf.bytes)).unwrap_or_default())
+        self.line_table.get_or_init(|| {
+            self.elf_source.as_ref().map(|elf| dwarf::read_line_table(&elf.name, &elf.bytes)).unwrap_or_default()
+        })
     }
 
     /// All lines by address, kind, file and number; none twice.

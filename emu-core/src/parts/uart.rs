@@ -100,8 +100,17 @@ pub enum ReceiverEvent {
 
 impl UartReceiver {
     /// A receiver that is off.
-    pub const OFF: UartReceiver =
-        UartReceiver { on: false, last_sample_high: false, bit: None, votes: 0, highs: 0, data: 0, edges_to_next: 0, wait_start: 0, next: NEVER };
+    pub const OFF: UartReceiver = UartReceiver {
+        on: false,
+        last_sample_high: false,
+        bit: None,
+        votes: 0,
+        highs: 0,
+        data: 0,
+        edges_to_next: 0,
+        wait_start: 0,
+        next: NEVER,
+    };
 
     /// The cycle of the next sample that matters; [`NEVER`] while the line rests.
     #[must_use]

@@ -24,8 +24,8 @@ mod pattern;
 mod text;
 
 pub use docs::instruction_list_markdown;
-pub use pattern::{CycleCounts, BitPattern};
-pub use text::{SyntaxAlias, AsmError, DisassembledInstruction, disassemble};
+pub use pattern::{BitPattern, CycleCounts};
+pub use text::{AsmError, DisassembledInstruction, SyntaxAlias, disassemble};
 
 /// A predecoded instruction: four bytes. `kind` names the row; the other bytes hold the operands in row order, a wide
 /// operand taking two (little endian).
@@ -222,8 +222,8 @@ impl InstructionRow {
         let in_pattern = self.operands.iter().filter(|s| self.pattern.has_letter(s.letter));
         for (slot, &value) in in_pattern.zip(values) {
             let width = self.pattern.extract_field(slot.letter, 0).1;
-            let raw =
-                (slot.kind.encode)(value, width, site).map_err(|cause| EncodeError { mnemonic: self.mnemonic, cause })?;
+            let raw = (slot.kind.encode)(value, width, site)
+                .map_err(|cause| EncodeError { mnemonic: self.mnemonic, cause })?;
             bits |= self.pattern.insert_field(slot.letter, raw);
         }
         Ok(bits)

@@ -1,6 +1,6 @@
 //! Assembly text off the table: disassembly, and what an assembler of sources is told of a row.
 
-use super::{InstructionRow, InstructionLocation, find_row};
+use super::{InstructionLocation, InstructionRow, find_row};
 
 /// One disassembled instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -23,7 +23,12 @@ const BYTE: &str = ".db";
 ///
 /// A word that no row matches, or an instruction cut off by the end of `words`, prints as `.word 0x....`. Program words have `word_bits` bits; targets print as byte addresses where `bytes_per_word` is 2.
 #[must_use]
-pub fn disassemble(rows: &[InstructionRow], word_bits: u32, words: &[u16], site: &InstructionLocation) -> DisassembledInstruction {
+pub fn disassemble(
+    rows: &[InstructionRow],
+    word_bits: u32,
+    words: &[u16],
+    site: &InstructionLocation,
+) -> DisassembledInstruction {
     let first = words.first().copied().unwrap_or(0);
     let (directive, digits) = if word_bits == 8 { (BYTE, 2) } else { (WORD, 4) };
     let raw = |why: &str| DisassembledInstruction {

@@ -3,7 +3,9 @@
 use std::collections::BTreeSet;
 
 use diag::Severity;
-use emu_core::image::{WordBits, Segment, SimavrSection, SimavrTrace, ImageSpace, SymbolAt, load, load_elf, read_simavr_section};
+use emu_core::image::{
+    ImageSpace, Segment, SimavrSection, SimavrTrace, SymbolAt, WordBits, load, load_elf, read_simavr_section,
+};
 
 use crate::{AVR, table};
 
@@ -318,7 +320,8 @@ fn what_a_program_says_to_simavr() {
     };
     assert_eq!(read_simavr_section(&section_of(&entries.concat())), Some(wanted));
     assert_eq!(read_simavr_section(&section_of(&[0, 0, 0])), Some(SimavrSection::default()));
-    let cut = |tag: u8, hz: Option<u32>| Some(SimavrSection { truncated_bytes: Some(tag), hz, ..SimavrSection::default() });
+    let cut =
+        |tag: u8, hz: Option<u32>| Some(SimavrSection { truncated_bytes: Some(tag), hz, ..SimavrSection::default() });
     assert_eq!(read_simavr_section(&section_of(&[1, 64, b'a'])), cut(1, None));
     assert_eq!(read_simavr_section(&section_of(&[2, 4, 1, 0, 0, 0, 12])), cut(12, Some(1)));
     assert_eq!(read_simavr_section(&program().build()), None);

@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 use diag::{Diagnostic, Severity};
-use emu_core::image::{WordBits, IMAGE_CODES, MAX_REPORTED, LoadedImage, ImageSpace, load, load_hex, write_hex, write_hex_aligned};
+use emu_core::image::{
+    IMAGE_CODES, ImageSpace, LoadedImage, MAX_REPORTED, WordBits, load, load_hex, write_hex, write_hex_aligned,
+};
 
 use crate::{AVR, DIR, table};
 
@@ -193,7 +195,8 @@ fn a_record_across_memories() {
 /// The examples of the page on the format have the fault that they stand for.
 #[test]
 fn examples_in_the_docs() {
-    const FLASH: &[ImageSpace] = &[ImageSpace { name: "flash", start: 0, len: 0x8000, word: 2, word_bits: WordBits::All }];
+    const FLASH: &[ImageSpace] =
+        &[ImageSpace { name: "flash", start: 0, len: 0x8000, word: 2, word_bits: WordBits::All }];
     let mut tried = 0;
     for row in page("hex.md").lines().filter(|line| line.starts_with("| HEX")) {
         let cells: Vec<&str> = row.split('|').map(str::trim).collect();

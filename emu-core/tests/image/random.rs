@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use emu_core::image::{WordBits, MAX_REPORTED, LoadedImage, ImageSpace, load, load_hex, write_hex};
+use emu_core::image::{ImageSpace, LoadedImage, MAX_REPORTED, WordBits, load, load_hex, write_hex};
 use proptest::prelude::*;
 
 use crate::AVR;

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use emu_core::image::{ElfMachine, SourceLines, ImageSpace, load};
+use emu_core::image::{ElfMachine, ImageSpace, SourceLines, load};
 
 use crate::{DIR, told};
 
@@ -142,7 +142,8 @@ fn the_program_of_the_tests_is_what_its_sources_say() {
     let flags =
         ["-mmcu=atmega328p", "-Os", "-gdwarf-4", "-nostartfiles", "-nostdlib", "lines.c", "twice.S", "-o", "lines.elf"];
     run("avr-gcc", &[&[map.as_str()][..], &flags].concat(), &folder);
-    let flash = [ImageSpace { name: "flash", start: 0, len: 0x8000, word: 2, word_bits: emu_core::image::WordBits::All }];
+    let flash =
+        [ImageSpace { name: "flash", start: 0, len: 0x8000, word: 2, word_bits: emu_core::image::WordBits::All }];
     let read = |file: &str| {
         let bytes = std::fs::read(file).unwrap();
         let image = load(file, &bytes, &[], &flash, ElfMachine::AVR).unwrap().image;

@@ -96,7 +96,10 @@ fn every_version_is_read() {
         assert_eq!(lines.warnings(), [], "DWARF {version}");
         assert_eq!(lines.folder("main.c"), Some("/src"));
         // The line of sub.c made no code: the next row begins at the same address.
-        assert_eq!(lines.addresses_of_line("sub.c", 7).unwrap_err(), format!("the program has no source file `sub.c`; it has {ALL}"));
+        assert_eq!(
+            lines.addresses_of_line("sub.c", 7).unwrap_err(),
+            format!("the program has no source file `sub.c`; it has {ALL}")
+        );
         assert_eq!(lines.addresses_of_line("far.c", 9), Ok(vec![0x40]));
         // Paths as editors and debuggers give them, and those of a program that was compiled elsewhere.
         let paths =

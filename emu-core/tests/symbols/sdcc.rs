@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use emu_core::image::{WordBits, ElfMachine, ImageSpace, load};
+use emu_core::image::{ElfMachine, ImageSpace, WordBits, load};
 
 use crate::{DIR, bytes, load as load_files};
 

@@ -136,7 +136,9 @@ fn served(line: &str) -> Vec<String> {
     let ended = serve(Cursor::new(input), &mut output, &open);
     let mut output = Cursor::new(output);
     let mut found = Vec::new();
-    while let emu_dap::framing::IncomingMessage::Message(message) = emu_dap::framing::read_message(&mut output).expect("frames") {
+    while let emu_dap::framing::IncomingMessage::Message(message) =
+        emu_dap::framing::read_message(&mut output).expect("frames")
+    {
         found.push(told(&message));
     }
     found.extend(ended.err().map(|why| format!("! {why}")));

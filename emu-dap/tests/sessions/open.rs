@@ -9,7 +9,7 @@ use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::{ElfMachine, Image, SourceLines, load};
 use emu_dap::{LaunchArguments, OpenedMachine};
-use emu_debug::debug::{SessionOptions, MachineWithDevices, NameScope, DebugSession, DynMachine};
+use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions};
 use emu_debug::{AttachedDevices, CycleClock};
 use ladder_view::LadderView;
 
@@ -63,7 +63,8 @@ fn image(path: &Path, chip: &'static Chip) -> Result<Image, String> {
 fn ladder(path: &Path, chip: &'static Chip) -> Result<(Image, LadderView, u64), String> {
     let text = std::fs::read_to_string(path).map_err(|_| format!("{} cannot be read", path.display()))?;
     let parsed = ladder::parse(&path.display().to_string(), &text).map_err(|faults| faults[0].cause.clone())?;
-    let options = ladder_compile::CompileOptions { mcu: chip.name.to_owned(), ..ladder_compile::CompileOptions::default() };
+    let options =
+        ladder_compile::CompileOptions { mcu: chip.name.to_owned(), ..ladder_compile::CompileOptions::default() };
     let compiled = ladder_compile::compile(&parsed.program, &options).map_err(|faults| faults[0].cause.clone())?;
     let bytes = compiled.hex.as_bytes();
     let loaded = load("image", bytes, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine));

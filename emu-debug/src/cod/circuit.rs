@@ -4,16 +4,16 @@ use std::collections::BTreeMap;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
-use emu_core::pins::{PinLevel, PinId};
+use emu_core::pins::{PinId, PinLevel};
 
 use super::command::{CodCommand, CodStimulusLine};
 use super::expr::{CodExpression, CodWorld};
-use super::nets::{NetMember, CodNet};
+use super::nets::{CodNet, NetMember};
 use super::parts::wave::StimulusWave;
-use super::parts::{CodPartKind, CodPart};
+use super::parts::{CodPart, CodPartKind};
 use super::value::CodValue;
-use crate::devices::cells::SharedBytes;
 use crate::address_names::AddressNames;
+use crate::devices::cells::SharedBytes;
 
 /// Names of gpsim for registers, and what data sheets call them.
 #[rustfmt::skip]
@@ -84,7 +84,8 @@ impl<'n> CodCircuit<'n> {
         match command {
             CodCommand::None => {}
             CodCommand::Module { kind, name } => {
-                let part = CodPart::new(kind, name).ok_or_else(|| format!("there is no model of the module `{kind}`"))?;
+                let part =
+                    CodPart::new(kind, name).ok_or_else(|| format!("there is no model of the module `{kind}`"))?;
                 self.add(part)?;
             }
             CodCommand::Nodes(names) => {
@@ -106,7 +107,8 @@ impl<'n> CodCircuit<'n> {
                 self.saved_eeproms.insert(file.clone(), cells);
             }
             CodCommand::LoadEeprom { module, file } => {
-                let kept = self.saved_eeproms.get(file).cloned().ok_or_else(|| format!("nothing was kept as `{file}`"))?;
+                let kept =
+                    self.saved_eeproms.get(file).cloned().ok_or_else(|| format!("nothing was kept as `{file}`"))?;
                 self.eeprom(module)?.fill(&kept);
             }
         }
@@ -181,7 +183,9 @@ impl<'n> CodCircuit<'n> {
         let mut draft = self.draft.take().ok_or(none)?;
         match line {
             CodStimulusLine::Begin => {}
-            CodStimulusLine::Initial(expr) => draft.initial = self.eval(expr, cpu)?.to_real().ok_or("a text is no level")?,
+            CodStimulusLine::Initial(expr) => {
+                draft.initial = self.eval(expr, cpu)?.to_real().ok_or("a text is no level")?
+            }
             CodStimulusLine::Start(expr) => draft.wave.start = self.cycles(expr, cpu)?,
             CodStimulusLine::Period(expr) => draft.wave.period = self.cycles(expr, cpu)?,
             CodStimulusLine::Name(name) => draft.name.clone_from(name),

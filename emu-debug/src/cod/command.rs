@@ -104,7 +104,9 @@ pub fn parse_command(text: &str) -> Result<CodCommand, String> {
     }
     match (first, words.as_slice()) {
         ("module", ["library" | "lib", _]) => Ok(CodCommand::None),
-        ("module", ["load", kind, name]) => Ok(CodCommand::Module { kind: (*kind).to_owned(), name: (*name).to_owned() }),
+        ("module", ["load", kind, name]) => {
+            Ok(CodCommand::Module { kind: (*kind).to_owned(), name: (*name).to_owned() })
+        }
         ("module", ["load", kind]) => Ok(CodCommand::Module { kind: (*kind).to_owned(), name: (*kind).to_owned() }),
         ("node", [_, ..]) => Ok(CodCommand::Nodes(owned(&words))),
         ("attach", [node, pins @ ..]) => Ok(CodCommand::Attach { node: (*node).to_owned(), pins: owned(pins) }),
@@ -128,8 +130,12 @@ pub fn parse_command(text: &str) -> Result<CodCommand, String> {
         ("digital", []) => Ok(CodCommand::Stimulus(CodStimulusLine::Analog(false))),
         ("analog", []) => Ok(CodCommand::Stimulus(CodStimulusLine::Analog(true))),
         ("end", []) => Ok(CodCommand::Stimulus(CodStimulusLine::End)),
-        ("dump", ["e", module, file]) => Ok(CodCommand::SaveEeprom { module: (*module).to_owned(), file: (*file).to_owned() }),
-        ("load", ["e", module, file]) => Ok(CodCommand::LoadEeprom { module: (*module).to_owned(), file: (*file).to_owned() }),
+        ("dump", ["e", module, file]) => {
+            Ok(CodCommand::SaveEeprom { module: (*module).to_owned(), file: (*file).to_owned() })
+        }
+        ("load", ["e", module, file]) => {
+            Ok(CodCommand::LoadEeprom { module: (*module).to_owned(), file: (*file).to_owned() })
+        }
         (
             "attach" | "break" | "frequency" | "load" | "module" | "node" | "run" | "step" | "stimulus" | "stim"
             | "symbol" | "x" | "clear" | "reset" | "trace" | "log" | "set" | "macro" | "processor" | "initial_state"

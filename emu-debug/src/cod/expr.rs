@@ -183,7 +183,10 @@ impl<'t> CodTextReader<'t> {
             return Ok(CodExpression::At(Box::new(self.read_nested(Self::unary)?)));
         }
         if self.take("&") {
-            return self.name().map(|name| CodExpression::Address(name.to_owned())).ok_or_else(|| self.wanted("a name"));
+            return self
+                .name()
+                .map(|name| CodExpression::Address(name.to_owned()))
+                .ok_or_else(|| self.wanted("a name"));
         }
         if self.take("(") {
             return self.closed();

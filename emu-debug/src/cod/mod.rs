@@ -37,6 +37,6 @@ mod wiring;
 #[cfg(test)]
 mod tests;
 
-pub use run::{CodRunLimits, CodOutcome, CodVerdict, run_script};
+pub use run::{CodOutcome, CodRunLimits, CodVerdict, run_script};
 pub use script::{CodRefusal, CodScript};
 pub use wiring::SetAnalogInput;

@@ -2,7 +2,7 @@
 
 use emu_core::pins::PinId;
 
-use super::parts::{CodPartKind, CodPart, VoltageSource, conductance};
+use super::parts::{CodPart, CodPartKind, VoltageSource, conductance};
 
 /// What hangs on a net.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,7 +72,13 @@ impl NetSolver<'_> {
     }
 
     /// What the other side of a switch puts on this one, behind its resistance.
-    fn source_through_switch(&self, switch: usize, pin: usize, ohms: f64, visited: &mut Vec<usize>) -> Option<VoltageSource> {
+    fn source_through_switch(
+        &self,
+        switch: usize,
+        pin: usize,
+        ohms: f64,
+        visited: &mut Vec<usize>,
+    ) -> Option<VoltageSource> {
         if visited.contains(&switch) {
             return None;
         }

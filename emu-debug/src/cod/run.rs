@@ -1,8 +1,8 @@
 //! The run: from edge to edge, from message to message.
 
-use emu_core::cpu::{Cpu, ProgramFault, Probe, StopReason};
+use emu_core::cpu::{Cpu, Probe, ProgramFault, StopReason};
 use emu_core::image::SimulatorMessage;
-use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
 use super::circuit::CodCircuit;
 use super::expr::CodExpression;
@@ -115,7 +115,13 @@ impl Probe for EdgeProbe {
 }
 
 /// Runs `cpu`, which is just switched on, under the messages of its program. Voltages go to `analog` as they change.
-pub fn run_script<C: Cpu>(cpu: &mut C, script: &CodScript, names: AddressNames<'_>, limits: CodRunLimits, analog: SetAnalogInput<'_, C>) -> CodOutcome {
+pub fn run_script<C: Cpu>(
+    cpu: &mut C,
+    script: &CodScript,
+    names: AddressNames<'_>,
+    limits: CodRunLimits,
+    analog: SetAnalogInput<'_, C>,
+) -> CodOutcome {
     let bench = CodCircuit::new(names, script.frequency().unwrap_or(limits.hz).max(1), limits.cycle);
     let attached = vec![false; names.chip.pins.len()];
     let mut run = CodRun { bench, edges: EdgeProbe { attached, seen: Vec::new() }, pin_levels: Vec::new(), checked: 0 };
@@ -261,7 +267,13 @@ impl CodRun<'_> {
     }
 
     /// Carries out the messages at an address; a verdict where one of them ends the run.
-    fn messages<C: Cpu>(&mut self, cpu: &mut C, script: &CodScript, pc: u32, analog: SetAnalogInput<'_, C>) -> Option<CodVerdict> {
+    fn messages<C: Cpu>(
+        &mut self,
+        cpu: &mut C,
+        script: &CodScript,
+        pc: u32,
+        analog: SetAnalogInput<'_, C>,
+    ) -> Option<CodVerdict> {
         let actions = script.by_address.get(&pc)?;
         let mut after: Vec<(&CodAction, &SimulatorMessage)> = Vec::new();
         for (action, message) in actions {
@@ -276,7 +288,12 @@ impl CodRun<'_> {
                     if !holds {
                         let broken =
                             assertion.condition.as_ref().map(|expr| (message.text.clone(), self.values(expr, cpu)));
-                        return Some(CodVerdict::Message { text: assertion.text.clone(), failed_assertion: broken, pc, cycle: cpu.cycle() });
+                        return Some(CodVerdict::Message {
+                            text: assertion.text.clone(),
+                            failed_assertion: broken,
+                            pc,
+                            cycle: cpu.cycle(),
+                        });
                     }
                 }
                 CodAction::Before(_) => {

@@ -74,7 +74,9 @@ impl CodScript {
                     _ => Ok(None),
                 };
                 match action {
-                    Ok(Some(action)) => script.by_address.entry(message.addr).or_default().push((action, message.clone())),
+                    Ok(Some(action)) => {
+                        script.by_address.entry(message.addr).or_default().push((action, message.clone()))
+                    }
                     Ok(None) => {}
                     Err(cause) => refusals.push(refusal(message, cause)),
                 }

@@ -111,8 +111,12 @@ impl CodOperator {
         }
         let text = || "a text is no number".to_owned();
         match self {
-            CodOperator::Any => return Ok(CodValue::Bool(a.to_bool().ok_or_else(text)? || b.to_bool().ok_or_else(text)?)),
-            CodOperator::All => return Ok(CodValue::Bool(a.to_bool().ok_or_else(text)? && b.to_bool().ok_or_else(text)?)),
+            CodOperator::Any => {
+                return Ok(CodValue::Bool(a.to_bool().ok_or_else(text)? || b.to_bool().ok_or_else(text)?));
+            }
+            CodOperator::All => {
+                return Ok(CodValue::Bool(a.to_bool().ok_or_else(text)? && b.to_bool().ok_or_else(text)?));
+            }
             _ => {}
         }
         if matches!(a, CodValue::Real(_)) || matches!(b, CodValue::Real(_)) {

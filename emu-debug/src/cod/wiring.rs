@@ -4,7 +4,7 @@
 //! a copy of the machine, which is cheap and disturbs nothing.
 
 use emu_core::cpu::Cpu;
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 
 use super::circuit::CodCircuit;
 use super::nets::{HIGH_MILLIVOLTS, NetMember, NetSolver};
@@ -112,7 +112,9 @@ impl CodCircuit<'_> {
                     // A pull-up of the chip may be stronger than a resistor; a driver of the chip always wins.
                     let weak = own(pin).is_some_and(|source| source.conductance < conductance(1e3));
                     let counts = if weak { wires.voltage(at, None) } else { others };
-                    let level = counts.filter(|_| others.is_some()).map_or(PinLevel::Float, |mv| PinLevel::from_bit(mv >= HIGH_MILLIVOLTS));
+                    let level = counts
+                        .filter(|_| others.is_some())
+                        .map_or(PinLevel::Float, |mv| PinLevel::from_bit(mv >= HIGH_MILLIVOLTS));
                     changes.push((pin, level, others));
                 }
             }

@@ -2,7 +2,7 @@
 
 use emu_core::chip::Chip;
 use emu_core::image::Image;
-use emu_core::table::{FlowKind, DisassembledInstruction};
+use emu_core::table::{DisassembledInstruction, FlowKind};
 
 /// Erased bytes in a row from which on they are no program.
 const ERASED_RUN: usize = 8;

@@ -18,7 +18,7 @@ use emu_core::image::Image;
 use emu_core::table::FlowKind;
 
 pub use code::ImageInstruction;
-pub use totals::{CoveredShare, CoverageTotals};
+pub use totals::{CoverageTotals, CoveredShare};
 
 /// Places: one for each program word that a counter of 16 bits reaches.
 const WORD_COUNT: usize = 0x1_0000;

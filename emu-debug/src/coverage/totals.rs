@@ -61,7 +61,9 @@ impl CoverageTotals {
             instructions: CoveredShare::of(reached, |one| one.count > 0),
             branches: CoveredShare::of(ways, |count| *count > 0),
             lines: CoveredShare::of(records.iter().flat_map(|record| record.lines.values()), |count| **count > 0),
-            functions: CoveredShare::of(records.iter().flat_map(|record| &record.functions), |function| function.count > 0),
+            functions: CoveredShare::of(records.iter().flat_map(|record| &record.functions), |function| {
+                function.count > 0
+            }),
             elements: None,
         }
     }

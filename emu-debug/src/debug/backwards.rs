@@ -7,12 +7,12 @@ use emu_core::cpu::{LAST_CYCLE, StopReason};
 
 use super::breakpoint_probe::{BreakpointProbe, candidate_hits};
 use super::call_flow::CallFlow;
-use super::history::LeftPosition;
-use super::followed_machine::FollowedMachine;
+use super::dyn_machine::{DynMachine, ObserveLevel};
 use super::expression_place::ExpressionPlace;
+use super::followed_machine::FollowedMachine;
+use super::history::LeftPosition;
 use super::points::{DebugPoints, PointTrigger, breakpoint_words};
-use super::session::{KeepRunning, HaltResult, PointHit, HOST_TIME_BETWEEN_COPIES, DebugSession, HaltReason};
-use super::dyn_machine::{ObserveLevel, DynMachine};
+use super::session::{DebugSession, HOST_TIME_BETWEEN_COPIES, HaltReason, HaltResult, KeepRunning, PointHit};
 
 /// Machine cycles that an instruction takes at most, in most cases.
 const TYPICAL_CYCLES: u64 = 8;
@@ -164,7 +164,11 @@ impl DebugSession {
     ///
     /// # Errors
     /// [`Why::Interrupted`] where `go_on` said so.
-    pub fn last_access(&mut self, wanted: PointTrigger, go_on: KeepRunning<'_>) -> Result<Option<(u64, PointHit)>, HaltReason> {
+    pub fn last_access(
+        &mut self,
+        wanted: PointTrigger,
+        go_on: KeepRunning<'_>,
+    ) -> Result<Option<(u64, PointHit)>, HaltReason> {
         let mut points = DebugPoints::default();
         points.add(wanted, "", false);
         let found = self.last_hit(&points, true, go_on)?;
@@ -218,7 +222,12 @@ impl DebugSession {
             }
             let mut line = base.fork();
             let mut found = None;
-            let first = PassedPosition { target: &*line.machine, first: true, flow: CallFlow::Plain, from_word: line.machine.pc() };
+            let first = PassedPosition {
+                target: &*line.machine,
+                first: true,
+                flow: CallFlow::Plain,
+                from_word: line.machine.pc(),
+            };
             test(&first);
             line.set_breakpoints(&BTreeSet::new());
             let mut steps = 0u64;
@@ -261,7 +270,12 @@ impl DebugSession {
 
     /// The last position before this one at which points would have stopped a run. The past is run through once, its newest stretches
     /// first, and more of them at a time the further it goes back: setting breakpoints in a copy costs as much as a stretch.
-    fn last_hit(&mut self, points: &DebugPoints, here_too: bool, go_on: KeepRunning<'_>) -> Result<Option<(FollowedMachine, Vec<PointHit>)>, HaltReason> {
+    fn last_hit(
+        &mut self,
+        points: &DebugPoints,
+        here_too: bool,
+        go_on: KeepRunning<'_>,
+    ) -> Result<Option<(FollowedMachine, Vec<PointHit>)>, HaltReason> {
         let now = self.current.cycle();
         let mut end = now;
         let starts: Vec<u64> = self.history.copies_before(now).map(FollowedMachine::cycle).collect();

@@ -4,16 +4,16 @@ use std::collections::BTreeSet;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Probe, StopReason};
-use emu_core::pins::{ChipEvent, PinLevel, PinId};
+use emu_core::pins::{ChipEvent, PinId, PinLevel};
 
+use super::dyn_machine::{DynMachine, ObserveLevel};
 use super::event_log::SessionEvents;
 use super::expression::DebugExpression;
 use super::points::{AccessKind, DebugPoints, PointTrigger};
 use super::session::PointHit;
-use super::dyn_machine::{ObserveLevel, DynMachine};
-use crate::bit_space::{self, BIT_SPACE};
 use crate::access_monitor::AccessWatch;
 use crate::address_names::AddressRange;
+use crate::bit_space::{self, BIT_SPACE};
 
 /// Something that a point waited for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,7 +73,9 @@ impl BreakpointProbe {
                 PointTrigger::Pin(pin, level) => eyes.pins.push((point.id, *pin, *level, target.pin_level(*pin))),
                 PointTrigger::Change(expr) => {
                     eyes.ram_only &= expr.depends_only_on_ram(target);
-                    expr.visit_byte_addresses(&mut |addr| _ = eyes.watched_ram.insert(target.canonical_ram_address(addr).unwrap_or(addr)));
+                    expr.visit_byte_addresses(&mut |addr| {
+                        _ = eyes.watched_ram.insert(target.canonical_ram_address(addr).unwrap_or(addr))
+                    });
                     eyes.changes.push((point.id, expr.clone(), expr.watched_value(target)));
                 }
             }
@@ -84,7 +86,8 @@ impl BreakpointProbe {
     /// How closely a run must be looked at for all of this.
     pub fn observe_level(&self) -> ObserveLevel {
         let any = !self.changes.is_empty();
-        let only_writes = (!any || self.ram_only) && self.accesses.iter().all(|(.., access)| *access == AccessKind::Write);
+        let only_writes =
+            (!any || self.ram_only) && self.accesses.iter().all(|(.., access)| *access == AccessKind::Write);
         if only_writes && (any || !self.accesses.is_empty()) {
             ObserveLevel::Writes
         } else if !self.accesses.is_empty() {
@@ -184,7 +187,8 @@ pub(super) fn candidate_hits(
     let pc = target.pc();
     let mut hits: Vec<PointHit> = Vec::new();
     if let StopReason::Breakpoint { pc } = stop {
-        let here = points.enabled().filter(|point| matches!(&point.trigger, PointTrigger::Code(words) if words.contains(&pc)));
+        let here =
+            points.enabled().filter(|point| matches!(&point.trigger, PointTrigger::Code(words) if words.contains(&pc)));
         hits.extend(here.map(|point| PointHit { id: point.id, old: None, new: None, write: None, pc }));
     }
     for sight in sights {

@@ -6,12 +6,12 @@ use std::sync::Arc;
 use emu_core::chip::ChipFamily;
 use emu_core::image::{AVR_DATA, BaseEncoding, ByteLocation, CType, DebugInfo, FunctionInfo, VariableInfo};
 
-use super::expression_value::ExpressionValue;
+use super::c_type_queries::{CTypeQueries as _, CTypeRef};
 use super::call_stack::{CallFrame, CallStack, MachineFrame, memory_at};
-use super::expression::{DebugExpression, BinaryOperator};
-use super::c_type_queries::{CTypeRef, CTypeQueries as _};
-use super::expression_place::ExpressionPlace;
 use super::dyn_machine::DynMachine;
+use super::expression::{BinaryOperator, DebugExpression};
+use super::expression_place::ExpressionPlace;
+use super::expression_value::ExpressionValue;
 
 /// Where a byte of an object is on a machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -188,7 +188,8 @@ impl ObjectExpr {
 
     /// A pointer so many elements further on or back.
     fn scaled_offset(&self, operator: BinaryOperator, by: DebugExpression, size: u32) -> DebugExpression {
-        let by = DebugExpression::Binary(BinaryOperator::Mul, Box::new(by), Box::new(DebugExpression::Number(size.into())));
+        let by =
+            DebugExpression::Binary(BinaryOperator::Mul, Box::new(by), Box::new(DebugExpression::Number(size.into())));
         DebugExpression::Binary(operator, Box::new(DebugExpression::Object(Box::new(self.clone()))), Box::new(by))
     }
 
@@ -206,7 +207,9 @@ impl ObjectExpr {
     /// # Errors
     /// It is a value, or a bit field.
     pub(super) fn address(&self) -> Result<ObjectExpr, String> {
-        if self.bits.is_some() || matches!(self.base, ObjectBase::Value(_) | ObjectBase::AddressOf(_) | ObjectBase::Kept(_)) {
+        if self.bits.is_some()
+            || matches!(self.base, ObjectBase::Value(_) | ObjectBase::AddressOf(_) | ObjectBase::Kept(_))
+        {
             return Err("it has no address".to_owned());
         }
         let kind = CTypeRef { pointer_depth: self.ctype.pointer_depth + 1, ..self.ctype };
@@ -280,7 +283,9 @@ impl ObjectExpr {
             ObjectBase::Value(_) | ObjectBase::AddressOf(_) => {
                 let Some(value) = self.number(target) else { return missing() };
                 let value = value.to_le_bytes();
-                (0..bytes as usize).map(|n| value.get(n).copied().map_or(ObjectByteLocation::Missing, ObjectByteLocation::Value)).collect()
+                (0..bytes as usize)
+                    .map(|n| value.get(n).copied().map_or(ObjectByteLocation::Missing, ObjectByteLocation::Value))
+                    .collect()
             }
             ObjectBase::Function(_) => missing(),
             ObjectBase::Kept(all) => {
@@ -331,7 +336,9 @@ impl ObjectExpr {
                 // A cast of a function, or of a pointer to one, keeps its bits.
                 let code_space = value.object().filter(|of| of.is_function() || of.is_function_pointer());
                 let value = match (code_space, value.evaluate(target)?) {
-                    (Some(_), byte) => ExpressionValue::Whole(byte.to_integer() / i64::from(target.chip().word_bytes.max(1))),
+                    (Some(_), byte) => {
+                        ExpressionValue::Whole(byte.to_integer() / i64::from(target.chip().word_bytes.max(1)))
+                    }
                     (None, value) => value,
                 };
                 if self.is_real() {
@@ -393,7 +400,9 @@ impl ObjectExpr {
             return Some(byte / i64::from(chip.word_bytes.max(1)));
         }
         match self.byte_locations(target).first()? {
-            ObjectByteLocation::Memory(space, addr) if *space == chip.ram_space && (*addr >= 32 || chip.family != ChipFamily::Avr) => {
+            ObjectByteLocation::Memory(space, addr)
+                if *space == chip.ram_space && (*addr >= 32 || chip.family != ChipFamily::Avr) =>
+            {
                 Some((*addr).into())
             }
             ObjectByteLocation::Memory(space, addr) if *space == chip.code_space => Some((*addr).into()),
@@ -434,7 +443,11 @@ impl ObjectExpr {
     ///
     /// # Errors
     /// It cannot be set, or not to this value.
-    pub(super) fn writes_for(&self, target: &dyn DynMachine, value: ExpressionValue) -> Result<Vec<(ExpressionPlace, i64)>, String> {
+    pub(super) fn writes_for(
+        &self,
+        target: &dyn DynMachine,
+        value: ExpressionValue,
+    ) -> Result<Vec<(ExpressionPlace, i64)>, String> {
         match self.resolved_type() {
             Some(CType::Record { keyword, .. }) => {
                 return Err(format!("a {keyword} gets no single value; set its members"));
@@ -475,7 +488,10 @@ impl ObjectExpr {
         (0..cells.len().min(8))
             .map(|n| {
                 let (space, addr) = byte(n)?;
-                Ok((ExpressionPlace::Memory { space, addr, bytes: 1, signed: false }, bytes.get(n).copied().unwrap_or(0).into()))
+                Ok((
+                    ExpressionPlace::Memory { space, addr, bytes: 1, signed: false },
+                    bytes.get(n).copied().unwrap_or(0).into(),
+                ))
             })
             .collect()
     }
@@ -493,7 +509,9 @@ impl ObjectExpr {
     #[must_use]
     pub fn is_known(&self, target: &dyn DynMachine) -> bool {
         match &self.base {
-            ObjectBase::Variable { known, level, .. } if !known.is_empty() => self.frame(target, known, *level).is_some(),
+            ObjectBase::Variable { known, level, .. } if !known.is_empty() => {
+                self.frame(target, known, *level).is_some()
+            }
             _ => true,
         }
     }
@@ -527,7 +545,9 @@ impl ObjectByteLocation {
     /// The byte now, for good.
     fn frozen(self, target: &dyn DynMachine) -> ObjectByteLocation {
         match self {
-            ObjectByteLocation::Memory(space, addr) => target.peek(space, addr).map_or(ObjectByteLocation::Missing, ObjectByteLocation::Value),
+            ObjectByteLocation::Memory(space, addr) => {
+                target.peek(space, addr).map_or(ObjectByteLocation::Missing, ObjectByteLocation::Value)
+            }
             other => other,
         }
     }

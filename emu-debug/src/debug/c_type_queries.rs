@@ -63,7 +63,11 @@ impl CTypeQueries for DebugInfo {
 
     fn element_type(&self, kind: CTypeRef) -> Option<CTypeRef> {
         let (of, counts) = self.array(kind)?;
-        Some(if counts.len() > 1 { CTypeRef { indexed_dimensions: kind.indexed_dimensions + 1, ..kind } } else { CTypeRef::new(of) })
+        Some(if counts.len() > 1 {
+            CTypeRef { indexed_dimensions: kind.indexed_dimensions + 1, ..kind }
+        } else {
+            CTypeRef::new(of)
+        })
     }
 
     fn member(&self, record: Option<TypeId>, name: &str, depth: u32) -> Option<FoundMember> {

@@ -2,7 +2,7 @@
 
 use emu_core::image::{CType, DebugInfo, TypeId};
 
-use super::c_type_queries::{CTypeRef, CTypeQueries as _};
+use super::c_type_queries::{CTypeQueries as _, CTypeRef};
 
 /// Deepest nesting of types, so that no file can exhaust the stack.
 const MAX_DEPTH: u32 = 32;
@@ -112,7 +112,12 @@ fn body(info: &DebugInfo, kind: &CType, depth: u32) -> String {
                     (None, Some(of @ CType::Record { .. })) if depth > 0 => {
                         body(info, of, depth - 1).replace('\n', "\n    ")
                     }
-                    (name, _) => of_type(info, member.member_type, name.as_deref().unwrap_or_default(), (Style::AddressNames, MAX_DEPTH)),
+                    (name, _) => of_type(
+                        info,
+                        member.member_type,
+                        name.as_deref().unwrap_or_default(),
+                        (Style::AddressNames, MAX_DEPTH),
+                    ),
                 };
                 let bits = member.bit_range.map_or(String::new(), |(_, size)| format!(" : {size}"));
                 text.push_str(&format!("    {own}{bits};\n"));

@@ -2,11 +2,11 @@
 
 use emu_core::image::{BaseEncoding, CType, DebugInfo};
 
-use super::c_types;
-use super::c_type_queries::{CTypeRef, CTypeQueries as _};
 use super::c_objects::{ObjectByteLocation, ObjectExpr, number_from_bytes};
-use super::scope::NameScope;
+use super::c_type_queries::{CTypeQueries as _, CTypeRef};
+use super::c_types;
 use super::dyn_machine::DynMachine;
+use super::scope::NameScope;
 
 /// Most elements of arrays and characters that are shown.
 const MAX_ELEMENTS: usize = 200;
@@ -69,7 +69,9 @@ impl ObjectExpr {
         let elements: Result<Vec<ObjectExpr>, String> =
             (0..count).map(|n| first.element(super::DebugExpression::Number(n))).collect();
         let (elements, shown) = (elements?, CValueFormatter { scope, info: self.info(), target, letter });
-        let bytes = || elements.iter().map(|own| own.byte_locations(target).first()?.value(target)).collect::<Option<Vec<u8>>>();
+        let bytes = || {
+            elements.iter().map(|own| own.byte_locations(target).first()?.value(target)).collect::<Option<Vec<u8>>>()
+        };
         if shown.is_text(self.ctype)
             && let Some(bytes) = bytes()
         {
@@ -121,7 +123,8 @@ impl ObjectExpr {
         let member = |name: &str| Some((name.to_owned(), self.member(name).ok()?));
         if let Some((_, counts)) = self.info().array(self.ctype) {
             let count = counts.first().copied().flatten().unwrap_or(0).min(MAX_ELEMENTS as u32);
-            let element = |n: u32| Some((format!("[{n}]"), self.element(super::DebugExpression::Number(n.into())).ok()?));
+            let element =
+                |n: u32| Some((format!("[{n}]"), self.element(super::DebugExpression::Number(n.into())).ok()?));
             return (0..count).filter_map(element).collect();
         }
         match self.resolved_type() {
@@ -133,9 +136,12 @@ impl ObjectExpr {
                 names.filter_map(member).collect()
             }
             _ => match self.element_type() {
-                Some(kind) if self.info().size_of(kind).is_some_and(|size| size > 0) => {
-                    self.element(super::DebugExpression::Number(0)).ok().map(|of| ("*".to_owned(), of)).into_iter().collect()
-                }
+                Some(kind) if self.info().size_of(kind).is_some_and(|size| size > 0) => self
+                    .element(super::DebugExpression::Number(0))
+                    .ok()
+                    .map(|of| ("*".to_owned(), of))
+                    .into_iter()
+                    .collect(),
                 _ => Vec::new(),
             },
         }
@@ -215,7 +221,9 @@ impl CValueFormatter<'_> {
         }
         let bytes: Option<Vec<u8>> = cells.iter().map(|cell| cell.value(self.target)).collect();
         let Some(bytes) = bytes.filter(|bytes| !bytes.is_empty()) else {
-            return if self.info.size_of(kind) == Some(0) || self.info.resolve_type(kind).is_none() && kind.pointer_depth == 0 {
+            return if self.info.size_of(kind) == Some(0)
+                || self.info.resolve_type(kind).is_none() && kind.pointer_depth == 0
+            {
                 "void"
             } else {
                 "<not in memory>"
@@ -254,7 +262,9 @@ impl CValueFormatter<'_> {
             },
             Some(CType::Enum { values, .. }) => enumerator(values, value),
             Some(CType::Pointer { to, .. }) => self.pointer(value, CTypeRef::new(*to)),
-            _ if kind.pointer_depth > 0 => self.pointer(value, CTypeRef { pointer_depth: kind.pointer_depth - 1, ..kind }),
+            _ if kind.pointer_depth > 0 => {
+                self.pointer(value, CTypeRef { pointer_depth: kind.pointer_depth - 1, ..kind })
+            }
             _ => value.to_string(),
         }
     }
@@ -303,8 +313,10 @@ impl CValueFormatter<'_> {
 
     fn object(&self, value: i64) -> String {
         let names = self.scope.source().names;
-        let name =
-            u32::try_from(value).ok().filter(|addr| *addr > 0).and_then(|addr| names.containing_symbol(names.chip.ram_space, addr));
+        let name = u32::try_from(value)
+            .ok()
+            .filter(|addr| *addr > 0)
+            .and_then(|addr| names.containing_symbol(names.chip.ram_space, addr));
         name.map_or(String::new(), |name| format!(" <{name}>"))
     }
 

@@ -10,12 +10,12 @@ use std::sync::Arc;
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::{AVR_DATA, BlockInfo, DebugInfo, FrameView, TypeId, UnwoundFrame};
 
-use super::expression::DebugExpression;
-use super::call_flow::{CallFlow, call_flow};
-use super::c_type_queries::CTypeRef;
 use super::c_objects::ObjectExpr;
-use super::session;
+use super::c_type_queries::CTypeRef;
+use super::call_flow::{CallFlow, call_flow};
 use super::dyn_machine::DynMachine;
+use super::expression::DebugExpression;
+use super::session;
 
 /// Most calls.
 const MAX_CALLS: usize = 64;
@@ -100,7 +100,8 @@ pub(super) fn memory_at(chip: &Chip, address: u32) -> Option<(&'static str, u32)
     match address.checked_sub(AVR_DATA) {
         Some(addr) if chip.family == ChipFamily::Avr && addr < 0x1_0000 => Some((chip.ram_space, addr)),
         _ => {
-            let window = chip.elf_spaces.iter().find(|space| (space.start..space.start + space.len).contains(&address))?;
+            let window =
+                chip.elf_spaces.iter().find(|space| (space.start..space.start + space.len).contains(&address))?;
             Some((window.name, address - window.start))
         }
     }
@@ -177,14 +178,16 @@ impl CallStack {
     pub fn frame_name(&self, target: &dyn DynMachine, frame: &CallFrame) -> Option<(&str, Option<&(String, u32)>)> {
         let byte = MachineFrame { target, frame }.pc_byte();
         let (function, inlined) = (self.info.function_at(byte)?, self.inlined(byte));
-        let name = inlined.get(frame.inlined_skipped).and_then(|block| block.inlined.as_deref()).unwrap_or(&function.name);
+        let name =
+            inlined.get(frame.inlined_skipped).and_then(|block| block.inlined.as_deref()).unwrap_or(&function.name);
         let call = frame.inlined_skipped.checked_sub(1).and_then(|at| inlined.get(at)).map(|block| &block.call_site);
         Some((name, call))
     }
 
     fn innermost_frame(&self, target: &dyn DynMachine) -> CallFrame {
         let (word, sp) = (target.pc(), target.reg("SP").unwrap_or(0));
-        let mut frame = CallFrame { word, call_word: word, inlined_skipped: 0, sp, cfa: None, saved_registers: [None; REGISTERS] };
+        let mut frame =
+            CallFrame { word, call_word: word, inlined_skipped: 0, sp, cfa: None, saved_registers: [None; REGISTERS] };
         if target.chip().family == ChipFamily::Avr {
             frame.cfa = self.unwind_frame(target, &frame).map(|(unwound, _)| unwound.cfa);
         }
@@ -194,7 +197,14 @@ impl CallStack {
     /// The frame around one, which is at a level.
     fn caller_frame(&self, target: &dyn DynMachine, frame: &CallFrame, level: usize) -> Option<CallFrame> {
         let call = |word: u32| call_before(target, word);
-        let outer = |(at, word): (u32, u32), sp| CallFrame { word, call_word: at, inlined_skipped: 0, sp, cfa: None, saved_registers: frame.saved_registers };
+        let outer = |(at, word): (u32, u32), sp| CallFrame {
+            word,
+            call_word: at,
+            inlined_skipped: 0,
+            sp,
+            cfa: None,
+            saved_registers: frame.saved_registers,
+        };
         match target.chip().family {
             ChipFamily::Avr => {
                 // What called it is start-up code.
@@ -253,8 +263,11 @@ impl CallStack {
         let found = |exact: bool| {
             (frame.sp.saturating_add(2)..end).find_map(|low| {
                 let word = pair(low)?;
-                let fits =
-                    if exact { self.call_site(target, frame, word) } else { call_before(target, word).map(|call| call.0) };
+                let fits = if exact {
+                    self.call_site(target, frame, word)
+                } else {
+                    call_before(target, word).map(|call| call.0)
+                };
                 fits.map(|_| (low, word))
             })
         };

@@ -4,12 +4,12 @@ use std::collections::BTreeSet;
 
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, LAST_CYCLE, Probe, ResetCause, StopReason};
-use emu_core::pins::{PinLevel, PinId};
+use emu_core::pins::{PinId, PinLevel};
 use emu_core::state::SnapshotDamaged;
 
 use crate::attached_devices::AttachedDevices;
 use crate::dyn_probe;
-pub use crate::dyn_probe::{ObserveLevel, DynProbe};
+pub use crate::dyn_probe::{DynProbe, ObserveLevel};
 use crate::stimulus::{TimedDrive, queue_drives};
 
 /// A chip and the devices at its pins, whatever the family.

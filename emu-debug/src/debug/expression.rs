@@ -1,9 +1,9 @@
 //! Expressions as C and gdb write them, over places of the machine.
 
-use super::expression_value::ExpressionValue;
 use super::c_objects::ObjectExpr;
-use super::expression_place::ExpressionPlace;
 use super::dyn_machine::DynMachine;
+use super::expression_place::ExpressionPlace;
+use super::expression_value::ExpressionValue;
 
 /// An expression: numbers, places, and the operators of C on 64-bit integers.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,9 +58,15 @@ impl DebugExpression {
             },
             DebugExpression::Unary(sign, of) => of.evaluate(target)?.apply_unary(*sign)?,
             // Nobody is asked for what makes no difference.
-            DebugExpression::Binary(BinaryOperator::And, a, b) => ExpressionValue::Whole(i64::from(truth(a)? && truth(b)?)),
-            DebugExpression::Binary(BinaryOperator::Or, a, b) => ExpressionValue::Whole(i64::from(truth(a)? || truth(b)?)),
-            DebugExpression::Binary(operator, a, b) => a.evaluate(target)?.apply_binary(*operator, b.evaluate(target)?)?,
+            DebugExpression::Binary(BinaryOperator::And, a, b) => {
+                ExpressionValue::Whole(i64::from(truth(a)? && truth(b)?))
+            }
+            DebugExpression::Binary(BinaryOperator::Or, a, b) => {
+                ExpressionValue::Whole(i64::from(truth(a)? || truth(b)?))
+            }
+            DebugExpression::Binary(operator, a, b) => {
+                a.evaluate(target)?.apply_binary(*operator, b.evaluate(target)?)?
+            }
         })
     }
 
@@ -87,11 +93,14 @@ impl DebugExpression {
     /// Nothing but the program's writes can change its value: all places in it are bytes of RAM.
     pub(super) fn depends_only_on_ram(&self, target: &dyn DynMachine) -> bool {
         let kept = |space: &str, addr: u32, bytes: u32| {
-            space == target.chip().ram_space && (addr..addr + bytes).all(|addr| target.canonical_ram_address(addr).is_some())
+            space == target.chip().ram_space
+                && (addr..addr + bytes).all(|addr| target.canonical_ram_address(addr).is_some())
         };
         match self {
             DebugExpression::Number(_) | DebugExpression::Real(_) => true,
-            DebugExpression::Place(ExpressionPlace::Memory { space, addr, bytes, .. }) => kept(space, *addr, (*bytes).into()),
+            DebugExpression::Place(ExpressionPlace::Memory { space, addr, bytes, .. }) => {
+                kept(space, *addr, (*bytes).into())
+            }
             DebugExpression::Place(ExpressionPlace::Bit { space, addr, .. }) => kept(space, *addr, 1),
             // Where it points may be anything.
             DebugExpression::Place(_) | DebugExpression::At(..) | DebugExpression::Object(_) => false,
@@ -118,7 +127,9 @@ impl DebugExpression {
             DebugExpression::Place(place) => matches!(place, ExpressionPlace::Cycle | ExpressionPlace::Instructions),
             DebugExpression::Number(_) | DebugExpression::Real(_) => false,
             DebugExpression::Object(object) => object.is_of_time(),
-            DebugExpression::At(_, of) | DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => of.depends_only_on_time(),
+            DebugExpression::At(_, of) | DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => {
+                of.depends_only_on_time()
+            }
             DebugExpression::Binary(_, a, b) => a.depends_only_on_time() || b.depends_only_on_time(),
         }
     }
@@ -126,9 +137,15 @@ impl DebugExpression {
     /// Tells the addresses of all bytes of memory in it.
     pub(super) fn visit_byte_addresses(&self, tell: &mut dyn FnMut(u32)) {
         match self {
-            DebugExpression::Place(ExpressionPlace::Memory { addr, bytes, .. }) => (0..u32::from(*bytes)).for_each(|n| tell(addr + n)),
+            DebugExpression::Place(ExpressionPlace::Memory { addr, bytes, .. }) => {
+                (0..u32::from(*bytes)).for_each(|n| tell(addr + n))
+            }
             DebugExpression::Place(ExpressionPlace::Bit { addr, .. }) => tell(*addr),
-            DebugExpression::Number(_) | DebugExpression::Real(_) | DebugExpression::Place(_) | DebugExpression::At(..) | DebugExpression::Object(_) => {}
+            DebugExpression::Number(_)
+            | DebugExpression::Real(_)
+            | DebugExpression::Place(_)
+            | DebugExpression::At(..)
+            | DebugExpression::Object(_) => {}
             DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => of.visit_byte_addresses(tell),
             DebugExpression::Binary(_, a, b) => {
                 a.visit_byte_addresses(tell);
@@ -151,7 +168,9 @@ impl DebugExpression {
                 ExpressionPlace::Memory { space, addr, bytes, .. } if *bit < 8 * bytes => {
                     Some(ExpressionPlace::Bit { space, addr: addr + u32::from(bit / 8), bit: bit % 8 })
                 }
-                ExpressionPlace::Reg(name) if super::expression_place::max_register_value(target, name) >> bit & 1 == 1 => {
+                ExpressionPlace::Reg(name)
+                    if super::expression_place::max_register_value(target, name) >> bit & 1 == 1 =>
+                {
                     Some(ExpressionPlace::RegBit { name, bit: *bit })
                 }
                 _ => None,

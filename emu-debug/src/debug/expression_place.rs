@@ -1,9 +1,9 @@
 //! What has a value: registers, memory, bits, pins, time.
 
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 
 use super::dyn_machine::DynMachine;
-use crate::stimulus::{TimedDrive, ExternalDrive};
+use crate::stimulus::{ExternalDrive, TimedDrive};
 
 /// Something of the machine that has a value, and may get another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,7 +62,9 @@ impl ExpressionPlace {
                 if signed { value << unused >> unused } else { value }
             }
             ExpressionPlace::Bit { space, addr, bit } => (target.peek(space, addr)? >> (bit & 7) & 1).into(),
-            ExpressionPlace::RegBit { name, bit } => (target.reg(name)?.checked_shr(bit.into()).unwrap_or(0) & 1).into(),
+            ExpressionPlace::RegBit { name, bit } => {
+                (target.reg(name)?.checked_shr(bit.into()).unwrap_or(0) & 1).into()
+            }
             ExpressionPlace::Pin(pin) => match target.pin_level(pin) {
                 PinLevel::High | PinLevel::PullUp => 1,
                 PinLevel::Low | PinLevel::PullDown => 0,

@@ -73,7 +73,9 @@ impl ExpressionValue {
     /// Two operands; nothing where there is no such operator for them, or no result.
     pub(super) fn apply_binary(self, operator: BinaryOperator, other: ExpressionValue) -> Option<ExpressionValue> {
         let bytes = match (self, other) {
-            (ExpressionValue::Whole(a), ExpressionValue::Whole(b)) => return operator.apply(a, b).map(ExpressionValue::Whole),
+            (ExpressionValue::Whole(a), ExpressionValue::Whole(b)) => {
+                return operator.apply(a, b).map(ExpressionValue::Whole);
+            }
             (ExpressionValue::Real(_, a), ExpressionValue::Real(_, b)) => a.max(b),
             (ExpressionValue::Real(_, bytes), _) | (_, ExpressionValue::Real(_, bytes)) => bytes,
         };
@@ -110,15 +112,21 @@ impl ExpressionValue {
 
 #[cfg(test)]
 mod tests {
-    use super::{ExpressionValue, BinaryOperator};
+    use super::{BinaryOperator, ExpressionValue};
 
     #[test]
     fn numbers_with_a_point_are_of_four_bytes_unless_one_has_eight() {
         let tenth = ExpressionValue::Real(0.1, 0);
         let stored = ExpressionValue::from_bits(0x3DCC_CCCD, 4);
         assert_eq!(stored.and_then(|own| own.apply_binary(BinaryOperator::Eq, tenth)), Some(ExpressionValue::Whole(1)));
-        assert_eq!(ExpressionValue::Real(0.1, 8).apply_binary(BinaryOperator::Eq, tenth), Some(ExpressionValue::Whole(1)));
-        assert_eq!(ExpressionValue::Real(2.5, 4).apply_binary(BinaryOperator::Mul, ExpressionValue::Whole(3)), Some(ExpressionValue::Real(7.5, 4)));
+        assert_eq!(
+            ExpressionValue::Real(0.1, 8).apply_binary(BinaryOperator::Eq, tenth),
+            Some(ExpressionValue::Whole(1))
+        );
+        assert_eq!(
+            ExpressionValue::Real(2.5, 4).apply_binary(BinaryOperator::Mul, ExpressionValue::Whole(3)),
+            Some(ExpressionValue::Real(7.5, 4))
+        );
         assert_eq!(ExpressionValue::Real(2.5, 4).apply_binary(BinaryOperator::Shl, ExpressionValue::Whole(1)), None);
         assert_eq!(ExpressionValue::Real(2.5, 4).to_bits(4), 0x4020_0000);
         assert!(ExpressionValue::Real(0.5, 4).is_true());

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use emu_core::cpu::{LAST_CYCLE, ResetCause, StopReason};
 
-use super::history::{UserAction, InputEvent};
-use super::dyn_machine::{ObserveLevel, DynProbe, DynMachine};
+use super::dyn_machine::{DynMachine, DynProbe, ObserveLevel};
+use super::history::{InputEvent, UserAction};
 
 /// Follows a program at points of its own, such as the rungs of a ladder program, with a state that goes back in time with the
 /// machine.
@@ -42,7 +42,14 @@ pub(super) struct FollowedMachine {
 
 impl FollowedMachine {
     pub fn new(target: Box<dyn DynMachine>, follow: Option<Box<dyn ProgramFollower>>) -> FollowedMachine {
-        let mut line = FollowedMachine { machine: target, follower: follow, events_applied: 0, follower_notified: false, runs_while_halted: false, at_step_end: true };
+        let mut line = FollowedMachine {
+            machine: target,
+            follower: follow,
+            events_applied: 0,
+            follower_notified: false,
+            runs_while_halted: false,
+            at_step_end: true,
+        };
         line.end_step();
         line
     }
@@ -63,7 +70,9 @@ impl FollowedMachine {
     }
 
     pub fn size_in_bytes(&self) -> usize {
-        self.machine.size_in_bytes() + self.follower.as_ref().map_or(0, |follow| follow.size_in_bytes()) + size_of::<FollowedMachine>()
+        self.machine.size_in_bytes()
+            + self.follower.as_ref().map_or(0, |follow| follow.size_in_bytes())
+            + size_of::<FollowedMachine>()
     }
 
     /// Stops at these program words from now on.
@@ -79,7 +88,14 @@ impl FollowedMachine {
 
     /// Runs to the cycle `until`. Traps of the follower are its own business: it is told, and the run goes on, unless the word is one
     /// of `words` too.
-    pub fn run(&mut self, deeds: &[InputEvent], until: u64, words: &BTreeSet<u32>, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason {
+    pub fn run(
+        &mut self,
+        deeds: &[InputEvent],
+        until: u64,
+        words: &BTreeSet<u32>,
+        look: ObserveLevel,
+        seer: &mut dyn DynProbe,
+    ) -> StopReason {
         loop {
             self.apply_due_events(deeds, look, seer);
             let next = self.next_event_cycle(deeds);
@@ -118,7 +134,13 @@ impl FollowedMachine {
 
     /// Runs to the end of the next step: an instruction, or the entry of an interrupt, and the sleep before it. `limit`: a cycle at
     /// which sleep is left in any case. Breakpoints are passed.
-    pub fn step(&mut self, deeds: &[InputEvent], limit: u64, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason {
+    pub fn step(
+        &mut self,
+        deeds: &[InputEvent],
+        limit: u64,
+        look: ObserveLevel,
+        seer: &mut dyn DynProbe,
+    ) -> StopReason {
         self.apply_due_events(deeds, look, seer);
         let (start, pc, counted) = (self.cycle(), self.machine.pc(), self.machine.instructions());
         let mut trapped = false;
@@ -183,7 +205,9 @@ impl FollowedMachine {
 
     /// The machine stands before the instruction at `pc`, one at which it was stopped.
     fn note_arrival(&mut self, pc: u32) {
-        if let Some(follow) = self.follower.as_mut().filter(|f| !self.follower_notified && f.followed_words().contains(&pc)) {
+        if let Some(follow) =
+            self.follower.as_mut().filter(|f| !self.follower_notified && f.followed_words().contains(&pc))
+        {
             self.follower_notified = true;
             follow.on_reached(&*self.machine, pc);
         }

@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use emu_core::cpu::ResetCause;
 
-use super::followed_machine::FollowedMachine;
-use super::expression_place::ExpressionPlace;
 use super::dyn_machine::DynMachine;
+use super::expression_place::ExpressionPlace;
+use super::followed_machine::FollowedMachine;
 use crate::stimulus::TimedDrive;
 
 /// Something done to the machine by the user, not by the program.

@@ -1,9 +1,9 @@
 //! Expressions out of their text.
 
-use super::c_types;
-use super::expression::{DebugExpression, BinaryOperator};
-use super::c_type_queries::{CTypeRef, CTypeQueries as _};
 use super::c_objects::ObjectExpr;
+use super::c_type_queries::{CTypeQueries as _, CTypeRef};
+use super::c_types;
+use super::expression::{BinaryOperator, DebugExpression};
 use super::expression_place::ExpressionPlace;
 use super::scope::{FrameContext, NameScope};
 use crate::text_escapes::unescape;
@@ -149,8 +149,12 @@ impl<'a> DebugExpressionParser<'a> {
         let width = |space: &str| i64::from(self.scope.chip().bytes_per_address(space).max(1));
         let nothing = format!("`{}` has no address", self.rest);
         match self.unary()? {
-            DebugExpression::Object(object) => object.address().map(|address| DebugExpression::Object(Box::new(address))),
-            DebugExpression::Place(ExpressionPlace::Memory { space, addr, .. }) => Ok(DebugExpression::Number(i64::from(addr) / width(space))),
+            DebugExpression::Object(object) => {
+                object.address().map(|address| DebugExpression::Object(Box::new(address)))
+            }
+            DebugExpression::Place(ExpressionPlace::Memory { space, addr, .. }) => {
+                Ok(DebugExpression::Number(i64::from(addr) / width(space)))
+            }
             DebugExpression::At(_, addr) => Ok(*addr),
             // A function or label stands for its address.
             DebugExpression::Number(number) => Ok(DebugExpression::Number(number)),
@@ -225,7 +229,9 @@ impl<'a> DebugExpressionParser<'a> {
             self.rest = digits[end..].trim_start();
         }
         let value: Option<f64> = text.parse().ok();
-        value.map(|value| DebugExpression::Real(value.to_bits())).ok_or_else(|| format!("`{name}` is no number; write 1.5"))
+        value
+            .map(|value| DebugExpression::Real(value.to_bits()))
+            .ok_or_else(|| format!("`{name}` is no number; write 1.5"))
     }
 
     fn atom(&mut self) -> Result<DebugExpression, String> {
@@ -246,7 +252,12 @@ impl<'a> DebugExpressionParser<'a> {
                 self.rest = behind[len..].trim_start();
                 let found = here.calls.info.global_in_file(file, name);
                 let found = found.ok_or_else(|| format!("no variable `{name}` is known in {file}"))?;
-                return Ok(DebugExpression::Object(Box::new(ObjectExpr::variable(here.calls.clone(), found, Vec::new(), 0))));
+                return Ok(DebugExpression::Object(Box::new(ObjectExpr::variable(
+                    here.calls.clone(),
+                    found,
+                    Vec::new(),
+                    0,
+                ))));
             }
             return match bytes.as_slice() {
                 [byte] => Ok(DebugExpression::Number((*byte).into())),
@@ -289,9 +300,10 @@ impl<'a> DebugExpressionParser<'a> {
         let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_');
         match self.scope.find_name(name) {
             // As gdb says it, where the program tells of its variables.
-            Err(_) if self.here.is_some() && plain => {
-                Err(format!("no symbol `{name}` is known here; {} is memory", self.scope.source().names.example_address()))
-            }
+            Err(_) if self.here.is_some() && plain => Err(format!(
+                "no symbol `{name}` is known here; {} is memory",
+                self.scope.source().names.example_address()
+            )),
             found => found,
         }
     }
@@ -323,7 +335,11 @@ fn combine(operator: BinaryOperator, left: DebugExpression, right: DebugExpressi
         (BinaryOperator::Sub, Some(of), Some(_)) => {
             let size = of.element_type().and_then(|kind| of.info().size_of(kind)).unwrap_or(1).max(1);
             let bytes = DebugExpression::Binary(operator, Box::new(left), Box::new(right));
-            return DebugExpression::Binary(BinaryOperator::Div, Box::new(bytes), Box::new(DebugExpression::Number(size.into())));
+            return DebugExpression::Binary(
+                BinaryOperator::Div,
+                Box::new(bytes),
+                Box::new(DebugExpression::Number(size.into())),
+            );
         }
         _ => None,
     };
@@ -344,7 +360,11 @@ fn index_into(of: DebugExpression, index: DebugExpression) -> Result<DebugExpres
         }
         (DebugExpression::Place(ExpressionPlace::Memory { space, addr, .. }), index) => Ok(DebugExpression::At(
             space,
-            Box::new(DebugExpression::Binary(BinaryOperator::Add, Box::new(DebugExpression::Number(addr.into())), Box::new(index))),
+            Box::new(DebugExpression::Binary(
+                BinaryOperator::Add,
+                Box::new(DebugExpression::Number(addr.into())),
+                Box::new(index),
+            )),
         )),
         _ => Err("only memory has elements".to_owned()),
     }

@@ -1,10 +1,10 @@
 //! Breakpoints and watchpoints.
 
-use emu_core::pins::{PinLevel, PinId};
+use emu_core::pins::{PinId, PinLevel};
 
-use super::expression_value::ExpressionValue;
-use super::expression::DebugExpression;
 use super::dyn_machine::DynMachine;
+use super::expression::DebugExpression;
+use super::expression_value::ExpressionValue;
 use crate::address_names::AddressRange;
 
 /// Accesses that a watchpoint waits for.

@@ -5,16 +5,16 @@ use std::sync::{Arc, OnceLock};
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::{BlockInfo, CONSTANT_SPACE, FrameView as _, SourceLines, SymbolAt, VariableInfo};
 
-use super::call_stack::{CallFrame, CallStack, MachineFrame};
-use super::expression::DebugExpression;
 use super::breakpoint_probe::byte_of;
 use super::c_objects::ObjectExpr;
-use super::parse_expression;
-use super::expression_place::ExpressionPlace;
+use super::call_stack::{CallFrame, CallStack, MachineFrame};
 use super::dyn_machine::DynMachine;
+use super::expression::DebugExpression;
+use super::expression_place::ExpressionPlace;
+use super::parse_expression;
 use super::values::Values;
-use crate::bit_space;
 use crate::address_names::{AddressNames, AddressRange, split_memory};
+use crate::bit_space;
 use crate::program_source::ProgramSource;
 use crate::stimulus;
 
@@ -85,7 +85,12 @@ impl NameScope {
     ///
     /// # Errors
     /// What is wrong with it, in a sentence.
-    pub fn parse_expression_in_frame(&self, text: &str, target: &dyn DynMachine, level: usize) -> Result<DebugExpression, String> {
+    pub fn parse_expression_in_frame(
+        &self,
+        text: &str,
+        target: &dyn DynMachine,
+        level: usize,
+    ) -> Result<DebugExpression, String> {
         parse_expression::parse(self, self.frame_context(target, level).as_ref(), text)
     }
 
@@ -130,7 +135,13 @@ impl NameScope {
         let frame = calls.frame(target, level)?;
         let byte = MachineFrame { target, frame: &frame }.pc_byte();
         let left_out = frame.inlined_skipped;
-        Some(FrameContext { calls: calls.clone(), byte, level, inlined_skipped: left_out, frame: Some(frame).filter(|_| level > 0) })
+        Some(FrameContext {
+            calls: calls.clone(),
+            byte,
+            level,
+            inlined_skipped: left_out,
+            frame: Some(frame).filter(|_| level > 0),
+        })
     }
 
     /// The variable of C that a name stands for in a frame.
@@ -164,7 +175,12 @@ impl NameScope {
                 own => {
                     let number: usize = own.strip_prefix('r')?.parse().ok()?;
                     let addr = (*frame.saved_registers.get(number)?)?;
-                    Some(DebugExpression::Place(ExpressionPlace::Memory { space: self.chip.ram_space, addr, bytes: 1, signed: false }))
+                    Some(DebugExpression::Place(ExpressionPlace::Memory {
+                        space: self.chip.ram_space,
+                        addr,
+                        bytes: 1,
+                        signed: false,
+                    }))
                 }
             };
         }
@@ -184,7 +200,12 @@ impl NameScope {
         while let Some(block) = blocks.pop() {
             if let Some(found) = block.variables.iter().find(|variable| variable.name == name) {
                 let known = if found.is_everywhere() { Vec::new() } else { function.block.ranges.clone() };
-                return Some(DebugExpression::Object(Box::new(ObjectExpr::variable(here.calls.clone(), found, known, 0))));
+                return Some(DebugExpression::Object(Box::new(ObjectExpr::variable(
+                    here.calls.clone(),
+                    found,
+                    known,
+                    0,
+                ))));
             }
             blocks.extend(&block.blocks);
         }
@@ -285,7 +306,9 @@ impl NameScope {
                 }
                 None => (AddressRange { space, start: addr, end: addr + 1 }, format!("the byte of {text}")),
             },
-            Some(ExpressionPlace::Memory { space, addr, .. }) if expr.as_ref().is_some_and(|expr| expr.object().is_some()) => {
+            Some(ExpressionPlace::Memory { space, addr, .. })
+                if expr.as_ref().is_some_and(|expr| expr.object().is_some()) =>
+            {
                 let width = self.chip.bytes_per_address(space).max(1);
                 let bytes = expr.as_ref().and_then(|expr| expr.object()?.bytes()).unwrap_or(1);
                 let end = addr.saturating_add(bytes).div_ceil(width);
@@ -293,9 +316,11 @@ impl NameScope {
             }
             _ => (self.parse_range(text)?, text.to_owned()),
         };
-        self.source().names.check_observable(&range).map_err(|why| match self.ladder.iter().any(|(name, _)| name == text) {
-            true => format!("`{text}` is kept in {}:0x{:x}; {why}", range.space, range.start),
-            false => why,
+        self.source().names.check_observable(&range).map_err(|why| {
+            match self.ladder.iter().any(|(name, _)| name == text) {
+                true => format!("`{text}` is kept in {}:0x{:x}; {why}", range.space, range.start),
+                false => why,
+            }
         })?;
         Ok((range, name))
     }
@@ -340,7 +365,12 @@ impl NameScope {
     fn register(&self, name: &str) -> Option<ExpressionPlace> {
         match name.to_ascii_lowercase().as_str() {
             "pc" => Some(ExpressionPlace::Pc),
-            _ => self.chip.cpu_regs.iter().find(|reg| reg.eq_ignore_ascii_case(name)).map(|reg| ExpressionPlace::Reg(reg)),
+            _ => self
+                .chip
+                .cpu_regs
+                .iter()
+                .find(|reg| reg.eq_ignore_ascii_case(name))
+                .map(|reg| ExpressionPlace::Reg(reg)),
         }
     }
 
@@ -353,7 +383,9 @@ impl NameScope {
         let names = self.source().names;
         let known = |space: &str| self.symbols.iter().find(|s| s.space == space && s.is_named(name));
         if let Some(label) = known(self.chip.code_space) {
-            return Ok(DebugExpression::Number(i64::from(label.addr / self.chip.bytes_per_address(self.chip.code_space))));
+            return Ok(DebugExpression::Number(i64::from(
+                label.addr / self.chip.bytes_per_address(self.chip.code_space),
+            )));
         }
         if let Some(constant) = known(CONSTANT_SPACE).filter(|_| self.chip.reg(name).is_none()) {
             return Ok(DebugExpression::Number(constant.addr.into()));

@@ -7,20 +7,21 @@ use emu_core::chip::ChipFamily;
 use emu_core::cpu::{LAST_CYCLE, ProgramFault, StopReason};
 use emu_core::state::SnapshotDamaged;
 
-use super::expression_value::ExpressionValue;
-use super::event_log::SessionEvents;
-use super::expression::DebugExpression;
 use super::breakpoint_probe::{BreakpointProbe, Observation, candidate_hits};
 use super::call_flow::{CallFlow, call_flow};
-use super::history::{UserAction, MachineHistory, LeftPosition};
-use super::followed_machine::{ProgramFollower, FollowedMachine};
+use super::dyn_machine::{DynMachine, ObserveLevel};
+use super::event_log::SessionEvents;
+use super::expression::DebugExpression;
+use super::expression_value::ExpressionValue;
+use super::followed_machine::{FollowedMachine, ProgramFollower};
+use super::history::{LeftPosition, MachineHistory, UserAction};
 use super::points::{DebugPoints, breakpoint_words};
 use super::scope::NameScope;
-use super::dyn_machine::{ObserveLevel, DynMachine};
 use crate::time::CycleClock;
 
 /// How long a stretch of a run takes between two copies, on the host.
-pub(super) const HOST_TIME_BETWEEN_COPIES: std::ops::Range<Duration> = Duration::from_micros(300)..Duration::from_millis(1);
+pub(super) const HOST_TIME_BETWEEN_COPIES: std::ops::Range<Duration> =
+    Duration::from_micros(300)..Duration::from_millis(1);
 
 /// Machine cycles of a stretch.
 const CYCLES_BETWEEN_COPIES: std::ops::RangeInclusive<u64> = 1 << 10..=1 << 40;
@@ -318,7 +319,8 @@ impl DebugSession {
                 let end = until.min(start.1.saturating_add(stretch));
                 self.current.step(deeds, end, eyes.observe_level(), &mut eyes)
             };
-            let stop = if stop == StopReason::Halted { self.run_settled_controller(&words, until, &mut eyes) } else { stop };
+            let stop =
+                if stop == StopReason::Halted { self.run_settled_controller(&words, until, &mut eyes) } else { stop };
             self.events = eyes.events.take().unwrap_or_default();
             let sights = std::mem::take(&mut eyes.observations);
             let changes = eyes.take_changes(&*self.current.machine);
@@ -330,13 +332,17 @@ impl DebugSession {
                 return HaltResult { reason: HaltReason::Points(hits) };
             }
             match stop {
-                StopReason::Breakpoint { pc } if goal.words.contains(&pc) => return HaltResult { reason: HaltReason::Done },
+                StopReason::Breakpoint { pc } if goal.words.contains(&pc) => {
+                    return HaltResult { reason: HaltReason::Done };
+                }
                 // With no end in sight the time of a program that waits would pass for ever, and in no time.
                 StopReason::Limit if goal.until.is_none() && self.is_blocked_on_input() => match waits {
                     true => return HaltResult { reason: HaltReason::BlockedOnInput },
                     false => (waits, stretch) = (true, FIRST_STRETCH),
                 },
-                StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe => (waits, stretch) = (false, self.stretch),
+                StopReason::Limit | StopReason::Breakpoint { .. } | StopReason::Probe => {
+                    (waits, stretch) = (false, self.stretch)
+                }
                 stop => return HaltResult { reason: halt_reason(stop) },
             }
             // Whoever runs on from a word where it is to stop passes it: so it is not interrupted there before it was seen to stand there.
@@ -376,7 +382,8 @@ impl DebugSession {
         }
         self.current.set_breakpoints(words);
         for _ in 0..MAX_PERIOD_STEPS {
-            match self.current.step_to_breakpoint(&self.history.input_events, words, until, eyes.observe_level(), eyes) {
+            match self.current.step_to_breakpoint(&self.history.input_events, words, until, eyes.observe_level(), eyes)
+            {
                 StopReason::Limit if self.current.cycle() < until => {}
                 stop => return stop,
             }
@@ -407,14 +414,18 @@ impl DebugSession {
     ) -> Vec<PointHit> {
         let machine = &*self.current.machine;
         let mut hits = candidate_hits(&self.points, machine, sights, changes, stop);
-        let left =
-            self.points.enabled().filter(|point| stop == (StopReason::Breakpoint { pc: machine.pc() }) && point.has_left(machine));
+        let left = self
+            .points
+            .enabled()
+            .filter(|point| stop == (StopReason::Breakpoint { pc: machine.pc() }) && point.has_left(machine));
         let left: Vec<u32> = left.map(|point| point.id).collect();
         hits.retain(|hit| {
             if left.contains(&hit.id) {
                 return false;
             }
-            let Some(point) = self.points.get_mut(hit.id).filter(|point| point.condition_holds(machine)) else { return false };
+            let Some(point) = self.points.get_mut(hit.id).filter(|point| point.condition_holds(machine)) else {
+                return false;
+            };
             point.hits += 1;
             let passes = point.ignore > 0;
             point.ignore = point.ignore.saturating_sub(1);
@@ -449,7 +460,8 @@ pub(super) fn halt_reason(stop: StopReason) -> HaltReason {
 
 pub(super) fn word(target: &dyn DynMachine, word: u32) -> u16 {
     let chip = target.chip();
-    let byte = |n: u32| target.peek(chip.code_space, word.saturating_mul(chip.word_bytes).saturating_add(n)).unwrap_or(0);
+    let byte =
+        |n: u32| target.peek(chip.code_space, word.saturating_mul(chip.word_bytes).saturating_add(n)).unwrap_or(0);
     match chip.word_bytes {
         1 => byte(0).into(),
         _ => u16::from_le_bytes([byte(0), byte(1)]),

@@ -7,9 +7,11 @@ use emu_core::cpu::{LAST_CYCLE, StopReason};
 
 use super::breakpoint_probe::BreakpointProbe;
 use super::call_flow::CallFlow;
-use super::points::PointTrigger;
-use super::session::{KeepRunning, HaltResult, FIRST_STRETCH, HOST_TIME_BETWEEN_COPIES, DebugSession, HaltReason, halt_reason};
 use super::dyn_machine::ObserveLevel;
+use super::points::PointTrigger;
+use super::session::{
+    DebugSession, FIRST_STRETCH, HOST_TIME_BETWEEN_COPIES, HaltReason, HaltResult, KeepRunning, halt_reason,
+};
 
 impl DebugSession {
     /// Steps until `test` says so: it is given the machine, what the instruction did to the stack of calls, and whether it was the
@@ -102,6 +104,7 @@ impl DebugSession {
         }
         let mut copy = self.current.machine.fork();
         copy.set_run_while_halted(false);
-        (copy.run(copy.cycle() + FIRST_STRETCH, ObserveLevel::Nothing, &mut ()) == StopReason::Halted).then_some(HaltReason::Halted)
+        (copy.run(copy.cycle() + FIRST_STRETCH, ObserveLevel::Nothing, &mut ()) == StopReason::Halted)
+            .then_some(HaltReason::Halted)
     }
 }

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::expression::DebugExpression;
 use super::dyn_machine::DynMachine;
+use super::expression::DebugExpression;
 
 /// The value history, and the user's variables.
 #[derive(Debug, Clone, Default)]

@@ -5,7 +5,7 @@
 use std::io;
 
 use super::pipe::{PeerPipe, number_after};
-use super::{PassedSleep, PeerSimulator, PeerStart, RegisterView, unknown_chip, invalid_answer, endless_sleep};
+use super::{PassedSleep, PeerSimulator, PeerStart, RegisterView, endless_sleep, invalid_answer, unknown_chip};
 
 /// The program and the package.
 pub const PROGRAM: (&str, &str) = ("gpsim", "gpsim");
@@ -84,7 +84,8 @@ impl PeerSimulator for GpsimPeer {
     fn pass_sleep(&mut self, nap: PassedSleep) -> io::Result<RegisterView> {
         self.query_view("step 1\n")?;
         // A break at a cycle would end a sleep without a wake, but it cannot be taken back (0.31).
-        let view = self.query_view(&format!("break e 0x{:x}\nrun\n", nap.pc)).map_err(|error| endless_sleep(error, nap))?;
+        let view =
+            self.query_view(&format!("break e 0x{:x}\nrun\n", nap.pc)).map_err(|error| endless_sleep(error, nap))?;
         self.pipe.write_commands("clear 0\ncycles\n")?;
         self.pipe.read_until(is_last_line)?;
         Ok(view)
@@ -94,7 +95,12 @@ impl PeerSimulator for GpsimPeer {
 /// Reads what the commands have printed.
 fn parse_view(lines: &[String]) -> Option<RegisterView> {
     let value = |key: &str| {
-        lines.iter().rev().find(|line| line.starts_with(key)).and_then(|line| number_after(line, " = ", 16)).map(|n| n as u32)
+        lines
+            .iter()
+            .rev()
+            .find(|line| line.starts_with(key))
+            .and_then(|line| number_after(line, " = ", 16))
+            .map(|n| n as u32)
     };
     let cycle = lines.iter().rev().find(|line| is_last_line(line)).and_then(|line| number_after(line, " = ", 16))?;
     let dumped = || {

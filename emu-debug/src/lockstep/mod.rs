@@ -182,12 +182,18 @@ pub const CYCLES_NAME: &str = "cycles";
 ///
 /// # Errors
 /// As [`Peer::step`].
-pub fn compare<C: Cpu>(cpu: &mut C, peer: &mut dyn PeerSimulator, terms: &CompareOptions) -> io::Result<LockstepReport> {
+pub fn compare<C: Cpu>(
+    cpu: &mut C,
+    peer: &mut dyn PeerSimulator,
+    terms: &CompareOptions,
+) -> io::Result<LockstepReport> {
     let (mut last, mut steps, mut other_sleeps) = (VecDeque::new(), 0, 0);
     // Our cycle where the peer's count is 0.
     let mut begun = cpu.cycle();
     loop {
-        let report = |outcome, cycle, last| Ok(LockstepReport { outcome, steps, cycle, last_instructions: last, sleeps_of_other_length: other_sleeps });
+        let report = |outcome, cycle, last| {
+            Ok(LockstepReport { outcome, steps, cycle, last_instructions: last, sleeps_of_other_length: other_sleeps })
+        };
         if cpu.cycle() >= terms.until || steps >= terms.max_steps {
             return report(LockstepOutcome::Same { end: LockstepEnd::Limit }, cpu.cycle(), last);
         }
@@ -237,8 +243,15 @@ pub fn compare<C: Cpu>(cpu: &mut C, peer: &mut dyn PeerSimulator, terms: &Compar
         if !what.is_empty() {
             let (before, ours) = (own_view(&before, &theirs, begun), own_view(cpu, &theirs, begun));
             let moment = find_shared_interrupt(cpu, entered.0, &theirs, peer);
-            let outcome = LockstepOutcome::Differs { before, ours, theirs, differing_names: what, shared_interrupt: moment };
-            return Ok(LockstepReport { outcome, steps, cycle: cpu.cycle(), last_instructions: last, sleeps_of_other_length: other_sleeps });
+            let outcome =
+                LockstepOutcome::Differs { before, ours, theirs, differing_names: what, shared_interrupt: moment };
+            return Ok(LockstepReport {
+                outcome,
+                steps,
+                cycle: cpu.cycle(),
+                last_instructions: last,
+                sleeps_of_other_length: other_sleeps,
+            });
         }
     }
 }
@@ -334,7 +347,12 @@ fn catch_up<C: Cpu>(
 const MAX_INTERRUPT_DISTANCE: u32 = 16;
 
 /// The interrupt that one of the two has entered just now, and the other enters soon: `entered` by us, else by the peer.
-fn find_shared_interrupt<C: Cpu>(cpu: &C, entered: Option<u8>, theirs: &RegisterView, peer: &mut dyn PeerSimulator) -> Option<u8> {
+fn find_shared_interrupt<C: Cpu>(
+    cpu: &C,
+    entered: Option<u8>,
+    theirs: &RegisterView,
+    peer: &mut dyn PeerSimulator,
+) -> Option<u8> {
     let (mut ours, mut found) = (cpu.clone(), InterruptEntryProbe(entered));
     for _ in 0..MAX_INTERRUPT_DISTANCE {
         if found.0.is_some() {

@@ -9,7 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::process::PeerProcess;
-use super::{INTERRUPT_POLL, PeerStart, check_interrupt, timed_out, invalid_answer};
+use super::{INTERRUPT_POLL, PeerStart, check_interrupt, invalid_answer, timed_out};
 
 /// Lines of an answer before it is taken for one without an end.
 const MAX_LINES: usize = 100_000;
@@ -99,7 +99,9 @@ impl PeerPipe {
             match self.output_lines.recv_timeout(left.min(INTERRUPT_POLL)) {
                 Ok(line) => return Ok(Some(line)),
                 Err(RecvTimeoutError::Disconnected) => return Ok(None),
-                Err(RecvTimeoutError::Timeout) if left.is_zero() => return Err(timed_out(self.timeout, quote_lines(lines))),
+                Err(RecvTimeoutError::Timeout) if left.is_zero() => {
+                    return Err(timed_out(self.timeout, quote_lines(lines)));
+                }
                 Err(RecvTimeoutError::Timeout) => {}
             }
         }

@@ -6,7 +6,7 @@
 use std::io;
 
 use super::pipe::{PeerPipe, number_after};
-use super::{PassedSleep, PeerSimulator, PeerStart, RegisterView, invalid_answer, endless_sleep};
+use super::{PassedSleep, PeerSimulator, PeerStart, RegisterView, endless_sleep, invalid_answer};
 
 /// The program and the package.
 pub const PROGRAM: (&str, &str) = ("s51", "sdcc-ucsim");
@@ -57,7 +57,8 @@ impl S51Peer {
     /// The next answer to `step` and `state`, or to what prints the same.
     fn next_view(&mut self) -> io::Result<RegisterView> {
         let lines = self.pipe.read_until(is_last_line)?;
-        parse_view(&lines, self.clocks_per_cycle).ok_or_else(|| invalid_answer(format!("it answers `{}`", lines.join(" / "))))
+        parse_view(&lines, self.clocks_per_cycle)
+            .ok_or_else(|| invalid_answer(format!("it answers `{}`", lines.join(" / "))))
     }
 }
 

@@ -11,7 +11,10 @@ use std::time::{Duration, Instant};
 
 use super::pipe::PeerPipe;
 use super::process::PeerProcess;
-use super::{INTERRUPT_POLL, PassedSleep, PeerSimulator, PeerStart, RegisterView, check_interrupt, timed_out, unknown_chip, invalid_answer, endless_sleep};
+use super::{
+    INTERRUPT_POLL, PassedSleep, PeerSimulator, PeerStart, RegisterView, check_interrupt, endless_sleep,
+    invalid_answer, timed_out, unknown_chip,
+};
 
 /// The program and the package.
 pub const PROGRAM: (&str, &str) = ("simavr", "simavr");
@@ -20,7 +23,8 @@ pub const PROGRAM: (&str, &str) = ("simavr", "simavr");
 const PORT: u16 = 1234;
 
 /// How a read ends that has brought nothing yet.
-const RETRY_ERRORS: [io::ErrorKind; 3] = [io::ErrorKind::WouldBlock, io::ErrorKind::TimedOut, io::ErrorKind::Interrupted];
+const RETRY_ERRORS: [io::ErrorKind; 3] =
+    [io::ErrorKind::WouldBlock, io::ErrorKind::TimedOut, io::ErrorKind::Interrupted];
 
 /// Most bytes of a packet.
 const MAX_PACKET_BYTES: usize = 4096;

@@ -239,7 +239,9 @@ impl<'a> TraceLineWriter<'a> {
         let text = match (self.format, near) {
             (TraceFormat::Text, Some(near)) => format!("0x{addr:04x} <{near}>  {text}"),
             (TraceFormat::Text, None) => format!("0x{addr:04x}  {text}"),
-            (TraceFormat::Json, Some(near)) => format!("\"addr\":{addr},\"at\":{},\"text\":{}", quote_json(&near), quote_json(text)),
+            (TraceFormat::Json, Some(near)) => {
+                format!("\"addr\":{addr},\"at\":{},\"text\":{}", quote_json(&near), quote_json(text))
+            }
             (TraceFormat::Json, None) => format!("\"addr\":{addr},\"text\":{}", quote_json(text)),
         };
         let len = line.len.max(1) * chip.word_bytes as usize;

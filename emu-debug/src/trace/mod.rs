@@ -13,14 +13,14 @@
 //! [`Lines`] has no probe: a debugger that steps may ask it for the line of a step of its own.
 
 mod line_writer;
-mod trace_probe;
-mod signals;
 mod output;
+mod signals;
+mod trace_probe;
 mod word_set;
 
-pub use line_writer::{TracedAccess, TraceFormat, TraceLineWriter, TraceLine, TraceEventKind};
+pub use line_writer::{TraceEventKind, TraceFormat, TraceLine, TraceLineWriter, TracedAccess};
+pub use output::{TraceOutput, TraceSink};
+pub use signals::{SignalSource, TraceSignal, TraceSignals, register_bits};
 pub use trace_probe::TraceProbe;
 pub(crate) use trace_probe::run_traced;
-pub use signals::{TraceSignal, TraceSignals, SignalSource as SignalSource, register_bits};
-pub use output::{TraceSink, TraceOutput};
 pub use word_set::WordCache;

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 
 use emu_core::cpu::Cpu;
 
-use super::line_writer::{TraceLineWriter, TraceLine};
+use super::line_writer::{TraceLine, TraceLineWriter};
 
 /// Bytes that are collected before they are written.
 const BUFFER_BYTES: usize = 1 << 16;

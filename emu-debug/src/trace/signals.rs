@@ -87,9 +87,19 @@ impl TraceSignals {
             }
         }
         // A cell may have several addresses.
-        let written = (0..size).map(|addr| cpu.canonical_ram_address(addr).is_some_and(|cell| kept.contains(&cell))).collect();
+        let written =
+            (0..size).map(|addr| cpu.canonical_ram_address(addr).is_some_and(|cell| kept.contains(&cell))).collect();
         let (ram, bit) = (chip.space_index(chip.ram_space).unwrap_or(u8::MAX), chip.space_index(BIT_SPACE));
-        let mut signals = TraceSignals { list, values: Vec::new(), regs: Vec::new(), written, ram, bit, chip, any_instruction: every };
+        let mut signals = TraceSignals {
+            list,
+            values: Vec::new(),
+            regs: Vec::new(),
+            written,
+            ram,
+            bit,
+            chip,
+            any_instruction: every,
+        };
         cpu.read_regs(&mut signals.regs);
         signals.values = signals.list.iter().map(|signal| signal.value(cpu, &signals.regs)).collect();
         signals

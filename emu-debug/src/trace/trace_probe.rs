@@ -2,9 +2,9 @@
 
 use emu_core::cpu::{Cpu, Probe, StopReason};
 
-use super::line_writer::{TracedAccess, TraceLine, TraceEventKind};
-use super::signals::TraceSignals;
+use super::line_writer::{TraceEventKind, TraceLine, TracedAccess};
 use super::output::TraceOutput;
+use super::signals::TraceSignals;
 use super::word_set::WordCache;
 use crate::combined_probe::CombinedProbe;
 use crate::run_probes::RunProbes;
@@ -38,8 +38,13 @@ pub struct TraceProbe<'a> {
 impl<'a> TraceProbe<'a> {
     /// Looks at all that a trace wants, of the words `only` or of all, and at signals.
     #[must_use]
-    pub fn new(trace: Option<TraceOutput<'a>>, only: Option<WordCache>, signals: Option<TraceSignals>) -> TraceProbe<'a> {
-        let every = trace.is_some() && only.is_none() || signals.as_ref().is_some_and(TraceSignals::changes_with_any_instruction);
+    pub fn new(
+        trace: Option<TraceOutput<'a>>,
+        only: Option<WordCache>,
+        signals: Option<TraceSignals>,
+    ) -> TraceProbe<'a> {
+        let every = trace.is_some() && only.is_none()
+            || signals.as_ref().is_some_and(TraceSignals::changes_with_any_instruction);
         TraceProbe {
             trace,
             signals,
@@ -137,7 +142,11 @@ impl Probe for TraceProbe<'_> {
 
 /// Runs the machine as [`Cpu::run`] does, and shows it to the [`Look`] of the tools. It may also stop without being asked to, so that
 /// the tools are asked what they have seen.
-pub(crate) fn run_traced<C: Cpu>(cpu: &mut C, until: u64, tools: &mut RunProbes<&mut CombinedProbe<'_, '_>>) -> StopReason {
+pub(crate) fn run_traced<C: Cpu>(
+    cpu: &mut C,
+    until: u64,
+    tools: &mut RunProbes<&mut CombinedProbe<'_, '_>>,
+) -> StopReason {
     for _ in 0..STEPS_BETWEEN_DECISIONS {
         let Some(look) = &mut tools.inner.trace else { return cpu.run(until, tools) };
         if look.has_failed() {
@@ -179,7 +188,11 @@ pub(crate) fn run_traced<C: Cpu>(cpu: &mut C, until: u64, tools: &mut RunProbes<
 }
 
 /// Lets the [`Look`] end its step, and then writes what has changed into the waveform.
-fn finish_step<C: Cpu>(cpu: &C, tools: &mut RunProbes<&mut CombinedProbe<'_, '_>>, end: impl FnOnce(&mut TraceProbe<'_>) -> bool) -> bool {
+fn finish_step<C: Cpu>(
+    cpu: &C,
+    tools: &mut RunProbes<&mut CombinedProbe<'_, '_>>,
+    end: impl FnOnce(&mut TraceProbe<'_>) -> bool,
+) -> bool {
     let Some(look) = &mut tools.inner.trace else { return false };
     let happened = end(look);
     if let (Some(signals), Some(wave)) = (&mut look.signals, &mut tools.wave) {

@@ -6,7 +6,7 @@ use std::thread::JoinHandle;
 use emu_core::chip::Chip;
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::Image;
-use emu_debug::debug::{SessionOptions, MachineWithDevices, NameScope, DebugSession, DynMachine};
+use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions};
 use emu_debug::{AttachedDevices, CycleClock};
 
 /// The chip of that name.

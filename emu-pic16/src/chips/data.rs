@@ -61,7 +61,10 @@ pub(super) const fn distinct_count(sfr: &[(u16, Sfr)]) -> usize {
 }
 
 /// See [`regs`]; `N` is [`distinct`].
-pub(super) const fn named_registers<const N: usize>(sfr: &[(u16, Sfr)], names: &[(Sfr, &'static str)]) -> [NamedAddress; N] {
+pub(super) const fn named_registers<const N: usize>(
+    sfr: &[(u16, Sfr)],
+    names: &[(Sfr, &'static str)],
+) -> [NamedAddress; N] {
     let mut all = [NamedAddress { name: "", addr: 0 }; N];
     let (mut len, mut i) = (0, 0);
     while i < sfr.len() {

@@ -7,7 +7,10 @@ use super::data::{chip, join, regs};
 use super::f87x::PIC16F873;
 use super::pins::{self as p, pins18_shared, shared18};
 use super::regs as r;
-use super::{Pic16AdcKind, SfrBit, ComparatorKind, ConfigLayout, InternalOscillator, NonvolatileKind, OscillatorMode, Pic16Part, SspKind};
+use super::{
+    ComparatorKind, ConfigLayout, InternalOscillator, NonvolatileKind, OscillatorMode, Pic16AdcKind, Pic16Part, SfrBit,
+    SspKind,
+};
 use crate::periph::map::Sfr;
 
 /// Figure 4-2.
@@ -102,7 +105,10 @@ pub(super) const PIC16F628A: Pic16Part = Pic16Part {
 
 /// PIC16F648A.
 pub(super) const PIC16F648A: Pic16Part = Pic16Part {
-    chip: Chip { ram_ranges: RAM_256, ..chip!("pic16f648a", "PIC16F648A", "DS40044", 4 K, 256, 256, 18, PIC16F628.chip) },
+    chip: Chip {
+        ram_ranges: RAM_256,
+        ..chip!("pic16f648a", "PIC16F648A", "DS40044", 4 K, 256, 256, 18, PIC16F628.chip)
+    },
     device_id: Some(0x1100),
     ..PIC16F628A
 };

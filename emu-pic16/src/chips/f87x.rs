@@ -7,7 +7,10 @@ use super::bits as b;
 use super::data::{chip, join, regs};
 use super::pins::{self as p, dip28, dip40, pins28, pins40};
 use super::regs as r;
-use super::{Pic16AdcKind, SfrBit, ComparatorKind, ConfigLayout, InternalOscillator, NonvolatileKind, NO_PIN, OscillatorMode, Pic16Part, SspKind, TimingRanges};
+use super::{
+    ComparatorKind, ConfigLayout, InternalOscillator, NO_PIN, NonvolatileKind, OscillatorMode, Pic16AdcKind, Pic16Part,
+    SfrBit, SspKind, TimingRanges,
+};
 use crate::isa::ISA;
 use crate::periph::map::Sfr;
 
@@ -111,7 +114,8 @@ const CONFIG_8K: ConfigLayout = ConfigLayout { cp_first: (0x30, &[0, 0x1000, 0x1
 /// 870 and 871, register 11-1; 872, register 11-1: only all or nothing is protected; the values between count as all.
 const CONFIG_2K: ConfigLayout = ConfigLayout { cp_first: (0x30, &[0, 0, 0, 0xFFFF]), ..CONFIG };
 /// 87XA, register 14-1: writing is a matter of WRT alone.
-const CONFIG_A: ConfigLayout = ConfigLayout { cp: 0x2000, cp_first: (0, &[]), wrt: (3 << 9, &[0x800, 0x400, 0x100, 0]), ..CONFIG };
+const CONFIG_A: ConfigLayout =
+    ConfigLayout { cp: 0x2000, cp_first: (0, &[]), wrt: (3 << 9, &[0x800, 0x400, 0x100, 0]), ..CONFIG };
 const CONFIG_A_8K: ConfigLayout = ConfigLayout { wrt: (3 << 9, &[0x1000, 0x800, 0x100, 0]), ..CONFIG_A };
 
 /// PIC16F873.
@@ -263,7 +267,10 @@ pub(super) const PIC16F874A: Pic16Part = Pic16Part {
 
 /// PIC16F876A.
 pub(super) const PIC16F876A: Pic16Part = Pic16Part {
-    chip: Chip { ram_ranges: RAM_368, ..chip!("pic16f876a", "PIC16F876A", "DS39582", 8 K, 368, 256, 28, PIC16F873A.chip) },
+    chip: Chip {
+        ram_ranges: RAM_368,
+        ..chip!("pic16f876a", "PIC16F876A", "DS39582", 8 K, 368, 256, 28, PIC16F873A.chip)
+    },
     config: CONFIG_A_8K,
     device_id: Some(0x0E00),
     ..PIC16F873A
@@ -271,7 +278,10 @@ pub(super) const PIC16F876A: Pic16Part = Pic16Part {
 
 /// PIC16F877A.
 pub(super) const PIC16F877A: Pic16Part = Pic16Part {
-    chip: Chip { ram_ranges: RAM_368, ..chip!("pic16f877a", "PIC16F877A", "DS39582", 8 K, 368, 256, 40, PIC16F874A.chip) },
+    chip: Chip {
+        ram_ranges: RAM_368,
+        ..chip!("pic16f877a", "PIC16F877A", "DS39582", 8 K, 368, 256, 40, PIC16F874A.chip)
+    },
     config: CONFIG_A_8K,
     device_id: Some(0x0E20),
     ..PIC16F874A

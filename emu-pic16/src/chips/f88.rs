@@ -8,7 +8,10 @@ use super::f62x::PIC16F628;
 use super::f87x::{PIC16F873, RAM_368};
 use super::pins::{self as p, pins18_shared, shared18};
 use super::regs as r;
-use super::{Pic16AdcKind, SfrBit, ComparatorKind, ConfigLayout, InternalOscillator, NonvolatileKind, Pic16Part, SspKind, TimingRanges};
+use super::{
+    ComparatorKind, ConfigLayout, InternalOscillator, NonvolatileKind, Pic16AdcKind, Pic16Part, SfrBit, SspKind,
+    TimingRanges,
+};
 use crate::periph::map::Sfr;
 
 /// 818, figure 2-3.

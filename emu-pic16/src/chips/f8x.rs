@@ -1,14 +1,14 @@
 //! PIC16C71 (DS30272), 16C84 (DS30445), 16F84 (DS30430), 16F84A (DS35007).
 
 use emu_core::chip::{Chip, RamRange};
-use emu_core::image::{WordBits, ImageSpace};
+use emu_core::image::{ImageSpace, WordBits};
 
 use super::bits as b;
 use super::data::{chip, join, regs};
 use super::f87x::PIC16F873;
 use super::pins::{self as p, dip18, pins18};
 use super::regs as r;
-use super::{Pic16AdcKind, SfrBit, ConfigLayout, NonvolatileKind, NO_PIN, Pic16Part, SspKind, TimingRanges};
+use super::{ConfigLayout, NO_PIN, NonvolatileKind, Pic16AdcKind, Pic16Part, SfrBit, SspKind, TimingRanges};
 use crate::periph::map::Sfr;
 
 /// 16F84, figure 4-2: bank 1 shows bank 0; RP1 and IRP are not used (section 4.2.2.1), so banks 2 and 3 are banks 0 and 1.
@@ -37,8 +37,16 @@ const B_84: &[SfrBit] = join!(B_C84, b::TMR0);
 const B_71: &[SfrBit] = join!(B_ANY, b::ADC_ANY, b::ADC_71);
 
 /// 16F84, register 8-1.
-const CONFIG_84: ConfigLayout =
-    ConfigLayout { boren: 0, lvp: 0, pgm: NO_PIN, cpd: 0, cp: 0x3FF0, cp_first: (0, &[]), wrt: (0, &[]), ..PIC16F873.config };
+const CONFIG_84: ConfigLayout = ConfigLayout {
+    boren: 0,
+    lvp: 0,
+    pgm: NO_PIN,
+    cpd: 0,
+    cp: 0x3FF0,
+    cp_first: (0, &[]),
+    wrt: (0, &[]),
+    ..PIC16F873.config
+};
 /// 16C84, figure 8-1; 16C71, figure 8-1: PWRTE is 1 when the timer is on.
 const CONFIG_C84: ConfigLayout = ConfigLayout { pwrte: (1 << 3, true), cp: 0x10, ..CONFIG_84 };
 

@@ -3,7 +3,7 @@
 use emu_core::chip::PinDef;
 use emu_core::pins::PinId;
 
-use super::{PeripheralPin, NO_PIN, PortPins};
+use super::{NO_PIN, PeripheralPin, PortPins};
 use crate::periph::map::{Pic16Line, Sfr};
 
 /// Names of the pins of a package, numbered in order.

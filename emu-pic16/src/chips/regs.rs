@@ -106,8 +106,11 @@ const fn intcon_flag(flag: InterruptFlag, at: (Sfr, u8), enable: u8) -> FlagLoca
 }
 
 /// INTCON.
-pub(super) const F_CORE: &[FlagLocation] =
-    &[intcon_flag(InterruptFlag::T0IF, (Sfr::INTCON, 2), 5), intcon_flag(InterruptFlag::INTF, (Sfr::INTCON, 1), 4), intcon_flag(InterruptFlag::RBIF, (Sfr::INTCON, 0), 3)];
+pub(super) const F_CORE: &[FlagLocation] = &[
+    intcon_flag(InterruptFlag::T0IF, (Sfr::INTCON, 2), 5),
+    intcon_flag(InterruptFlag::INTF, (Sfr::INTCON, 1), 4),
+    intcon_flag(InterruptFlag::RBIF, (Sfr::INTCON, 0), 3),
+];
 /// 16F84: EEIF is in EECON1, EEIE in INTCON.
 pub(super) const F_EEPROM_84: &[FlagLocation] = &[intcon_flag(InterruptFlag::EEIF, (Sfr::EECON1, 4), 6)];
 /// 16C71: ADIF is in ADCON0, ADIE in INTCON.

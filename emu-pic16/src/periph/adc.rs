@@ -315,7 +315,9 @@ impl Pic16Device for Pic16Adc {
             Sfr::ADCON1 => self.adcon1 = value & control::adcon1_mask(self.kind),
             Sfr::ANSEL => self.ansel = value & control::ansel_mask(self.kind),
             Sfr::ADRESH if self.kind != chips::Pic16AdcKind::None => self.adresh = value,
-            Sfr::ADRESL if self.kind != chips::Pic16AdcKind::None && self.kind != chips::Pic16AdcKind::Bits8 => self.adresl = value,
+            Sfr::ADRESL if self.kind != chips::Pic16AdcKind::None && self.kind != chips::Pic16AdcKind::Bits8 => {
+                self.adresl = value
+            }
             _ => {}
         }
     }

@@ -191,7 +191,10 @@ impl Pic16Eeprom {
 
     /// The chip has the way to program memory.
     const fn has_flash(&self) -> bool {
-        matches!(self.kind, NonvolatileKind::Word | NonvolatileKind::Block4 | NonvolatileKind::Read | NonvolatileKind::Row32)
+        matches!(
+            self.kind,
+            NonvolatileKind::Word | NonvolatileKind::Block4 | NonvolatileKind::Read | NonvolatileKind::Row32
+        )
     }
 
     /// The bits of EECON1 that can be written, but WR and RD.
@@ -269,7 +272,10 @@ impl Pic16Eeprom {
             NonvolatileKind::None | NonvolatileKind::F84 | NonvolatileKind::F62x | NonvolatileKind::Read => return,
             NonvolatileKind::Word => Pic16Signal::FlashWrite { addr, words: vec![word] },
             NonvolatileKind::Block4 => Pic16Signal::FlashWrite { addr: first, words: self.buffers.to_vec() },
-            NonvolatileKind::Row32 if erase => Pic16Signal::FlashWrite { addr: addr & !(ERASE_ROW_WORDS - 1), words: vec![ERASED_WORD; ERASE_ROW_WORDS.into()] },
+            NonvolatileKind::Row32 if erase => Pic16Signal::FlashWrite {
+                addr: addr & !(ERASE_ROW_WORDS - 1),
+                words: vec![ERASED_WORD; ERASE_ROW_WORDS.into()],
+            },
             NonvolatileKind::Row32 => Pic16Signal::FlashProgram { addr: first, words: self.buffers.to_vec() },
         };
         if !(short && self.kind == NonvolatileKind::Row32) {
@@ -344,7 +350,9 @@ impl Pic16Device for Pic16Eeprom {
             Sfr::EEDATH => high,
             Sfr::EEADR => self.eeadr,
             Sfr::EEADRH => self.eeadrh,
-            Sfr::EECON1 => self.eecon1 | if self.is_writing(t) { WR } else { 0 } | if self.is_reading(t) { RD } else { 0 },
+            Sfr::EECON1 => {
+                self.eecon1 | if self.is_writing(t) { WR } else { 0 } | if self.is_reading(t) { RD } else { 0 }
+            }
             _ => 0,
         }
     }
@@ -364,7 +372,9 @@ impl Pic16Device for Pic16Eeprom {
                     self.eecon1 |= EEIF;
                 }
             }
-            (Sfr::EECON2, Some((0x55, at))) if value == 0xAA && t == at + 2 * CLOCKS_PER_CYCLE => self.unlock = Some((0xAA, t)),
+            (Sfr::EECON2, Some((0x55, at))) if value == 0xAA && t == at + 2 * CLOCKS_PER_CYCLE => {
+                self.unlock = Some((0xAA, t))
+            }
             (Sfr::EECON2, _) => self.unlock = (value == 0x55).then_some((0x55, t)),
             _ => {
                 self.unlock = None;

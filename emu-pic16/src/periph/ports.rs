@@ -3,7 +3,7 @@
 //! A pin is driven by its latch where TRIS has a 0, or by a part that has taken it. A pin with an open drain is only ever pulled
 //! low. An analog input reads 0 whatever its level. What nothing drives keeps its charge.
 
-use emu_core::pins::{PinLevel, PinState, PinId};
+use emu_core::pins::{PinId, PinLevel, PinState};
 
 use super::Pic16Drive;
 use crate::chips::{NO_PIN, Pic16Part, PortPins};
@@ -306,7 +306,9 @@ impl Pic16Ports {
     /// What the chip does to a pin: the level that it drives, and whether it pulls up.
     fn driven_level(&self, pin: PinId) -> (PinLevel, bool) {
         let (port, bit) = self.at.get(usize::from(pin)).map_or((7, 0), |&(port, bit)| (usize::from(port), bit));
-        let Some(row) = self.ports.get(port).filter(|_| !self.is_withheld(pin)) else { return (PinLevel::Float, false) };
+        let Some(row) = self.ports.get(port).filter(|_| !self.is_withheld(pin)) else {
+            return (PinLevel::Float, false);
+        };
         let taken = self.taken.get(usize::from(pin)).copied().unwrap_or_default();
         let input = (self.tris[port] | row.inputs) >> bit & 1 == 1;
         let wanted = match taken.drive {

@@ -19,7 +19,10 @@ const PSPMODE: u8 = 1 << 4;
 struct TransferEnds([u64; 2]);
 
 impl emu_core::state::SnapshotState for TransferEnds {
-    fn pass_state(&mut self, tape: &mut emu_core::state::StateTape<'_>) -> Result<(), emu_core::state::SnapshotDamaged> {
+    fn pass_state(
+        &mut self,
+        tape: &mut emu_core::state::StateTape<'_>,
+    ) -> Result<(), emu_core::state::SnapshotDamaged> {
         self.0.pass_state(tape)
     }
 }

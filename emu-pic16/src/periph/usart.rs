@@ -327,6 +327,9 @@ impl Pic16Usart {
         }
         let high = self.word.is_some_and(|word| word.high) || self.receiver.ck();
         let master = !self.slave() && (self.is_sending_enabled() || self.is_receiving_enabled());
-        [if master { Pic16Drive::from_bit(high) } else { Pic16Drive::Port }, if self.is_receiving_enabled() { Pic16Drive::Port } else { bit }]
+        [
+            if master { Pic16Drive::from_bit(high) } else { Pic16Drive::Port },
+            if self.is_receiving_enabled() { Pic16Drive::Port } else { bit },
+        ]
     }
 }

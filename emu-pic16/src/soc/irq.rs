@@ -103,7 +103,9 @@ impl Pic16Soc {
         let taken = t.div_ceil(4) + u64::from(matches!(flag, InterruptFlag::INTF | InterruptFlag::RBIF));
         let old = taken == self.irq.changed;
         let enables = if old { self.irq.before } else { self.irq.enables };
-        let on = |enables: InterruptEnables| enables.intcon & GIE != 0 && self.is_enabled(enables, row.enable, row.peripheral);
+        let on = |enables: InterruptEnables| {
+            enables.intcon & GIE != 0 && self.is_enabled(enables, row.enable, row.peripheral)
+        };
         if on(enables) {
             self.irq.at = self.irq.at.min(taken);
         } else if old && on(self.irq.enables) {

@@ -2,12 +2,12 @@
 
 use emu_core::cpu::NEVER;
 use emu_core::external_io::DriveQueue;
-use emu_core::pins::{PinLevel, PinId};
+use emu_core::pins::{PinId, PinLevel};
 
-use super::{Pic16Soc, unit_index, to_cycle_time};
-use crate::chips::{PeripheralPin, NO_PIN, Pic16Part};
+use super::{Pic16Soc, to_cycle_time, unit_index};
+use crate::chips::{NO_PIN, PeripheralPin, Pic16Part};
 use crate::periph::map::{InterruptFlag, Pic16Line, Sfr};
-use crate::periph::ports::{PinChange, PIN_COUNT, PORTB, PORTD};
+use crate::periph::ports::{PIN_COUNT, PORTB, PORTD, PinChange};
 use crate::periph::{Pic16Device, Pic16Drive};
 
 /// What stands on a pin or on the supply from outside.
@@ -152,7 +152,12 @@ impl Pic16Soc {
     /// Logs the edge of a pin, if there was one, and a fight over it, and tells who listens.
     fn on_pin_edge(&mut self, pin: PinId, changed: Option<PinChange>, t: u64) {
         if self.log.is_enabled() {
-            self.log.record_pin(to_cycle_time(t), pin, self.ports.pin(pin).has_contention(), changed.map(|change| change.level));
+            self.log.record_pin(
+                to_cycle_time(t),
+                pin,
+                self.ports.pin(pin).has_contention(),
+                changed.map(|change| change.level),
+            );
         }
         let Some(PinChange { toggled, .. }) = changed else { return };
         let (high, bit) = (self.ports.pin(pin).reads_high, bit(pin));
@@ -190,9 +195,13 @@ impl Pic16Soc {
         };
         match line {
             Pic16Line::T0cki => self.timer0.on_line_changed(line, high, t, &mut self.out),
-            Pic16Line::T1cki | Pic16Line::Ccp1 | Pic16Line::Ccp2 => self.timers.on_line_changed(line, high, t, &mut self.out),
+            Pic16Line::T1cki | Pic16Line::Ccp1 | Pic16Line::Ccp2 => {
+                self.timers.on_line_changed(line, high, t, &mut self.out)
+            }
             Pic16Line::Tx | Pic16Line::Rx => self.usart.on_line_changed(line, high, t, &mut self.out),
-            Pic16Line::Sck | Pic16Line::Sdi | Pic16Line::Sdo | Pic16Line::Ss => self.ssp.on_line_changed(line, high, t, &mut self.out),
+            Pic16Line::Sck | Pic16Line::Sdi | Pic16Line::Sdo | Pic16Line::Ss => {
+                self.ssp.on_line_changed(line, high, t, &mut self.out)
+            }
             Pic16Line::Rd | Pic16Line::Wr | Pic16Line::Cs => {
                 self.psp.set_bus_levels(self.ports.input(PORTD), t);
                 self.psp.on_line_changed(line, high, t, &mut self.out);

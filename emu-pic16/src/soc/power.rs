@@ -1,12 +1,12 @@
 //! Configuration, start-up, resets, standby, supply (DS30292, chapter 12).
 
 use emu_core::cpu::{NEVER, ResetCause};
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 
 use super::pins::OutsideInput;
-use super::{CoreRequest, Pic16Soc, unit_index, for_each_unit};
+use super::{CoreRequest, Pic16Soc, for_each_unit, unit_index};
 use crate::chips::{InternalOscillator, NO_PIN, OscillatorMode, Pic16Part};
-use crate::cpu::{TimingCorner, Options};
+use crate::cpu::{Options, TimingCorner};
 use crate::periph::map::Sfr;
 use crate::periph::{Pic16Device, Pic16Outbox};
 

@@ -4,7 +4,7 @@ use emu_core::cpu::NEVER;
 use emu_core::external_io::EventLog;
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 
-use super::{CoreRequest, Pic16Soc, unit_index, for_each_unit};
+use super::{CoreRequest, Pic16Soc, for_each_unit, unit_index};
 use crate::periph::Pic16Device;
 
 emu_core::state! {
@@ -57,7 +57,8 @@ impl SnapshotState for Pic16Soc {
         };
         tape.require(orders.iter().all(sound) && *stall != NEVER && (ignored.1 <= cycle || near(ignored.1)))?;
         if tape.is_reading() {
-            (self.log, self.core_deadline, self.run_to_clock, self.touched_units) = (EventLog::OFF, 0, tape.now(), u8::MAX);
+            (self.log, self.core_deadline, self.run_to_clock, self.touched_units) =
+                (EventLog::OFF, 0, tape.now(), u8::MAX);
             self.out.clear();
             self.update_deadlines();
             tape.require(self.due > tape.now())?;

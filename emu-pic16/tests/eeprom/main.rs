@@ -4,7 +4,7 @@ mod model;
 mod random;
 
 use emu_pic16::chips::NonvolatileKind;
-use emu_pic16::periph::eeprom::{Pic16Eeprom, FlashAccess};
+use emu_pic16::periph::eeprom::{FlashAccess, Pic16Eeprom};
 use emu_pic16::periph::map::{InterruptFlag, Sfr};
 use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
 
@@ -47,7 +47,8 @@ fn check(line: &str) -> Result<(), String> {
     let [name, done, seen] = parts[..] else { return Err("not three columns".into()) };
     let kind = kind(name.split(' ').next().unwrap()).ok_or("no such kind")?;
     let bytes: Vec<u8> = (0x40..0x80).collect();
-    let mut eeprom = Pic16Eeprom::new(kind, &bytes, 1000, FlashAccess { words: 0x800, writable: 0x100..0x800, clocks: 2000 });
+    let mut eeprom =
+        Pic16Eeprom::new(kind, &bytes, 1000, FlashAccess { words: 0x800, writable: 0x100..0x800, clocks: 2000 });
     let items = |text: &str| -> Vec<(u64, String, Option<u8>)> {
         let mut items = Vec::new();
         for item in text.split(';').map(str::trim).filter(|i| !i.is_empty()) {

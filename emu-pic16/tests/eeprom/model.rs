@@ -42,7 +42,13 @@ pub struct Model {
 }
 
 impl Model {
-    pub fn new(kind: NonvolatileKind, cells: &[u8], write_clocks: u64, flash_clocks: u64, first_writable: u16) -> Model {
+    pub fn new(
+        kind: NonvolatileKind,
+        cells: &[u8],
+        write_clocks: u64,
+        flash_clocks: u64,
+        first_writable: u16,
+    ) -> Model {
         Model {
             kind,
             cells: (0..=255).zip(cells.iter().copied()).collect(),
@@ -64,7 +70,10 @@ impl Model {
     }
 
     fn flash(&self) -> bool {
-        matches!(self.kind, NonvolatileKind::Word | NonvolatileKind::Block4 | NonvolatileKind::Read | NonvolatileKind::Row32)
+        matches!(
+            self.kind,
+            NonvolatileKind::Word | NonvolatileKind::Block4 | NonvolatileKind::Read | NonvolatileKind::Row32
+        )
     }
 
     fn done(&mut self, t: u64, out: &mut Pic16Outbox) {
@@ -105,7 +114,9 @@ impl Model {
                     let (_, _, addr, word) = self.pending;
                     out.push(match self.kind {
                         NonvolatileKind::Word => Pic16Signal::FlashWrite { addr, words: vec![word] },
-                        NonvolatileKind::Block4 => Pic16Signal::FlashWrite { addr: addr / 4 * 4, words: self.buffers.to_vec() },
+                        NonvolatileKind::Block4 => {
+                            Pic16Signal::FlashWrite { addr: addr / 4 * 4, words: self.buffers.to_vec() }
+                        }
                         _ if self.erase => Pic16Signal::FlashWrite { addr: addr / 32 * 32, words: vec![0x3FFF; 32] },
                         _ => Pic16Signal::FlashProgram { addr: addr / 4 * 4, words: self.buffers.to_vec() },
                     });
@@ -118,7 +129,8 @@ impl Model {
     pub fn eecon1(&self) -> u8 {
         let writing = !matches!(self.busy, Busy::Idle | Busy::Read(_));
         let reading = matches!(self.busy, Busy::Read(_));
-        let bit4 = (self.kind == NonvolatileKind::F84 && self.eeif) || (self.kind == NonvolatileKind::Row32 && self.free);
+        let bit4 =
+            (self.kind == NonvolatileKind::F84 && self.eeif) || (self.kind == NonvolatileKind::Row32 && self.free);
         [reading, writing, self.wren, self.wrerr, bit4, false, false, self.eepgd]
             .into_iter()
             .enumerate()

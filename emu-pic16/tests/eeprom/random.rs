@@ -2,14 +2,21 @@
 
 use emu_core::rng::Rng;
 use emu_pic16::chips::NonvolatileKind;
-use emu_pic16::periph::eeprom::{Pic16Eeprom, FlashAccess};
+use emu_pic16::periph::eeprom::{FlashAccess, Pic16Eeprom};
 use emu_pic16::periph::map::Sfr;
 use emu_pic16::periph::{Pic16Device, Pic16Outbox, Pic16Signal};
 
 use crate::model::Model;
 
-const KINDS: [NonvolatileKind; 7] =
-    [NonvolatileKind::F84, NonvolatileKind::F62x, NonvolatileKind::Word, NonvolatileKind::Block4, NonvolatileKind::Read, NonvolatileKind::Row32, NonvolatileKind::None];
+const KINDS: [NonvolatileKind; 7] = [
+    NonvolatileKind::F84,
+    NonvolatileKind::F62x,
+    NonvolatileKind::Word,
+    NonvolatileKind::Block4,
+    NonvolatileKind::Read,
+    NonvolatileKind::Row32,
+    NonvolatileKind::None,
+];
 
 /// Five instructions that start a write, or something near that: what is written in each cycle from the first on.
 fn key(rng: &mut Rng, eecon1: u8) -> Vec<Option<(Sfr, u8)>> {
@@ -40,7 +47,8 @@ fn live(seed: u64, cycles: u64) -> [usize; 3] {
     let first = rng.below(3) as u16 * 0x100;
     let mut bytes = vec![0; 64];
     rng.fill(&mut bytes);
-    let mut eeprom = Pic16Eeprom::new(kind, &bytes, write, FlashAccess { words: 0x800, writable: first..0x800, clocks });
+    let mut eeprom =
+        Pic16Eeprom::new(kind, &bytes, write, FlashAccess { words: 0x800, writable: first..0x800, clocks });
     let mut model = Model::new(kind, &bytes, write, clocks, first);
     let (mut told, mut expected) = (Pic16Outbox::new(), Pic16Outbox::new());
     let mut script: Vec<Option<(Sfr, u8)>> = Vec::new();

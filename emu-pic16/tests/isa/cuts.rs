@@ -7,9 +7,9 @@ use emu_core::image::{Image, Segment};
 use emu_core::pins::PinId;
 use emu_core::rng::Rng;
 use emu_core::slices::{SlicePlan, pick_random};
-use emu_pic16::chips::{PIC16_PARTS, Pic16Part, FileSlot};
+use emu_pic16::chips::{FileSlot, PIC16_PARTS, Pic16Part};
 use emu_pic16::periph::map::Sfr;
-use emu_pic16::{TimingCorner, Options, Pic16, Pic16Readings};
+use emu_pic16::{Options, Pic16, Pic16Readings, TimingCorner};
 
 /// Programs for each chip; `EMU_STATE_PROGRAMS` asks for another number.
 const PROGRAMS: u64 = if cfg!(debug_assertions) { 10 } else { 60 };

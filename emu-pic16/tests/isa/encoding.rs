@@ -127,7 +127,11 @@ fn encoding_and_assembly_agree() {
         ("clrwdt", &[], 0x0064),
     ];
     for &(line, operands, word) in table {
-        assert_eq!(emu_asm::assemble_line(&PIC16F873.chip, line, 0).map_err(|e| e.to_string()), Ok(vec![word]), "{line}");
+        assert_eq!(
+            emu_asm::assemble_line(&PIC16F873.chip, line, 0).map_err(|e| e.to_string()),
+            Ok(vec![word]),
+            "{line}"
+        );
         let (_, kind) = find_row(word).unwrap_or_else(|| panic!("{line}"));
         assert_eq!(encode(kind, operands).map_err(|e| e.to_string()), Ok(word), "{line}");
     }
@@ -141,7 +145,11 @@ fn encoding_and_assembly_agree() {
         ("goto 0x2000", 0x2800),
     ];
     for &(line, word) in cut {
-        assert_eq!(emu_asm::assemble_line(&PIC16F873.chip, line, 0).map_err(|e| e.to_string()), Ok(vec![word]), "{line}");
+        assert_eq!(
+            emu_asm::assemble_line(&PIC16F873.chip, line, 0).map_err(|e| e.to_string()),
+            Ok(vec![word]),
+            "{line}"
+        );
     }
     // The chip has no port above C: TRIS takes 5 to 7.
     assert!(emu_asm::assemble_line(&PIC16F873.chip, "tris 8", 0).is_err());

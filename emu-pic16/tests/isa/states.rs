@@ -2,13 +2,13 @@
 //! between runs.
 
 use emu_core::image::{Image, Segment};
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
 use emu_core::slices::{RandomInput, SlicePlan, pick_random};
 use emu_core::{Cpu, RamInit, ResetCause};
 use emu_pic16::chips::PIC16_PARTS;
 use emu_pic16::isa::find_row;
-use emu_pic16::{TimingCorner, Options, Pic16, Pic16Readings};
+use emu_pic16::{Options, Pic16, Pic16Readings, TimingCorner};
 
 use super::rig::word;
 
@@ -130,7 +130,10 @@ fn orderly(rng: &mut Rng) -> Text {
     text.add("movwf 0x7E; swapf 0x03, W; bcf 0x03, 5; bcf 0x03, 6; movwf 0x7D", rng);
     (0..1 + rng.below(2)).for_each(|_| text.add(pick_random(rng, SERVICE), rng));
     text.add(
-        pick_random(rng, &["movf 0x06, W; movlw 0xF8; andwf 0x0B, F", "bcf 0x0B, 2; bcf 0x0B, 1; movf 0x06, W; bcf 0x0B, 0"]),
+        pick_random(
+            rng,
+            &["movf 0x06, W; movlw 0xF8; andwf 0x0B, F", "bcf 0x0B, 2; bcf 0x0B, 1; movf 0x06, W; bcf 0x0B, 0"],
+        ),
         rng,
     );
     text.add("swapf 0x7D, W; movwf 0x03; swapf 0x7E, F; swapf 0x7E, W; retfie", rng);
@@ -159,7 +162,10 @@ fn act(pins: u64, words: u64, rng: &mut Rng) -> RandomInput {
         3 => RandomInput::Pc(rng.below(words) as u32),
         4 | 5 => RandomInput::Trap(rng.below(words) as u32, true),
         6 => RandomInput::Trap(rng.below(words) as u32, false),
-        7 => RandomInput::Reset(pick_random(rng, &[ResetCause::PowerOn, ResetCause::External, ResetCause::Watchdog, ResetCause::BrownOut])),
+        7 => RandomInput::Reset(pick_random(
+            rng,
+            &[ResetCause::PowerOn, ResetCause::External, ResetCause::Watchdog, ResetCause::BrownOut],
+        )),
         8 => RandomInput::Nothing,
         _ => RandomInput::Drive(rng.below(pins) as PinId, level(rng)),
     }

@@ -13,7 +13,7 @@
 //!
 //! A list that ends in `...` may go on; `none` is the empty one.
 
-use emu_core::pins::{ChipEvent, PinLevel, PinId, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
 use emu_core::{Cpu, Probe, ResetCause, StopReason};
 use emu_pic16::Pic16;
@@ -132,8 +132,11 @@ fn judge(case: &Case) -> Vec<String> {
         match items[..] {
             ["halted"] => list(vec![format!("{stop:?}")], &["Halted"]),
             ["illegal", op] => {
-                let found =
-                    if let StopReason::Illegal { word, .. } = stop { format!("{word:04x}") } else { format!("{stop:?}") };
+                let found = if let StopReason::Illegal { word, .. } = stop {
+                    format!("{word:04x}")
+                } else {
+                    format!("{stop:?}")
+                };
                 list(vec![found], &[op]);
             }
             ["reset", why] => pic.reset(cause(why).unwrap_or_else(|| panic!("{}: no reset {why}", case.name))),

@@ -1,6 +1,6 @@
 //! Random programs and pins: every instruction by cycle and address, beside the model.
 
-use emu_core::pins::{PinLevel, CycleTime};
+use emu_core::pins::{CycleTime, PinLevel};
 use emu_core::rng::Rng;
 use emu_core::{Cpu, Probe, StopReason};
 use emu_pic16::Pic16;

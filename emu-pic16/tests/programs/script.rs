@@ -16,10 +16,10 @@
 use std::collections::BTreeMap;
 
 use emu_core::image::{Image, Segment};
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::{Cpu, RamInit};
 use emu_pic16::chips::{self, Pic16Part};
-use emu_pic16::{TimingCorner, Options, Pic16};
+use emu_pic16::{Options, Pic16, TimingCorner};
 
 /// A program, the chip that it runs on, and what comes from outside.
 pub struct Program {

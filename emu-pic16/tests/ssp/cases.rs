@@ -253,8 +253,15 @@ fn only_what_stays_is_promised_to_stay() {
     assert_eq!((rig.port.steady_until(Sfr::SSPSTAT, 8), rig.port.steady_until(Sfr::SSPADD, 8)), (10, emu_core::NEVER));
     (9..=44).for_each(|t| rig.tick(t));
     // A read of a full SSPBUF clears BF.
-    assert_eq!((rig.port.steady_until(Sfr::SSPBUF, 44), rig.port.steady_until(Sfr::SSPSTAT, 44)), (44, emu_core::NEVER));
+    assert_eq!(
+        (rig.port.steady_until(Sfr::SSPBUF, 44), rig.port.steady_until(Sfr::SSPSTAT, 44)),
+        (44, emu_core::NEVER)
+    );
     rig.write(Sfr::SSPCON, 0x23, 48);
     rig.write(Sfr::SSPBUF, 0x55, 48);
-    assert_eq!((rig.port.steady_until(Sfr::SSPSTAT, 48), rig.port.next_clock()), (48, emu_core::NEVER), "timer 2 may come");
+    assert_eq!(
+        (rig.port.steady_until(Sfr::SSPSTAT, 48), rig.port.next_clock()),
+        (48, emu_core::NEVER),
+        "timer 2 may come"
+    );
 }

@@ -239,7 +239,11 @@ impl Model {
         let chip = &self.chip;
         match chip.mode() {
             None => [Pic16Drive::Port; 3],
-            Some(0..=3) => [Pic16Drive::from_bit(self.spi.active() != chip.ckp()), Pic16Drive::Port, Pic16Drive::from_bit(self.spi.sdo())],
+            Some(0..=3) => [
+                Pic16Drive::from_bit(self.spi.active() != chip.ckp()),
+                Pic16Drive::Port,
+                Pic16Drive::from_bit(self.spi.sdo()),
+            ],
             Some(4) if chip.ss => [Pic16Drive::Port, Pic16Drive::Port, Pic16Drive::Float],
             Some(4 | 5) => [Pic16Drive::Port, Pic16Drive::Port, Pic16Drive::from_bit(self.spi.sdo())],
             Some(_) => [wire(chip.pull_scl), wire(chip.pull_sda), Pic16Drive::Port],

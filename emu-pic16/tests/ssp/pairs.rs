@@ -229,11 +229,19 @@ fn the_lower_address_wins() {
         bus.write(2, Sfr::SSPCON2, START);
         // Both see the Start through; the faster one waits for the other with SCL low.
         bus.to(bus.t + 1000);
-        assert_eq!((bus.rigs[MASTER].count(InterruptFlag::BCLIF), bus.rigs[2].count(InterruptFlag::BCLIF)), (0, 0), "{add}");
+        assert_eq!(
+            (bus.rigs[MASTER].count(InterruptFlag::BCLIF), bus.rigs[2].count(InterruptFlag::BCLIF)),
+            (0, 0),
+            "{add}"
+        );
         bus.write(MASTER, Sfr::SSPBUF, 0x50);
         bus.write(2, Sfr::SSPBUF, 0x54);
         bus.to(bus.t + 8000);
-        assert_eq!((bus.rigs[MASTER].count(InterruptFlag::BCLIF), bus.rigs[2].count(InterruptFlag::BCLIF)), (0, 1), "{add}");
+        assert_eq!(
+            (bus.rigs[MASTER].count(InterruptFlag::BCLIF), bus.rigs[2].count(InterruptFlag::BCLIF)),
+            (0, 1),
+            "{add}"
+        );
         assert_eq!(bus.rigs[2].pulls(), [false; 2]);
         assert_eq!(bus.peek(2, Sfr::SSPSTAT) & 0x05, 0, "BF and R/W are gone");
         assert!(!refused(&bus), "{add}");
@@ -251,7 +259,11 @@ fn the_lower_address_wins() {
 fn no_start_on_a_bus_that_is_taken() {
     let mut bus = masters(9);
     master(&mut bus, Sfr::SSPCON2, START);
-    assert_eq!((bus.rigs[2].count(InterruptFlag::SSPIF), bus.peek(2, Sfr::SSPSTAT)), (1, 0x08), "it hears of the Start");
+    assert_eq!(
+        (bus.rigs[2].count(InterruptFlag::SSPIF), bus.peek(2, Sfr::SSPSTAT)),
+        (1, 0x08),
+        "it hears of the Start"
+    );
     bus.write(2, Sfr::SSPCON2, START);
     assert_eq!((bus.rigs[2].count(InterruptFlag::BCLIF), bus.peek(2, Sfr::SSPCON2)), (1, 0));
     master(&mut bus, Sfr::SSPBUF, 0x50);

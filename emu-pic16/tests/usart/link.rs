@@ -2,14 +2,20 @@
 
 use emu_core::rng::Rng;
 use emu_pic16::periph::map::{Pic16Line, Sfr};
-use emu_pic16::periph::usart::{ADDEN, BRGH, CREN, CSRC, RX9, SPEN, SYNC, TX9, TX9D, TXEN, Pic16Usart};
+use emu_pic16::periph::usart::{ADDEN, BRGH, CREN, CSRC, Pic16Usart, RX9, SPEN, SYNC, TX9, TX9D, TXEN};
 use emu_pic16::periph::{Pic16Device, Pic16Drive, Pic16Signal};
 
 /// Words that are sent.
 const WORDS: usize = 40;
 
 /// Hands on what `from` does to its lines at `t`.
-fn carry(from: &mut Vec<Pic16Signal>, lines: &[(Pic16Line, Pic16Line)], to: &mut Pic16Usart, t: u64, out: &mut Vec<Pic16Signal>) {
+fn carry(
+    from: &mut Vec<Pic16Signal>,
+    lines: &[(Pic16Line, Pic16Line)],
+    to: &mut Pic16Usart,
+    t: u64,
+    out: &mut Vec<Pic16Signal>,
+) {
     for signal in from.drain(..) {
         if let Pic16Signal::Drive { t: at, line, drive } = signal {
             assert_eq!(at, t, "{signal:?} comes late");
@@ -24,8 +30,11 @@ fn carry(from: &mut Vec<Pic16Signal>, lines: &[(Pic16Line, Pic16Line)], to: &mut
 fn talk(txsta: [u8; 2], rcsta: [u8; 2], spbrg: [u8; 2], seed: u64) -> (Vec<u16>, Vec<(u16, bool)>) {
     let rng = &mut Rng::new(seed);
     let (mut a, mut b, mut of_a, mut of_b) = (Pic16Usart::new(), Pic16Usart::new(), Vec::new(), Vec::new());
-    let lines: &[(Pic16Line, Pic16Line)] =
-        if txsta[0] & SYNC != 0 { &[(Pic16Line::Tx, Pic16Line::Tx), (Pic16Line::Rx, Pic16Line::Rx)] } else { &[(Pic16Line::Tx, Pic16Line::Rx)] };
+    let lines: &[(Pic16Line, Pic16Line)] = if txsta[0] & SYNC != 0 {
+        &[(Pic16Line::Tx, Pic16Line::Tx), (Pic16Line::Rx, Pic16Line::Rx)]
+    } else {
+        &[(Pic16Line::Tx, Pic16Line::Rx)]
+    };
     b.on_line_changed(Pic16Line::Rx, true, 0, &mut of_b);
     for n in 0..2 {
         let (port, out) = if n == 0 { (&mut a, &mut of_a) } else { (&mut b, &mut of_b) };

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use emu_core::rng::Rng;
 use emu_pic16::periph::map::{Pic16Line, Sfr};
-use emu_pic16::periph::usart::{ADDEN, BRGH, CREN, CSRC, RX9, SPEN, SREN, SYNC, TX9, TX9D, TXEN, Pic16Usart};
+use emu_pic16::periph::usart::{ADDEN, BRGH, CREN, CSRC, Pic16Usart, RX9, SPEN, SREN, SYNC, TX9, TX9D, TXEN};
 use emu_pic16::periph::{Pic16Device, Pic16Signal};
 
 use crate::model::Model;

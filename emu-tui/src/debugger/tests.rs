@@ -4,8 +4,11 @@ use std::time::Duration;
 
 use ratatui_core::layout::Rect;
 
-use super::{CommandAnswer, CodeLine, DebuggerScreen, DebuggedMachine, MemoryExcerpt, DebuggerSnapshot, PinTrace, NamedValue, ScreenQuery};
-use crate::{ScreenView, ScreenKey, ScreenStyle, ViewRequest, key, key_script};
+use super::{
+    CodeLine, CommandAnswer, DebuggedMachine, DebuggerScreen, DebuggerSnapshot, MemoryExcerpt, NamedValue, PinTrace,
+    ScreenQuery,
+};
+use crate::{ScreenKey, ScreenStyle, ScreenView, ViewRequest, key, key_script};
 
 /// Counts: every command and every cycle is an instruction.
 #[derive(Default)]

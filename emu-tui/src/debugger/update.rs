@@ -2,7 +2,7 @@
 
 use ratatui_core::layout::Rect;
 
-use super::{DebuggerScreen, LowerPane, DebuggedMachine, AutoRun, SourceExcerpt, ScreenQuery, view};
+use super::{AutoRun, DebuggedMachine, DebuggerScreen, LowerPane, ScreenQuery, SourceExcerpt, view};
 use crate::{ScreenKey, ViewRequest};
 
 /// Keys that are short for a command.
@@ -101,7 +101,11 @@ fn key_commands<M: DebuggedMachine>(screen: &DebuggerScreen<M>) -> impl Iterator
 }
 
 /// A key while the command line is open.
-fn handle_prompt_key<M: DebuggedMachine>(screen: &mut DebuggerScreen<M>, mut line: String, key: ScreenKey) -> ViewRequest {
+fn handle_prompt_key<M: DebuggedMachine>(
+    screen: &mut DebuggerScreen<M>,
+    mut line: String,
+    key: ScreenKey,
+) -> ViewRequest {
     match key {
         ScreenKey::Ctrl('c') | ScreenKey::Escape => return ViewRequest::Continue,
         // A command that lets the machine run is a run of the screen, which shows it on its way.
@@ -127,7 +131,12 @@ fn run_command<M: DebuggedMachine>(screen: &mut DebuggerScreen<M>, line: &str) -
 
 /// The code around the cursor, and nothing else.
 fn code<M: DebuggedMachine>(screen: &DebuggerScreen<M>, lines: usize) -> super::DebuggerSnapshot {
-    screen.machine.debugger_snapshot(&ScreenQuery { around: screen.cursor, lines, since: u64::MAX, ..ScreenQuery::default() })
+    screen.machine.debugger_snapshot(&ScreenQuery {
+        around: screen.cursor,
+        lines,
+        since: u64::MAX,
+        ..ScreenQuery::default()
+    })
 }
 
 /// The source around the cursor, where it is shown.

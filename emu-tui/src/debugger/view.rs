@@ -14,7 +14,10 @@ use ratatui_core::layout::Rect;
 
 use super::panes;
 use super::update::SCALES;
-use super::{CodeLine, DebuggerScreen, LowerPane, DebuggedMachine, MemoryExcerpt, AutoRun, DebuggerSnapshot, PinTrace, NamedValue, ScreenQuery};
+use super::{
+    AutoRun, CodeLine, DebuggedMachine, DebuggerScreen, DebuggerSnapshot, LowerPane, MemoryExcerpt, NamedValue,
+    PinTrace, ScreenQuery,
+};
 use crate::ScreenStyle;
 use crate::rung_picture::{GlyphInk, PictureGlyph};
 use crate::style::{PaneArea, truncate_text};
@@ -133,7 +136,9 @@ pub(super) fn view<M: DebuggedMachine>(screen: &DebuggerScreen<M>, area: Rect, l
     let places = pane_areas(area, &sight);
     draw_title(screen, &sight, &mut PaneArea::new(&mut picture, area), look);
     match &sight.source {
-        Some(source) => panes::draw_source(source, screen.line.is_some(), &mut PaneArea::new(&mut picture, places.code), look),
+        Some(source) => {
+            panes::draw_source(source, screen.line.is_some(), &mut PaneArea::new(&mut picture, places.code), look)
+        }
         None => draw_code(screen, &sight, &mut PaneArea::new(&mut picture, places.code), look),
     }
     draw_lower(below, &sight, bytes as usize, &mut PaneArea::new(&mut picture, places.lower), look);

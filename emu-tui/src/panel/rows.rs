@@ -131,8 +131,10 @@ fn timers_head(width: usize) -> String {
 }
 
 fn timers(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow> {
-    let rows: Vec<(&super::parts::CountingPart, Figures)> = panel.parts.iter().map(|p| (p, p.row(&panel.machine))).collect();
-    let most = |length: &dyn Fn(&(&super::parts::CountingPart, Figures)) -> usize| rows.iter().map(length).max().unwrap_or(0);
+    let rows: Vec<(&super::parts::CountingPart, Figures)> =
+        panel.parts.iter().map(|p| (p, p.row(&panel.machine))).collect();
+    let most =
+        |length: &dyn Fn(&(&super::parts::CountingPart, Figures)) -> usize| rows.iter().map(length).max().unwrap_or(0);
     let names = most(&|(part, _)| part.name.chars().count()).min(12);
     let presets = most(&|(_, row)| row.preset.chars().count());
     // What is counted grows; the columns are not to jump about.
@@ -142,7 +144,10 @@ fn timers(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow>
         let bar = if bar_width >= 3 { self::bar(row.thousandths, bar_width) } else { " ".repeat(bar_width) };
         PanelRow::Line(vec![
             (format!("{} ", part.word), look.faint()),
-            (format!("{:<names$} ", truncate_text(&part.name, names)), if row.done { look.live() } else { look.text() }),
+            (
+                format!("{:<names$} ", truncate_text(&part.name, names)),
+                if row.done { look.live() } else { look.text() },
+            ),
             (format!("{:>presets$} ", row.preset), look.text()),
             (format!("{:>counts$} ", row.accumulator), look.change()),
             (bar, look.on(row.thousandths > 0)),
@@ -185,7 +190,11 @@ fn duty(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow> {
     let tail = format!(" at {hertz} Hz ");
     let room = width.saturating_sub(text.len() + tail.len());
     let bar = bar(usize::from(evaluator.pwm_percent().unwrap_or(0)) * 10, room);
-    vec![PanelRow::Line(vec![(text, look.change()), (tail, look.text()), (bar, look.on(evaluator.pwm_percent().is_some()))])]
+    vec![PanelRow::Line(vec![
+        (text, look.change()),
+        (tail, look.text()),
+        (bar, look.on(evaluator.pwm_percent().is_some())),
+    ])]
 }
 
 fn eeprom(panel: &LadderPanel, width: usize, look: ScreenStyle) -> Vec<PanelRow> {

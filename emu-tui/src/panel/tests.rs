@@ -5,8 +5,8 @@ use std::time::Duration;
 use ladder_eval::Evaluator;
 use ratatui_core::layout::Rect;
 
-use super::{PanelPace, LadderPanel};
-use crate::{ScreenView, ScreenKey, ScreenStyle, ViewRequest, key, key_script};
+use super::{LadderPanel, PanelPace};
+use crate::{ScreenKey, ScreenStyle, ScreenView, ViewRequest, key, key_script};
 
 const AREA: Rect = Rect { x: 0, y: 0, width: 80, height: 24 };
 

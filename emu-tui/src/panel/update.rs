@@ -2,7 +2,7 @@
 
 use ratatui_core::layout::Rect;
 
-use super::{PanelPace, LadderPanel, SPEEDS, prompt, view};
+use super::{LadderPanel, PanelPace, SPEEDS, prompt, view};
 use crate::{ScreenKey, ViewRequest};
 
 /// Keys of the inputs, in their order. Letters that do something else are left out.
@@ -62,7 +62,9 @@ pub(super) fn update(panel: &mut LadderPanel, key: ScreenKey, area: Rect) -> Vie
         ScreenKey::Char('<') => change_level(panel, -1),
         ScreenKey::Tab => panel.analog += 1,
         ScreenKey::Char(']') => panel.first_part = (panel.first_part + 1).min(view::max_part_scroll(panel, area)),
-        ScreenKey::Char('[') => panel.first_part = panel.first_part.min(view::max_part_scroll(panel, area)).saturating_sub(1),
+        ScreenKey::Char('[') => {
+            panel.first_part = panel.first_part.min(view::max_part_scroll(panel, area)).saturating_sub(1)
+        }
         ScreenKey::Down => scroll_down(panel, area),
         ScreenKey::Up => scroll_up(panel, area),
         ScreenKey::PageDown => (0..5).for_each(|_| scroll_down(panel, area)),

@@ -12,7 +12,7 @@ use ratatui_core::buffer::Buffer;
 use ratatui_core::layout::Rect;
 use ratatui_core::style::Style;
 
-use super::{PanelPace, LadderPanel, parts, rows, wave};
+use super::{LadderPanel, PanelPace, parts, rows, wave};
 use crate::ScreenStyle;
 use crate::rung_picture::{self, GlyphInk, PictureGlyph};
 use crate::style::{self, PaneArea, truncate_text};
@@ -87,7 +87,8 @@ pub(super) fn next_bit(panel: &LadderPanel, area: Rect) -> usize {
 /// Height of a rung, and of the place for rungs.
 pub(super) fn height_of(panel: &LadderPanel, rung: usize, area: Rect) -> (usize, usize) {
     let [place, ..] = pane_areas(panel, area);
-    let lines = rung_picture::rung_picture(&panel.machine.program, rung, usize::from(place.width), &panel.machine, None);
+    let lines =
+        rung_picture::rung_picture(&panel.machine.program, rung, usize::from(place.width), &panel.machine, None);
     (lines.len(), usize::from(place.height))
 }
 
@@ -153,7 +154,13 @@ fn rung_lines(panel: &LadderPanel, place: Rect) -> Vec<Vec<PictureGlyph>> {
         if lines.len() >= usize::from(place.height) + above {
             break;
         }
-        lines.extend(rung_picture::rung_picture(&panel.machine.program, rung, usize::from(place.width), &panel.machine, None));
+        lines.extend(rung_picture::rung_picture(
+            &panel.machine.program,
+            rung,
+            usize::from(place.width),
+            &panel.machine,
+            None,
+        ));
     }
     lines.drain(..above.min(lines.len()));
     lines.truncate(usize::from(place.height));

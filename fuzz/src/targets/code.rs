@@ -2,7 +2,7 @@
 
 use std::io;
 
-use emu_asm::{IncludeFiles, AssembleOptions, SourceText, assemble, assemble_line};
+use emu_asm::{AssembleOptions, IncludeFiles, SourceText, assemble, assemble_line};
 use emu_core::chip::ChipFamily;
 
 use crate::machines::family_chip;

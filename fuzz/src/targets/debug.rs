@@ -8,7 +8,7 @@ use emu_core::chip::ChipFamily;
 use emu_core::image::{Image, load_hex};
 use emu_dap::framing::{self, IncomingMessage};
 use emu_dap::{DebugAdapter, LaunchArguments, OpenedMachine};
-use emu_debug::debug::{SessionOptions, DebugSession};
+use emu_debug::debug::{DebugSession, SessionOptions};
 use ladder_view::LadderView;
 use serde_json::Value;
 
@@ -82,7 +82,9 @@ pub(crate) fn gdb(data: &[u8]) {
 fn open_launch(arguments: &LaunchArguments) -> Result<OpenedMachine, String> {
     let number: usize = arguments.program.parse().unwrap_or(4);
     match machines::FAMILIES.get(number) {
-        Some(family) => Ok(OpenedMachine { session: open_session(family_chip(*family), PROGRAMS[number].clone()), view: None }),
+        Some(family) => {
+            Ok(OpenedMachine { session: open_session(family_chip(*family), PROGRAMS[number].clone()), view: None })
+        }
         None => ladder(),
     }
 }
@@ -91,7 +93,8 @@ fn open_launch(arguments: &LaunchArguments) -> Result<OpenedMachine, String> {
 static LADDER: LazyLock<(ladder::LadderProgram, ladder_compile::CompiledProgram)> = LazyLock::new(|| {
     let text = std::fs::read_to_string(workspace_root().join("examples/welder.ld")).expect("an example");
     let program = ladder::parse("welder.ld", &text).expect("a program").program;
-    let options = ladder_compile::CompileOptions { mcu: "atmega328p".to_owned(), ..ladder_compile::CompileOptions::default() };
+    let options =
+        ladder_compile::CompileOptions { mcu: "atmega328p".to_owned(), ..ladder_compile::CompileOptions::default() };
     let compiled = ladder_compile::compile(&program, &options).expect("an image");
     (program, compiled)
 });
@@ -144,6 +147,9 @@ pub(crate) fn dap_frames(data: &[u8]) {
         let mut written = Vec::new();
         framing::write_message(&mut written, &message).expect("memory takes all");
         let again = framing::read_message(&mut BufReader::new(written.as_slice()));
-        assert!(matches!(again, Ok(IncomingMessage::Message(again)) if again == message), "it comes back as it was written");
+        assert!(
+            matches!(again, Ok(IncomingMessage::Message(again)) if again == message),
+            "it comes back as it was written"
+        );
     }
 }

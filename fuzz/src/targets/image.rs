@@ -3,8 +3,8 @@
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
 use emu_core::image::{
-    Image, SourceLines, SymbolFile, SymbolSpaces, avr_device, avr_signature, load_elf, load_hex, load_messages, load_omf51,
-    load_symbols, write_hex,
+    Image, SourceLines, SymbolFile, SymbolSpaces, avr_device, avr_signature, load_elf, load_hex, load_messages,
+    load_omf51, load_symbols, write_hex,
 };
 use emu_debug::{AddressNames, cod};
 
@@ -25,7 +25,8 @@ pub(crate) fn hex(data: &[u8]) {
 }
 
 fn image_to_hex(chip: &Chip, image: &Image) -> String {
-    let place = |space: &str| chip.hex_spaces.iter().find(|window| window.name == space).map_or(0, |window| window.start);
+    let place =
+        |space: &str| chip.hex_spaces.iter().find(|window| window.name == space).map_or(0, |window| window.start);
     let pieces = image.segments.iter().map(|segment| (place(segment.space) + segment.addr, segment.bytes.as_slice()));
     write_hex(&pieces.collect::<Vec<_>>())
 }

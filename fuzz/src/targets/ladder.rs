@@ -1,7 +1,7 @@
 //! Ladder programs.
 
 use emu_core::image::load_hex;
-use ladder::{ParseOptions, LadderProgram, check, draw, parse_bytes, write};
+use ladder::{LadderProgram, ParseOptions, check, draw, parse_bytes, write};
 use ladder_compile::compile as compiled;
 use ladder_eval::Evaluator;
 
@@ -34,7 +34,8 @@ pub(crate) fn compile(data: &[u8]) {
         (0..SCANS).for_each(|_| evaluator.scan());
     }
     for chip in family_chips() {
-        let options = ladder_compile::CompileOptions { mcu: chip.name.to_owned(), ..ladder_compile::CompileOptions::default() };
+        let options =
+            ladder_compile::CompileOptions { mcu: chip.name.to_owned(), ..ladder_compile::CompileOptions::default() };
         match compiled(&program, &options) {
             Ok(done) => assert!(load_hex("fuzz.hex", done.hex.as_bytes(), chip.hex_spaces).is_ok(), "{}", chip.name),
             Err(faults) => assert!(faults.iter().any(|fault| fault.is_error()), "{}: refused for a reason", chip.name),

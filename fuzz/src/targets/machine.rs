@@ -5,10 +5,10 @@ use std::sync::LazyLock;
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::{Cpu, StopReason};
 use emu_core::image::Image;
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_debug::snapshot;
 
-use crate::machines::{MachineVisitor, assemble, family_chip, image_of_bytes, visit_machine, family_program};
+use crate::machines::{MachineVisitor, assemble, family_chip, family_program, image_of_bytes, visit_machine};
 
 /// Machine cycles of a run.
 const CYCLES: u64 = 10_000;

@@ -4,11 +4,11 @@ use std::cell::RefCell;
 
 use emu_core::chip::Chip;
 use emu_core::image::Image;
+use emu_debug::chip_scenario::{ChipBindings, ChipResolver};
 use emu_debug::debug::DebugSession;
-use emu_debug::chip_scenario::{ChipResolver, ChipBindings};
 use emu_debug::text_escapes::{escape, unescape};
 use emu_debug::time::{parse_duration, parse_hertz};
-use emu_debug::{CycleClock, AddressNames, stimulus};
+use emu_debug::{AddressNames, CycleClock, stimulus};
 use scenario::{RecordedAction, Recorder, Scenario, ScenarioValue, bind, parse, parse_bytes, read_vcd};
 
 use crate::machines::{family_chips, open_session};

@@ -6,13 +6,13 @@
 
 use std::collections::{HashMap, HashSet};
 
-use emu_ap101::config::{ModuleKind, MODULES, OUTPUTS, ModuleSettings, ModuleTimeUnit};
+use emu_ap101::config::{MODULES, ModuleKind, ModuleSettings, ModuleTimeUnit, OUTPUTS};
 use emu_ap101::operands::{ZONE_BITS, ZONE_LETTERS};
 use ladder::{CounterKind, TimerKind};
 
-use crate::ir::{BitId, BitRole, Ir, TimedModule, IrOp, WordOperand, WordId};
+use crate::ir::{BitId, BitRole, Ir, IrOp, TimedModule, WordId, WordOperand};
 use crate::map::CellLocation;
-use crate::target::{CompileJob, BuildRefusal};
+use crate::target::{BuildRefusal, CompileJob};
 
 /// Bits of M that mean something to machines with several programs, and those that have no other meaning.
 const FIRST_ORDINARY_BIT: u16 = 248;

@@ -4,14 +4,15 @@ use std::collections::HashSet;
 
 use ladder::{CounterKind, ElementId};
 
-use super::layout::{used_modules, module_preset};
-use crate::ir::{BranchCondition, Ir, TimedModule, IrOp, WordOperand, WordId, min_bytes};
-use crate::target::{CompileJob, BuildRefusal};
+use super::layout::{module_preset, used_modules};
+use crate::ir::{BranchCondition, Ir, IrOp, TimedModule, WordId, WordOperand, min_bytes};
+use crate::target::{BuildRefusal, CompileJob};
 
 /// Every reason, at most one for each element, in order.
 pub(super) fn unsupported_ops(job: &CompileJob<'_>) -> Vec<BuildRefusal> {
     let ir = job.ir;
-    let mut look = LimitCheck { ir, modules: used_modules(ir).iter().map(|(_, word, _)| *word).collect(), seen_words: Vec::new() };
+    let mut look =
+        LimitCheck { ir, modules: used_modules(ir).iter().map(|(_, word, _)| *word).collect(), seen_words: Vec::new() };
     let mut reasons = Vec::new();
     for step in ir.rungs.iter().flat_map(|rung| &rung.steps) {
         if let Some((cause, hint)) = look.check_op(&step.op) {
@@ -29,7 +30,8 @@ pub(super) fn unsupported_ops(job: &CompileJob<'_>) -> Vec<BuildRefusal> {
     }
     let mut elements: HashSet<ElementId> = HashSet::new();
     reasons.retain(|(element, ..)| element.is_none_or(|element| elements.insert(element)));
-    let lacks = |(element, cause, hint): (_, _, &str)| BuildRefusal::Unsupported { cause, hint: hint.to_owned(), element };
+    let lacks =
+        |(element, cause, hint): (_, _, &str)| BuildRefusal::Unsupported { cause, hint: hint.to_owned(), element };
     reasons.into_iter().map(lacks).collect()
 }
 
@@ -69,8 +71,12 @@ impl LimitCheck<'_> {
             }
             IrOp::ReadAdc { .. } => Some((format!("`{}`: AP101 has no converter", text()), TIMERS)),
             IrOp::SetPwm { .. } => Some((format!("`{}`: AP101 has no PWM output", text()), TIMERS)),
-            IrOp::Send { .. } | IrOp::Receive { .. } => Some((format!("`{}`: AP101 has no serial line", text()), TIMERS)),
-            IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } => Some((format!("`{}`: AP101 has no EEPROM", text()), TIMERS)),
+            IrOp::Send { .. } | IrOp::Receive { .. } => {
+                Some((format!("`{}`: AP101 has no serial line", text()), TIMERS))
+            }
+            IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } => {
+                Some((format!("`{}`: AP101 has no EEPROM", text()), TIMERS))
+            }
             IrOp::Module { module: is, word, limit } => self.check_module(*is, *word, *limit),
             IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 // The first reason within says more than the condition.

@@ -4,21 +4,21 @@
 //! like bits. It samples inputs, paces program cycles and clears its memory at a cold start by itself, so an image is the rungs and a
 //! configuration. docs/compile-ap101.md says where everything is.
 
+mod config_source;
 mod layout;
 mod limits;
 mod select;
-mod config_source;
 
 use emu_ap101::chips::AP101;
 use emu_ap101::config::{Ap101Config, INPUTS, InputSampling, OUTPUTS, PROGRAMS, ProgramEntry};
 use emu_ap101::isa::{self, Kind, SPAN};
 use ladder::ElementId;
 
-use crate::code::{TargetArch, CodeWriter, FinishedCode, CycleCounts, ControlFlow, FormInstruction};
+use crate::code::{CodeWriter, ControlFlow, CycleCounts, FinishedCode, FormInstruction, TargetArch};
 use crate::ir::{Ir, IrOp};
-use crate::map::{CellLocation, Ratio};
-use crate::target::{BuiltImage, CompileJob, ImageLine, CodeMark, BuildRefusal, CompileTarget};
 use crate::longest_path::longest_path;
+use crate::map::{CellLocation, Ratio};
+use crate::target::{BuildRefusal, BuiltImage, CodeMark, CompileJob, CompileTarget, ImageLine};
 use layout::Ap101Layout;
 use select::Ap101Selector;
 

@@ -9,9 +9,9 @@ use emu_ap101::isa::Kind;
 use ladder::CounterKind;
 
 use super::layout::{self, Ap101Layout, M_ZONE, R_ZONE, RESET_OFFSET};
-use super::{Ap101Jump, Ap101Arch};
+use super::{Ap101Arch, Ap101Jump};
 use crate::code::CodeWriter;
-use crate::ir::{BitId, BranchCondition, LogicOp, TimedModule, IrOp, WordId};
+use crate::ir::{BitId, BranchCondition, IrOp, LogicOp, TimedModule, WordId};
 
 /// What comes behind an operation: the rest of its list, then what follows the list.
 #[derive(Clone, Copy)]
@@ -41,7 +41,16 @@ pub(super) struct Ap101Selector<'a, 'b> {
 impl<'a, 'b> Ap101Selector<'a, 'b> {
     /// `all`: the operations of the scan, which [`Select::next`] takes one after the other.
     pub(super) fn new(asm: &'b mut CodeWriter<Ap101Arch>, layout: &'a Ap101Layout, all: &'a [&'a IrOp]) -> Self {
-        Ap101Selector { asm, layout, all_ops: all, inverted: false, known: None, held_bit: None, equal_bits: HashMap::new(), holds_nothing_real: false }
+        Ap101Selector {
+            asm,
+            layout,
+            all_ops: all,
+            inverted: false,
+            known: None,
+            held_bit: None,
+            equal_bits: HashMap::new(),
+            holds_nothing_real: false,
+        }
     }
 
     /// The next operation of the scan.
@@ -72,7 +81,9 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
         // What is written to a module is not what is read there.
         match kind {
             Kind::Ld | Kind::Ldc => self.held_bit = Some((addr, kind == Kind::Ldc)),
-            Kind::Sto | Kind::Stoc if !(R_ZONE..M_ZONE).contains(&addr) => self.held_bit = Some((addr, kind == Kind::Stoc)),
+            Kind::Sto | Kind::Stoc if !(R_ZONE..M_ZONE).contains(&addr) => {
+                self.held_bit = Some((addr, kind == Kind::Stoc))
+            }
             _ => {}
         }
     }
@@ -214,7 +225,8 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
                 let (addr, complement) = self.source(*bit);
                 if self.is_load_unneeded(addr, rest) {
                     // As if A held it, until the store is over.
-                    (self.held_bit, self.inverted, self.holds_nothing_real) = (Some((addr, false)), *negated != complement, true);
+                    (self.held_bit, self.inverted, self.holds_nothing_real) =
+                        (Some((addr, false)), *negated != complement, true);
                 } else {
                     self.load(addr, *negated != complement, rest);
                 }
@@ -356,7 +368,8 @@ impl<'a, 'b> Ap101Selector<'a, 'b> {
                     return self.store(self.bit(bit), false);
                 }
                 let scratch = self.layout.scratch;
-                let (then_ops, other_ops): (Vec<&IrOp>, Vec<&IrOp>) = (then.iter().collect(), otherwise.iter().collect());
+                let (then_ops, other_ops): (Vec<&IrOp>, Vec<&IrOp>) =
+                    (then.iter().collect(), otherwise.iter().collect());
                 let reads = |ops: &[&IrOp]| reads_acc(&OpContinuation { ops, then: Some(rest) });
                 let kept = reads(&then_ops) || reads(&other_ops);
                 if kept {
@@ -430,11 +443,13 @@ fn accumulator_use<'a>(mut ops: impl Iterator<Item = &'a IrOp>) -> AccumulatorUs
     let one = |op: &IrOp| match op {
         IrOp::SetAccumulator(_) | IrOp::Load { .. } | IrOp::Logic { .. } => AccumulatorUse::Sets,
         IrOp::SetBit { .. } | IrOp::Move { .. } => AccumulatorUse::Leaves,
-        IrOp::If { cond: BranchCondition::Bit(_), if_true: then, if_false: otherwise } => match (accumulator_use(then.iter()), accumulator_use(otherwise.iter())) {
-            (AccumulatorUse::Reads, _) | (_, AccumulatorUse::Reads) => AccumulatorUse::Reads,
-            (AccumulatorUse::Sets, AccumulatorUse::Sets) => AccumulatorUse::Sets,
-            _ => AccumulatorUse::Leaves,
-        },
+        IrOp::If { cond: BranchCondition::Bit(_), if_true: then, if_false: otherwise } => {
+            match (accumulator_use(then.iter()), accumulator_use(otherwise.iter())) {
+                (AccumulatorUse::Reads, _) | (_, AccumulatorUse::Reads) => AccumulatorUse::Reads,
+                (AccumulatorUse::Sets, AccumulatorUse::Sets) => AccumulatorUse::Sets,
+                _ => AccumulatorUse::Leaves,
+            }
+        }
         _ => AccumulatorUse::Reads,
     };
     ops.find_map(|op| Some(one(op)).filter(|used| *used != AccumulatorUse::Leaves)).unwrap_or(AccumulatorUse::Leaves)
@@ -458,7 +473,9 @@ fn prefers_inverted(rest: &OpContinuation<'_>) -> bool {
             IrOp::SetBit { .. } | IrOp::Move { .. } => turned = !turned,
             IrOp::Rising(_) => return !turned,
             IrOp::Module { module: TimedModule::Counter { kind: CounterKind::Ctc, .. }, .. } => {}
-            IrOp::If { cond: BranchCondition::Acc, if_true: then, if_false: otherwise } => return turned != (then.is_empty() && !otherwise.is_empty()),
+            IrOp::If { cond: BranchCondition::Acc, if_true: then, if_false: otherwise } => {
+                return turned != (then.is_empty() && !otherwise.is_empty());
+            }
             _ => return turned,
         }
     }

@@ -4,7 +4,7 @@ use emu_avr::isa::{self, Kind, ROWS, WORD_BITS};
 use emu_core::chip::Chip;
 use emu_core::table::{InstructionLocation, instruction_words};
 
-use crate::code::{TargetArch, CycleCounts, ControlFlow, FormInstruction};
+use crate::code::{ControlFlow, CycleCounts, FormInstruction, TargetArch};
 
 /// An AVR chip.
 #[derive(Debug, Clone, Copy)]
@@ -61,16 +61,17 @@ impl TargetArch for AvrArch {
     }
 
     fn jump_form(&self, jump: AvrJump, level: u8, at: u32, to: u32) -> Option<Vec<FormInstruction<Kind>>> {
-        let step = |kind, to: u32| FormInstruction { kind, operands: vec![(to & self.wrap_mask()) as i32], target: Some(to) };
+        let step =
+            |kind, to: u32| FormInstruction { kind, operands: vec![(to & self.wrap_mask()) as i32], target: Some(to) };
         match (jump, level) {
             (AvrJump::If(kind), 0) => {
                 let away = i64::from(to) - i64::from(at) - 1;
                 (-64..64).contains(&away).then(|| vec![step(kind, to)])
             }
             // Too far for the branch: the opposite branch steps over a jump.
-            (AvrJump::If(kind), 1) => {
-                self.is_relative_reachable(at + 1, to).then(|| vec![step(opposite_branch(kind), at + 2), step(Kind::Rjmp, to)])
-            }
+            (AvrJump::If(kind), 1) => self
+                .is_relative_reachable(at + 1, to)
+                .then(|| vec![step(opposite_branch(kind), at + 2), step(Kind::Rjmp, to)]),
             (AvrJump::If(kind), _) => Some(vec![step(opposite_branch(kind), at + 3), step(Kind::Jmp, to)]),
             (AvrJump::To, 0) => self.is_relative_reachable(at, to).then(|| vec![step(Kind::Rjmp, to)]),
             (AvrJump::Call, 0) => self.is_relative_reachable(at, to).then(|| vec![step(Kind::Rcall, to)]),

@@ -8,7 +8,7 @@ use super::registers::{A, B, BYTE, SCRATCH, ZERO};
 use super::select::AvrSelector;
 use super::words::{RegisterQuad, constant_byte};
 use crate::code::CodeLabel;
-use crate::ir::{WordComparison, IrOp, RelationOp, WordOperand, WordId};
+use crate::ir::{IrOp, RelationOp, WordComparison, WordId, WordOperand};
 
 /// A row of comparisons that is being selected.
 #[derive(Debug, Clone, Copy, Default)]
@@ -42,7 +42,9 @@ impl AvrSelector<'_> {
             return;
         }
         let unsigned = std::mem::take(&mut self.comparison_chain.unsigned);
-        if let (RelationOp::Lt | RelationOp::Ge, WordOperand::Const(0), None, None) = (compare.rel, compare.b, next, self.comparison_chain.failure_target) {
+        if let (RelationOp::Lt | RelationOp::Ge, WordOperand::Const(0), None, None) =
+            (compare.rel, compare.b, next, self.comparison_chain.failure_target)
+        {
             let top = self.sign_byte_register(compare.a);
             self.asm.op(if compare.rel == RelationOp::Ge { Kind::Sbrc } else { Kind::Sbrs }, &[top, 7]);
             self.asm.op(Kind::Clt, &[]);

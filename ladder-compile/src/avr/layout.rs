@@ -252,7 +252,15 @@ fn port_uses(pins: &[AssignedPin], receive: Option<&str>, pwm: Option<&str>) -> 
         let port = match ports.iter_mut().find(|port: &&mut AvrPortUse| port.letter == letter) {
             Some(port) => port,
             None => {
-                ports.push(AvrPortUse { letter, input: None, output: None, inputs: 0, outputs: 0, pull_ups: 0, driven: 0 });
+                ports.push(AvrPortUse {
+                    letter,
+                    input: None,
+                    output: None,
+                    inputs: 0,
+                    outputs: 0,
+                    pull_ups: 0,
+                    driven: 0,
+                });
                 let Some(port) = ports.last_mut() else { return };
                 port
             }

@@ -2,9 +2,9 @@
 
 pub mod arch;
 pub mod compare;
-pub mod peripheral_ops;
 pub mod layout;
 pub mod pacing;
+pub mod peripheral_ops;
 pub mod pwm;
 pub mod registers;
 pub mod reset;
@@ -18,18 +18,18 @@ pub mod words;
 use emu_avr::isa::{self, Kind};
 use ladder::ElementId;
 
-use crate::code::{FinishedCode, CodeLabel};
-use crate::ir::{Ir, IrOp, ConstantTable};
-use crate::map::{CellLocation, SpecialPin};
-use crate::target::{BuiltImage, CompileJob, ImageLine, CodeMark, BuildRefusal};
+use crate::code::{CodeLabel, FinishedCode};
+use crate::ir::{ConstantTable, Ir, IrOp};
 use crate::longest_path::longest_path;
-use arch::{AvrCodeWriter, AvrArch, AvrJump};
+use crate::map::{CellLocation, SpecialPin};
+use crate::target::{BuildRefusal, BuiltImage, CodeMark, CompileJob, ImageLine};
+use arch::{AvrArch, AvrCodeWriter, AvrJump};
 use compare::ComparisonChain;
-use peripheral_ops::AvrPeripherals;
 use layout::AvrLayout;
 use pacing::AvrPacing;
+use peripheral_ops::AvrPeripherals;
 use registers::{AvrRegisters, is_bit_addressable};
-use runtime::{RoutineContext, AvrRoutine};
+use runtime::{AvrRoutine, RoutineContext};
 use select::{AvrKnownState, AvrSelector};
 use usage::AvrUsage;
 
@@ -64,7 +64,13 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
         element: None,
     };
     let (inputs, turns) = reset::plan_converter(&regs, job).ok_or_else(lacks)?;
-    let devices = AvrPeripherals { serial: serial::plan_uart(job)?, pwm: pwm::plan_pwm(job, taps)?, adc_selects: inputs, conversion_iterations: turns, tables: Vec::new() };
+    let devices = AvrPeripherals {
+        serial: serial::plan_uart(job)?,
+        pwm: pwm::plan_pwm(job, taps)?,
+        adc_selects: inputs,
+        conversion_iterations: turns,
+        tables: Vec::new(),
+    };
     let signed_divisors = uses.signed_divisors;
     let mut plan = AvrBuildPlan { job, regs, pace, layout, devices, signed_divisors };
 
@@ -78,7 +84,11 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
 }
 
 /// Writes the image.
-fn emit_image(plan: &mut AvrBuildPlan<'_>, single: &[AvrRoutine], calls: bool) -> Result<(AvrCodeWriter, Vec<select::RequestedRoutine>), BuildRefusal> {
+fn emit_image(
+    plan: &mut AvrBuildPlan<'_>,
+    single: &[AvrRoutine],
+    calls: bool,
+) -> Result<(AvrCodeWriter, Vec<select::RequestedRoutine>), BuildRefusal> {
     let job = plan.job;
     let chip = job.target.chip;
     let mut asm = AvrCodeWriter::new(AvrArch { chip });
@@ -212,7 +222,8 @@ fn built_image(plan: &AvrBuildPlan<'_>, code: &FinishedCode) -> Result<BuiltImag
     let (job, pace, layout) = (plan.job, &plan.pace, &plan.layout);
     let chip = job.target.chip;
     let at = |mark| code.mark_address(mark).unwrap_or(0);
-    let starts = (0..=job.ir.rungs.len() as u32).map(|n| code.mark_address(CodeMark::Rung(n)).unwrap_or(at(CodeMark::RungsEnd)));
+    let starts =
+        (0..=job.ir.rungs.len() as u32).map(|n| code.mark_address(CodeMark::Rung(n)).unwrap_or(at(CodeMark::RungsEnd)));
     let starts: Vec<u32> = starts.collect();
     let ranges = || starts.iter().zip(starts.iter().skip(1));
     let needed = 2 * code.words.len() as u64;
@@ -221,7 +232,8 @@ fn built_image(plan: &AvrBuildPlan<'_>, code: &FinishedCode) -> Result<BuiltImag
         return Err(BuildRefusal::CodeTooLarge { needed, available: chip.flash_bytes.into(), rungs });
     }
     let data = || "data".to_owned();
-    let bits = layout.bits.iter().map(|(home, bit)| CellLocation::Bit { space: data(), addr: home.addr().into(), bit: *bit });
+    let bits =
+        layout.bits.iter().map(|(home, bit)| CellLocation::Bit { space: data(), addr: home.addr().into(), bit: *bit });
     let words = layout.words.iter().zip(&layout.sizes).map(|(home, bytes)| CellLocation::Word {
         space: data(),
         addr: home.addr().into(),
@@ -253,8 +265,11 @@ fn longest_poll(regs: &AvrRegisters) -> u64 {
         let row = isa::ROWS.get(kind as usize);
         row.and_then(|row| row.cycles.possible_counts().get(outcome)).copied().map_or(0, u64::from)
     };
-    let (look, skip) =
-        if is_bit_addressable(regs.addr(&["TIFR1", "TIFR"])) { (0, Kind::Sbis) } else { (cycles(Kind::In, 0), Kind::Sbrs) };
+    let (look, skip) = if is_bit_addressable(regs.addr(&["TIFR1", "TIFR"])) {
+        (0, Kind::Sbis)
+    } else {
+        (cycles(Kind::In, 0), Kind::Sbrs)
+    };
     look + cycles(skip, 0) + cycles(Kind::Rjmp, 0) + look + cycles(skip, 1)
 }
 

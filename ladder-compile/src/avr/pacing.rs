@@ -78,8 +78,12 @@ pub fn plan_pacing(clock_hz: u64, cycle_us: u64, lead: u64) -> Result<AvrPacing,
             let start = if before < rest { before + whole - rest } else { before - rest };
             first += u128::from(before < rest);
             let bytes = (128 - (whole - 1).leading_zeros()).div_ceil(8);
-            fraction =
-                Some(AvrPeriodFraction { numerator: rest as u32, denominator: whole as u32, start: start as u32, bytes: bytes as u16 });
+            fraction = Some(AvrPeriodFraction {
+                numerator: rest as u32,
+                denominator: whole as u32,
+                start: start as u32,
+                bytes: bytes as u16,
+            });
         }
         return Ok(AvrPacing {
             period: Ratio { num: num as u64, den: den as u64 },

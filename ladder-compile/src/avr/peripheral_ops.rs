@@ -10,7 +10,7 @@ use super::select::AvrSelector;
 use super::serial::{self, AvrUartSetup};
 use super::words::consecutive_registers;
 use crate::code::CodeLabel;
-use crate::ir::{WordOperand, WordId};
+use crate::ir::{WordId, WordOperand};
 
 /// How the peripherals of a program are set.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -67,8 +67,11 @@ impl AvrSelector<'_> {
             self.asm.op(Kind::Ldi, &[POINTER + 1, 0]);
         }
         // Program memory counts bytes here: the sum is a difference with the negated address.
-        self.asm.op_with_label_value(Kind::Subi, &[POINTER, 0], 1, label, |word| (2 * word as i32).wrapping_neg() & 0xFF);
-        self.asm.op_with_label_value(Kind::Sbci, &[POINTER + 1, 0], 1, label, |word| (2 * word as i32).wrapping_neg() >> 8 & 0xFF);
+        self.asm
+            .op_with_label_value(Kind::Subi, &[POINTER, 0], 1, label, |word| (2 * word as i32).wrapping_neg() & 0xFF);
+        self.asm.op_with_label_value(Kind::Sbci, &[POINTER + 1, 0], 1, label, |word| {
+            (2 * word as i32).wrapping_neg() >> 8 & 0xFF
+        });
         let wanted = self.bytes(dst);
         let home = self.home_registers(dst);
         let to = home.unwrap_or(A);

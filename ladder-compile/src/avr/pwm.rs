@@ -4,8 +4,8 @@ use emu_avr::isa::Kind;
 use emu_avr::periph::timers::ClockTap;
 
 use super::arch::{AvrCodeWriter, AvrJump};
-use super::registers::{self, A, LOW_ZERO, AvrRegisters, SCRATCH, ZERO};
-use crate::target::{CompileJob, BuildRefusal};
+use super::registers::{self, A, AvrRegisters, LOW_ZERO, SCRATCH, ZERO};
+use crate::target::{BuildRefusal, CompileJob};
 
 /// How timer 2 is set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,7 +61,8 @@ pub fn plan_pwm(job: &CompileJob<'_>, taps: &[ClockTap]) -> Result<Option<AvrPwm
         ClockTap::Div(prescale) => Some((*prescale, select)),
         _ => None,
     });
-    let settings = settings.flat_map(|(prescale, select)| [false, true].map(|phase| AvrPwmSetup { select, prescale, phase }));
+    let settings =
+        settings.flat_map(|(prescale, select)| [false, true].map(|phase| AvrPwmSetup { select, prescale, phase }));
     // |clock / period - hertz|, by a denominator that is a multiple of all periods.
     let off = |pwm: &AvrPwmSetup| u128::from(clock.abs_diff(hertz.saturating_mul(pwm.period())));
     let best = settings.min_by_key(|pwm| off(pwm) * (1 << 40) / u128::from(pwm.period()));

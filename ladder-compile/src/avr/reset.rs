@@ -3,9 +3,9 @@
 use emu_avr::isa::Kind;
 
 use super::arch::{AvrCodeWriter, AvrJump};
-use super::peripheral_ops::AvrPeripherals;
 use super::layout::{AvrCellPlace, AvrLayout};
-use super::registers::{self, LOW_ZERO, AvrRegisters, ZERO};
+use super::peripheral_ops::AvrPeripherals;
+use super::registers::{self, AvrRegisters, LOW_ZERO, ZERO};
 use super::runtime::{wait_clear, wait_clocks};
 use crate::target::CompileJob;
 
@@ -31,7 +31,13 @@ const JTAG_PINS: &[(&str, &[&str])] = &[
 ];
 
 /// Memory and registers; `calls`: the program has subroutines.
-pub fn clear_memory(asm: &mut AvrCodeWriter, regs: &AvrRegisters, layout: &AvrLayout, job: &CompileJob<'_>, calls: bool) {
+pub fn clear_memory(
+    asm: &mut AvrCodeWriter,
+    regs: &AvrRegisters,
+    layout: &AvrLayout,
+    job: &CompileJob<'_>,
+    calls: bool,
+) {
     let chip = job.target.chip;
     asm.op(Kind::Eor, &[ZERO, ZERO]);
     let at_end = emu_avr::chips::part(chip.name).is_some_and(|part| part.stack_starts_at_ram_end);
@@ -139,7 +145,12 @@ pub fn set_up_ports(asm: &mut AvrCodeWriter, regs: &AvrRegisters, layout: &AvrLa
 }
 
 /// Peripherals in use.
-pub fn set_up_peripherals(asm: &mut AvrCodeWriter, regs: &AvrRegisters, devices: &AvrPeripherals, job: &CompileJob<'_>) {
+pub fn set_up_peripherals(
+    asm: &mut AvrCodeWriter,
+    regs: &AvrRegisters,
+    devices: &AvrPeripherals,
+    job: &CompileJob<'_>,
+) {
     if let Some(serial) = devices.serial {
         serial.start(asm, regs, job);
     }

@@ -4,7 +4,7 @@ use emu_avr::isa::Kind;
 
 use super::arch::{AvrCodeWriter, AvrJump};
 use super::layout::{AvrCellPlace, AvrLayout};
-use super::registers::{self, A, B, BYTE, LOW_ZERO, AvrRegisters, SCRATCH, ZERO};
+use super::registers::{self, A, AvrRegisters, B, BYTE, LOW_ZERO, SCRATCH, ZERO};
 use crate::ir::WordId;
 
 /// A subroutine.

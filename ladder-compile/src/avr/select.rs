@@ -7,12 +7,12 @@ use emu_avr::isa::Kind;
 
 use super::arch::{AvrCodeWriter, AvrJump};
 use super::compare::ComparisonChain;
-use super::peripheral_ops::AvrPeripherals;
 use super::layout::{AvrCellPlace, AvrLayout};
-use super::registers::{BYTE, AvrRegisters, SCRATCH};
-use super::runtime::{RoutineContext, AvrRoutine};
+use super::peripheral_ops::AvrPeripherals;
+use super::registers::{AvrRegisters, BYTE, SCRATCH};
+use super::runtime::{AvrRoutine, RoutineContext};
 use crate::code::CodeLabel;
-use crate::ir::{BitId, BranchCondition, Ir, LogicOp, IrOp, WordId};
+use crate::ir::{BitId, BranchCondition, Ir, IrOp, LogicOp, WordId};
 
 /// What is known along straight code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -283,7 +283,10 @@ impl AvrSelector<'_> {
             }
         }
         let before = self.known;
-        let with_t = |holds: bool| AvrKnownState { t: if cond == BranchCondition::Acc { Some(holds) } else { before.t }, ..before };
+        let with_t = |holds: bool| AvrKnownState {
+            t: if cond == BranchCondition::Acc { Some(holds) } else { before.t },
+            ..before
+        };
         self.known = with_t(holds);
         self.ops(first);
         let after_first = self.known;

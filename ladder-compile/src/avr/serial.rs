@@ -3,7 +3,7 @@
 use super::arch::AvrCodeWriter;
 use super::registers::{self, AvrRegisters};
 use crate::map::Ratio;
-use crate::target::{CompileJob, BuildRefusal};
+use crate::target::{BuildRefusal, CompileJob};
 
 /// How the serial line is set: eight bits, no parity, one stop bit, as reset leaves it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! What a program uses: how often each cell occurs, and which registers its operations need for themselves.
 
-use crate::ir::{BitId, WordComparison, BranchCondition, Ir, LogicOp, ArithmeticOp, IrOp, WordOperand, WordId};
+use crate::ir::{ArithmeticOp, BitId, BranchCondition, Ir, IrOp, LogicOp, WordComparison, WordId, WordOperand};
 
 /// Occurrences and needs of a program.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -56,7 +56,9 @@ impl AvrUsage {
     fn op(&mut self, ir: &Ir, op: &IrOp) {
         match op {
             IrOp::SetAccumulator(_) => {}
-            IrOp::Load { bit, .. } | IrOp::And { bit, .. } | IrOp::Or { bit, .. } | IrOp::Store { bit, .. } => self.bit(*bit),
+            IrOp::Load { bit, .. } | IrOp::And { bit, .. } | IrOp::Or { bit, .. } | IrOp::Store { bit, .. } => {
+                self.bit(*bit)
+            }
             IrOp::SetBit { bit, .. } | IrOp::Rising(bit) | IrOp::Falling(bit) => self.bit(*bit),
             IrOp::AndCompare(compare) => self.compare(compare),
             IrOp::Move { dst, src } => {

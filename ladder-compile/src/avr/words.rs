@@ -9,7 +9,7 @@ use super::layout::AvrCellPlace;
 use super::registers::{A, B, LOW_ZERO, SCRATCH, ZERO};
 use super::runtime::{AvrRoutine, negate};
 use super::select::AvrSelector;
-use crate::ir::{ArithmeticOp, WordOperand, WordId};
+use crate::ir::{ArithmeticOp, WordId, WordOperand};
 
 /// Registers of a value, least byte first.
 pub type RegisterQuad = [i32; 4];
@@ -215,11 +215,17 @@ impl AvrSelector<'_> {
     pub fn math(&mut self, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand) {
         let width = usize::from(self.ir.width(op, dst, a, b));
         match (op, a, b) {
-            (ArithmeticOp::Add, x, WordOperand::Const(c)) | (ArithmeticOp::Add, WordOperand::Const(c), x) => self.add(dst, x, c),
+            (ArithmeticOp::Add, x, WordOperand::Const(c)) | (ArithmeticOp::Add, WordOperand::Const(c), x) => {
+                self.add(dst, x, c)
+            }
             (ArithmeticOp::Sub, x, WordOperand::Const(c)) => self.add(dst, x, c.wrapping_neg()),
-            (ArithmeticOp::Add, a, b) if b == WordOperand::Cell(dst) => self.add_or_subtract((Kind::Add, Kind::Adc), dst, b, a),
+            (ArithmeticOp::Add, a, b) if b == WordOperand::Cell(dst) => {
+                self.add_or_subtract((Kind::Add, Kind::Adc), dst, b, a)
+            }
             (ArithmeticOp::Add, a, b) => self.add_or_subtract((Kind::Add, Kind::Adc), dst, a, b),
-            (ArithmeticOp::Sub, WordOperand::Const(0), b) if usize::from(self.layout.bytes(dst)) <= 2 => self.negate_into(dst, b),
+            (ArithmeticOp::Sub, WordOperand::Const(0), b) if usize::from(self.layout.bytes(dst)) <= 2 => {
+                self.negate_into(dst, b)
+            }
             (ArithmeticOp::Sub, a, b) => self.add_or_subtract((Kind::Sub, Kind::Sbc), dst, a, b),
             (ArithmeticOp::Mul, a, b) => self.multiply(dst, a, b),
             (ArithmeticOp::Div, a, b) => {

@@ -9,13 +9,13 @@ use emu_avr::chips::{ATMEGA328, ATMEGA328P};
 use emu_core::chip::Chip;
 use ladder::{LadderProgram, SymbolKind};
 
-use super::body::{StatementWriter, CellSpelling, literal};
+use super::body::{CellSpelling, StatementWriter, literal};
 use super::names::{IdentifierPool, comment_text};
 use super::{EmitContext, EmittedSource, helpers, lower_and_optimise, tables};
 use crate::codes;
 use crate::ir::{BitRole, Ir, WordRole};
 use crate::pins::{self, AssignedPin};
-use crate::target::{CompileJob, BuildRefusal, CompileTarget};
+use crate::target::{BuildRefusal, CompileJob, CompileTarget};
 
 /// The board: an ATmega328P with its pins in the order of their numbers, those of the serial line last. Timer 0 is the core's
 /// clock, so PWM comes from timer 1, which reaches any frequency.
@@ -329,7 +329,8 @@ static void PlcWriteEeprom(unsigned cell, unsigned char byte) { eeprom_write_byt
 /// The objects, by kind.
 fn object_declarations(plan: &EmitContext<'_>, pins: &[AssignedPin], objects: &CellSpelling) -> String {
     let mut text = String::new();
-    let pin = |name: &str| pins.iter().find(|pin| pin.name == name).and_then(|pin| board_pin_number(pin.pin)).unwrap_or(0);
+    let pin =
+        |name: &str| pins.iter().find(|pin| pin.name == name).and_then(|pin| board_pin_number(pin.pin)).unwrap_or(0);
     let mut kind = |title: &str, lines: Vec<String>| {
         if !lines.is_empty() {
             let _ = write!(text, "\n/* {title} */\n{}", lines.concat());

@@ -4,7 +4,9 @@ use ladder::ElementId;
 
 use super::names::comment_text;
 use super::tables::{TableElement, table_element};
-use crate::ir::{BitId, WordComparison, BranchCondition, Ir, LogicOp, ArithmeticOp, IrOp, RelationOp, WordOperand, WordId, min_bytes};
+use crate::ir::{
+    ArithmeticOp, BitId, BranchCondition, Ir, IrOp, LogicOp, RelationOp, WordComparison, WordId, WordOperand, min_bytes,
+};
 
 /// How a source spells the cells: expressions that can be read and assigned.
 pub(super) struct CellSpelling {
@@ -254,7 +256,9 @@ impl<'a> StatementWriter<'a> {
         let width = self.ir.bytes(dst);
         match value {
             WordOperand::Const(constant) => literal(wrap_constant(constant, width)),
-            WordOperand::Cell(src) => self.fitted_value(dst, &self.word(src), self.ir.bytes(src), self.ir.bytes(src) <= 2),
+            WordOperand::Cell(src) => {
+                self.fitted_value(dst, &self.word(src), self.ir.bytes(src), self.ir.bytes(src) <= 2)
+            }
         }
     }
 

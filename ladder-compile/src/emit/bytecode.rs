@@ -7,7 +7,10 @@ use ladder::LadderProgram;
 
 use super::names::comment_text;
 use super::{EmitContext, EmittedSource, lower_and_optimise};
-use crate::ir::{BitId, BitRole, WordComparison, BranchCondition, Ir, LogicOp, ArithmeticOp, IrOp, RelationOp, ConstantTable, WordOperand, WordId};
+use crate::ir::{
+    ArithmeticOp, BitId, BitRole, BranchCondition, ConstantTable, Ir, IrOp, LogicOp, RelationOp, WordComparison,
+    WordId, WordOperand,
+};
 
 /// The first bytes of an image: a mark, and the version of the format.
 pub const MAGIC: [u8; 4] = [b'E', b'L', b'B', 1];
@@ -262,8 +265,12 @@ impl BytecodeWriter {
                 let (first, second) = match *is {
                     LogicOp::Copy(bit) => (IrOp::Load { bit, negated: false }, None),
                     LogicOp::Not(bit) => (IrOp::Load { bit, negated: true }, None),
-                    LogicOp::And(a, bit) => (IrOp::Load { bit: a, negated: false }, Some(IrOp::And { bit, negated: false })),
-                    LogicOp::Or(a, bit) => (IrOp::Load { bit: a, negated: false }, Some(IrOp::Or { bit, negated: false })),
+                    LogicOp::And(a, bit) => {
+                        (IrOp::Load { bit: a, negated: false }, Some(IrOp::And { bit, negated: false }))
+                    }
+                    LogicOp::Or(a, bit) => {
+                        (IrOp::Load { bit: a, negated: false }, Some(IrOp::Or { bit, negated: false }))
+                    }
                 };
                 self.op(out, &first);
                 second.iter().for_each(|op| self.op(out, op));

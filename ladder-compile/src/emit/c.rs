@@ -5,7 +5,7 @@ use std::fmt::Write;
 use diag::Diagnostic;
 use ladder::LadderProgram;
 
-use super::body::{StatementWriter, CellSpelling, literal};
+use super::body::{CellSpelling, StatementWriter, literal};
 use super::names::{IdentifierPool, comment_text};
 use super::{EmitContext, EmittedSource, helpers, lower_and_optimise, tables};
 use crate::ir::{BitRole, Ir};

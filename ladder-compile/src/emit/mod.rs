@@ -15,7 +15,7 @@ use diag::Diagnostic;
 use ladder::{ElementId, LadderProgram};
 
 use crate::ir::{BitId, BitRole, Ir, WordId, WordRole};
-use crate::{lower, optimise, element_checks};
+use crate::{element_checks, lower, optimise};
 
 /// A cell of the scan's state as a source names it.
 #[derive(Debug, Clone, PartialEq, Eq)]

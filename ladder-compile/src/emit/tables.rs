@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::body::{CellSpelling, literal};
-use crate::ir::{Ir, ConstantTable};
+use crate::ir::{ConstantTable, Ir};
 
 /// What an element of a table is kept as.
 #[derive(Clone, Copy, PartialEq, Eq)]

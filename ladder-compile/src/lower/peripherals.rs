@@ -3,8 +3,11 @@
 use ladder::format::{StringPiece, split_format_string};
 use ladder::{CompareOp, Element, LadderProgram};
 
-use super::{Lowering, step_word, if_accumulator};
-use crate::ir::{BitId, BitRole, WordComparison, BranchCondition, ArithmeticOp, IrOp, RelationOp, WordOperand, WordId, WordRole, min_bytes};
+use super::{Lowering, if_accumulator, step_word};
+use crate::ir::{
+    ArithmeticOp, BitId, BitRole, BranchCondition, IrOp, RelationOp, WordComparison, WordId, WordOperand, WordRole,
+    min_bytes,
+};
 
 /// Microseconds that a byte takes in the EEPROM, with all that a chip needs besides.
 const EEPROM_US: u64 = 10_000;
@@ -66,7 +69,11 @@ impl Lowering<'_> {
             let given = self.new_bit("duty given".to_owned(), BitRole::Temporary);
             self.ir.prologue.push(IrOp::SetBit { bit: given, value: false });
             let set = IrOp::SetPwm { duty: WordOperand::Cell(word) };
-            self.ir.epilogue.push(IrOp::If { cond: BranchCondition::Bit(given), if_true: vec![set], if_false: Vec::new() });
+            self.ir.epilogue.push(IrOp::If {
+                cond: BranchCondition::Bit(given),
+                if_true: vec![set],
+                if_false: Vec::new(),
+            });
             self.duty = Some((word, given));
         }
         if self.ir.uart.send {
@@ -179,21 +186,38 @@ impl Lowering<'_> {
 
     /// The places of a number in the text: `byte` becomes their character where it is not the space of the table. Adds to
     /// `start` what a new transmission needs.
-    fn send_number(&mut self, pieces: &[StringPiece], (left, byte): (WordId, WordId), var: &str, start: &mut Vec<IrOp>) -> Vec<IrOp> {
-        let places: Vec<i32> =
-            (0..).zip(pieces.iter().rev()).filter(|(_, p)| matches!(p, StringPiece::Digit { .. })).map(|(n, _)| n).collect();
+    fn send_number(
+        &mut self,
+        pieces: &[StringPiece],
+        (left, byte): (WordId, WordId),
+        var: &str,
+        start: &mut Vec<IrOp>,
+    ) -> Vec<IrOp> {
+        let places: Vec<i32> = (0..)
+            .zip(pieces.iter().rev())
+            .filter(|(_, p)| matches!(p, StringPiece::Digit { .. }))
+            .map(|(n, _)| n)
+            .collect();
         let (Some(&last), Some(&first)) = (places.first(), places.last()) else { return Vec::new() };
         let signed = pieces.contains(&StringPiece::Sign);
         let var = self.word(var);
         let bytes = self.ir.bytes(var);
-        let rest =
-            if first == last && !signed { var } else { self.new_word_cell(self.element_name("rest"), WordRole::Memory, bytes, 0) };
+        let rest = if first == last && !signed {
+            var
+        } else {
+            self.new_word_cell(self.element_name("rest"), WordRole::Memory, bytes, 0)
+        };
         let at = |op, place: i32| {
             move |lower: &Self, then, otherwise| {
                 lower.if_comparison(op, WordOperand::Cell(left), WordOperand::Const(place), then, otherwise)
             }
         };
-        let character = |from: WordId| IrOp::Math { op: ArithmeticOp::Add, dst: byte, a: WordOperand::Cell(from), b: WordOperand::Const(48) };
+        let character = |from: WordId| IrOp::Math {
+            op: ArithmeticOp::Add,
+            dst: byte,
+            a: WordOperand::Cell(from),
+            b: WordOperand::Const(48),
+        };
         let ones = vec![character(rest)];
         let mut digits = ones;
         if first != last {
@@ -215,7 +239,11 @@ impl Lowering<'_> {
                     if_true: Vec::new(),
                     if_false: vec![IrOp::SetBit { bit: leading, value: false }],
                 },
-                IrOp::If { cond: BranchCondition::Bit(leading), if_true: Vec::new(), if_false: vec![character(quotient)] },
+                IrOp::If {
+                    cond: BranchCondition::Bit(leading),
+                    if_true: Vec::new(),
+                    if_false: vec![character(quotient)],
+                },
             ];
             digits = at(CompareOp::Equ, last)(self, digits, tens);
             if !signed {
@@ -229,11 +257,16 @@ impl Lowering<'_> {
         }
         let top = if signed { first + 1 } else { first };
         if signed {
-            let minus = IrOp::Math { op: ArithmeticOp::Sub, dst: rest, a: WordOperand::Const(0), b: WordOperand::Cell(rest) };
+            let minus =
+                IrOp::Math { op: ArithmeticOp::Sub, dst: rest, a: WordOperand::Const(0), b: WordOperand::Cell(rest) };
             let sign = vec![
                 IrOp::Move { dst: rest, src: WordOperand::Cell(var) },
                 IrOp::If {
-                    cond: BranchCondition::Compare(WordComparison { a: rest, rel: RelationOp::Lt, b: WordOperand::Const(0) }),
+                    cond: BranchCondition::Compare(WordComparison {
+                        a: rest,
+                        rel: RelationOp::Lt,
+                        b: WordOperand::Const(0),
+                    }),
                     if_true: vec![minus, IrOp::Move { dst: byte, src: WordOperand::Const(b'-'.into()) }],
                     if_false: Vec::new(),
                 },
@@ -271,5 +304,9 @@ fn not_zero(word: WordId) -> WordComparison {
 
 /// One less, down to 0.
 fn count_down(word: WordId) -> IrOp {
-    IrOp::If { cond: BranchCondition::Compare(not_zero(word)), if_true: vec![step_word(word, ArithmeticOp::Sub)], if_false: Vec::new() }
+    IrOp::If {
+        cond: BranchCondition::Compare(not_zero(word)),
+        if_true: vec![step_word(word, ArithmeticOp::Sub)],
+        if_false: Vec::new(),
+    }
 }

@@ -1,6 +1,6 @@
 //! Code that can be followed by eye: every operation on bits has a temporary of its own, and the accumulator is gone.
 
-use crate::ir::{BitId, BitCell, BitRole, BranchCondition, Ir, LogicOp, IrOp, IrStep};
+use crate::ir::{BitCell, BitId, BitRole, BranchCondition, Ir, IrOp, IrStep, LogicOp};
 
 /// The same scan as three-address code. The accumulator lives on only where an operation itself needs it.
 #[must_use]
@@ -97,7 +97,11 @@ impl ThreeAddress {
             IrOp::AndCompare(compare) => {
                 let holds = self.temporary();
                 let put = |value| vec![IrOp::SetBit { bit: holds, value }];
-                out.push(IrOp::If { cond: BranchCondition::Compare(*compare), if_true: put(true), if_false: put(false) });
+                out.push(IrOp::If {
+                    cond: BranchCondition::Compare(*compare),
+                    if_true: put(true),
+                    if_false: put(false),
+                });
                 self.acc = self.store_logic(LogicOp::And(self.acc, holds), out);
             }
             IrOp::Receive { .. } => {

@@ -3,10 +3,12 @@
 use std::collections::HashMap;
 
 use ladder::symbols::for_each_symbol_use;
-use ladder::{CompareOp, CounterKind, LadderDialect, Element, ElementId, LdFormat, LadderOperand, LadderProgram, TimerKind};
+use ladder::{
+    CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, TimerKind,
+};
 
-use super::{Lowering, step_word, if_accumulator};
-use crate::ir::{BitRole, WordComparison, BranchCondition, ArithmeticOp, TimedModule, IrOp, RelationOp, WordOperand};
+use super::{Lowering, if_accumulator, step_word};
+use crate::ir::{ArithmeticOp, BitRole, BranchCondition, IrOp, RelationOp, TimedModule, WordComparison, WordOperand};
 
 /// The number of scans that a timer counts: delay / cycle, truncated, plus its adjust; `None` below 1, beyond 32 bits, or
 /// where delay or adjust are no constants. Without an adjust it is -1, as in release 2.3, but 0 in LDmicro 5's own files.
@@ -89,26 +91,43 @@ impl Lowering<'_> {
         // A timer that cannot be counted was refused before.
         let Some(limit) = timer_scans(self.program, delay, adjust) else { return };
         if self.keep_modules {
-            return self.push(IrOp::Module { module: TimedModule::Timer(kind), word, limit: WordOperand::Const(limit) });
+            return self.push(IrOp::Module {
+                module: TimedModule::Timer(kind),
+                word,
+                limit: WordOperand::Const(limit),
+            });
         }
-        let running = BranchCondition::Compare(WordComparison { a: word, rel: RelationOp::Lt, b: WordOperand::Const(limit) });
+        let running =
+            BranchCondition::Compare(WordComparison { a: word, rel: RelationOp::Lt, b: WordOperand::Const(limit) });
         let count = step_word(word, ArithmeticOp::Add);
         let clear = IrOp::Move { dst: word, src: WordOperand::Const(0) };
         match kind {
             TimerKind::Ton => self.push(IrOp::If {
                 cond: BranchCondition::Acc,
-                if_true: vec![IrOp::If { cond: running, if_true: vec![count, IrOp::SetAccumulator(false)], if_false: vec![] }],
+                if_true: vec![IrOp::If {
+                    cond: running,
+                    if_true: vec![count, IrOp::SetAccumulator(false)],
+                    if_false: vec![],
+                }],
                 if_false: vec![clear],
             }),
             TimerKind::Tof => {
                 if let Some(scanned) = self.after_first_scan.filter(|_| !self.preset.contains(&self.element)) {
                     let preset = IrOp::Move { dst: word, src: WordOperand::Const(limit) };
-                    self.push(IrOp::If { cond: BranchCondition::Bit(scanned), if_true: vec![], if_false: vec![preset] });
+                    self.push(IrOp::If {
+                        cond: BranchCondition::Bit(scanned),
+                        if_true: vec![],
+                        if_false: vec![preset],
+                    });
                 }
                 self.push(IrOp::If {
                     cond: BranchCondition::Acc,
                     if_true: vec![clear],
-                    if_false: vec![IrOp::If { cond: running, if_true: vec![count, IrOp::SetAccumulator(true)], if_false: vec![] }],
+                    if_false: vec![IrOp::If {
+                        cond: running,
+                        if_true: vec![count, IrOp::SetAccumulator(true)],
+                        if_false: vec![],
+                    }],
                 });
             }
             TimerKind::Rto => self.push(IrOp::If {

@@ -3,7 +3,7 @@
 use ladder::{CompareOp, LadderOperand};
 
 use super::{Lowering, if_accumulator};
-use crate::ir::{WordComparison, ArithmeticOp, IrOp, RelationOp, ConstantTable, WordOperand, WordId, min_bytes};
+use crate::ir::{ArithmeticOp, ConstantTable, IrOp, RelationOp, WordComparison, WordId, WordOperand, min_bytes};
 
 /// What a comparison comes down to.
 pub(super) enum ReducedComparison {
@@ -28,7 +28,9 @@ impl Lowering<'_> {
                 };
                 self.relation(mirrored, right, left)
             }
-            (WordOperand::Cell(a), WordOperand::Cell(b)) if a == b => ReducedComparison::Always(comparison_holds(op, 0, 0)),
+            (WordOperand::Cell(a), WordOperand::Cell(b)) if a == b => {
+                ReducedComparison::Always(comparison_holds(op, 0, 0))
+            }
             (WordOperand::Cell(a), WordOperand::Cell(b)) => match op {
                 Equ => make(a, RelationOp::Eq, right),
                 Neq => make(a, RelationOp::Ne, right),

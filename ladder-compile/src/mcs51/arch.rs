@@ -2,7 +2,7 @@
 
 use emu_8051::isa::{self, Kind, ROWS};
 
-use crate::code::{TargetArch, CycleCounts, ControlFlow, FormInstruction};
+use crate::code::{ControlFlow, CycleCounts, FormInstruction, TargetArch};
 
 /// The family for [`crate::code::Asm`]. Program words are bytes.
 #[derive(Debug, Clone, Copy)]
@@ -72,16 +72,21 @@ impl TargetArch for Mcs51Arch {
     fn jump_form(&self, jump: Mcs51Jump, level: u8, at: u32, target: u32) -> Option<Vec<FormInstruction<Kind>>> {
         match (jump, level) {
             (Mcs51Jump::Unconditional, level) => shortest_jump(level, at, target).map(|step| vec![step]),
-            (Mcs51Jump::Call, 0) => ((at + 2) >> 11 == target >> 11).then(|| vec![jump_instruction(Kind::Acall, &[], target)]),
-            (Mcs51Jump::Call, _) => Some(vec![jump_instruction(Kind::Lcall, &[], target)]),
-            (Mcs51Jump::LoadAddress, _) => {
-                Some(vec![FormInstruction { kind: Kind::MovDptr, operands: vec![(target & 0xFFFF) as i32], target: None }])
+            (Mcs51Jump::Call, 0) => {
+                ((at + 2) >> 11 == target >> 11).then(|| vec![jump_instruction(Kind::Acall, &[], target)])
             }
+            (Mcs51Jump::Call, _) => Some(vec![jump_instruction(Kind::Lcall, &[], target)]),
+            (Mcs51Jump::LoadAddress, _) => Some(vec![FormInstruction {
+                kind: Kind::MovDptr,
+                operands: vec![(target & 0xFFFF) as i32],
+                target: None,
+            }]),
             (Mcs51Jump::Conditional(kind, operands, count), level) => {
                 let operands = operands.get(..count).unwrap_or(&operands);
                 let len = self.instruction_words(kind);
                 if level == 0 {
-                    return is_short_reachable(at + len, target).then(|| vec![jump_instruction(kind, operands, target)]);
+                    return is_short_reachable(at + len, target)
+                        .then(|| vec![jump_instruction(kind, operands, target)]);
                 }
                 if let Some(opposite) = opposite(kind) {
                     let far = shortest_jump(level, at + len, target)?;

@@ -2,9 +2,9 @@
 
 use emu_8051::isa::Kind;
 
+use super::known_state::{AccumulatorState, BitSource, ByteOperand};
 use super::registers::{ACC, B, F0};
 use super::select::Mcs51Selector;
-use super::known_state::{AccumulatorState, ByteOperand, BitSource};
 use crate::ir::{BitId, LogicOp};
 
 impl Mcs51Selector<'_> {

@@ -3,9 +3,9 @@
 use emu_8051::isa::Kind;
 
 use super::arch::Mcs51Jump;
-use super::registers::F0;
-use super::select::{PendingCode, Mcs51Selector};
 use super::known_state::{AccumulatorState, BitSource, SelectorState, reads_accumulator};
+use super::registers::F0;
+use super::select::{Mcs51Selector, PendingCode};
 use crate::code::CodeLabel;
 use crate::ir::{BranchCondition, IrOp};
 
@@ -20,7 +20,8 @@ impl Mcs51Selector<'_> {
         // Only one arm: jump past it. Two: the first ends with a jump past the second.
         let (first, second, holds) = if then.is_empty() { (otherwise, then, false) } else { (then, otherwise, true) };
         let (other, end) = (self.asm.new_label(), self.asm.new_label());
-        let (go_on, jump) = self.branch_on(cond, holds, other, reads_accumulator(then, after) || reads_accumulator(otherwise, after));
+        let (go_on, jump) =
+            self.branch_on(cond, holds, other, reads_accumulator(then, after) || reads_accumulator(otherwise, after));
         let before = std::mem::take(&mut self.pending);
         self.state = go_on;
         self.select_ops(first, after);
@@ -34,8 +35,9 @@ impl Mcs51Selector<'_> {
             joined.acc = AccumulatorState::default();
         } else if joined.acc == AccumulatorState::default() {
             // An arm without code is best left so.
-            let cost =
-                |inverted| one_ends.carry_cost(inverted) + two_ends.carry_cost(inverted) * if two.is_empty() { 3 } else { 1 };
+            let cost = |inverted| {
+                one_ends.carry_cost(inverted) + two_ends.carry_cost(inverted) * if two.is_empty() { 3 } else { 1 }
+            };
             let inverted = cost(true) < cost(false);
             let mut agree = |lines: &mut Vec<PendingCode>, ends: SelectorState| {
                 self.state = ends;
@@ -58,7 +60,13 @@ impl Mcs51Selector<'_> {
     }
 
     /// Goes on where the condition is as `holds` says, jumps elsewhere; returns what is known in both cases.
-    fn branch_on(&mut self, cond: BranchCondition, holds: bool, other: CodeLabel, live: bool) -> (SelectorState, SelectorState) {
+    fn branch_on(
+        &mut self,
+        cond: BranchCondition,
+        holds: bool,
+        other: CodeLabel,
+        live: bool,
+    ) -> (SelectorState, SelectorState) {
         let (flag, negated) = match cond {
             BranchCondition::Compare(compare) => {
                 let keep = live && self.state.only_in_carry();
@@ -66,14 +74,19 @@ impl Mcs51Selector<'_> {
                 return if live { (on, off) } else { (without_acc(on), without_acc(off)) };
             }
             BranchCondition::Bit(bit) => (Some(BitSource::Cell(bit)), false),
-            BranchCondition::Acc => (self.state.acc.flag.map(|(flag, _)| flag), self.state.acc.flag.is_some_and(|(_, n)| n)),
+            BranchCondition::Acc => {
+                (self.state.acc.flag.map(|(flag, _)| flag), self.state.acc.flag.is_some_and(|(_, n)| n))
+            }
         };
         let is_acc = cond == BranchCondition::Acc || self.state.acc.flag.is_some_and(|(known, _)| Some(known) == flag);
         let wanted = |state: SelectorState, value: bool| {
             // The value of the condition; of the accumulator, where that is the same.
             let flips = cond != BranchCondition::Acc && complemented(&state);
             SelectorState {
-                acc: AccumulatorState { known: if is_acc { Some(value ^ flips) } else { state.acc.known }, ..state.acc },
+                acc: AccumulatorState {
+                    known: if is_acc { Some(value ^ flips) } else { state.acc.known },
+                    ..state.acc
+                },
                 ..state
             }
         };

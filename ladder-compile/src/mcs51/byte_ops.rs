@@ -2,9 +2,9 @@
 
 use emu_8051::isa::Kind;
 
+use super::known_state::ByteOperand;
 use super::registers::{ACC, B};
 use super::select::Mcs51Selector;
-use super::known_state::ByteOperand;
 
 /// Arithmetic of A and a byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,11 +4,11 @@ use emu_8051::isa::Kind;
 
 use super::arch::Mcs51Jump;
 use super::byte_ops::AluOp;
-use super::registers::{ACC, B, OV};
-use super::select::{PendingCode, Mcs51Selector};
 use super::known_state::{AccumulatorState, ByteOperand, SelectorState};
+use super::registers::{ACC, B, OV};
+use super::select::{Mcs51Selector, PendingCode};
 use crate::code::CodeLabel;
-use crate::ir::{WordComparison, RelationOp, WordOperand, WordId, min_bytes};
+use crate::ir::{RelationOp, WordComparison, WordId, WordOperand, min_bytes};
 
 impl Mcs51Selector<'_> {
     /// Width of a comparison.
@@ -22,7 +22,13 @@ impl Mcs51Selector<'_> {
 
     /// Compares and jumps where the outcome is `when`; with `keep` the accumulator is saved from the carry. Returns what is
     /// known when it goes on, and when it jumps.
-    pub(super) fn compare_jump(&mut self, compare: &WordComparison, when: bool, to: CodeLabel, keep: bool) -> (SelectorState, SelectorState) {
+    pub(super) fn compare_jump(
+        &mut self,
+        compare: &WordComparison,
+        when: bool,
+        to: CodeLabel,
+        keep: bool,
+    ) -> (SelectorState, SelectorState) {
         let width = self.compare_width(compare);
         let a = WordOperand::Cell(compare.a);
         let extends = self.is_narrower(a, width) || self.is_narrower(compare.b, width);
@@ -68,7 +74,8 @@ impl Mcs51Selector<'_> {
         let zeros = pairs.iter().filter(|(_, b)| *b == ByteOperand::Imm(0)).count();
         // At most one byte to compare with something: the others only need to be 0.
         if zeros + 1 >= pairs.len() {
-            let mut rest: Vec<ByteOperand> = pairs.iter().filter(|(_, b)| *b == ByteOperand::Imm(0)).map(|&(a, _)| a).collect();
+            let mut rest: Vec<ByteOperand> =
+                pairs.iter().filter(|(_, b)| *b == ByteOperand::Imm(0)).map(|&(a, _)| a).collect();
             match pairs.iter().find(|(_, b)| *b != ByteOperand::Imm(0)) {
                 Some(&(a, b)) if rest.is_empty() && !if_equal && !keep => return self.jump_if_different(a, b, to),
                 Some(&(a, b)) => {

@@ -123,8 +123,12 @@ fn is_accumulator_read(op: &IrOp, after: bool) -> bool {
         // What only narrows or widens it is left out where nobody looks.
         IrOp::And { .. } | IrOp::Or { .. } | IrOp::AndCompare(_) => after,
         IrOp::Store { .. } | IrOp::Rising(_) | IrOp::Falling(_) | IrOp::Module { .. } => true,
-        IrOp::SetBit { .. } | IrOp::Move { .. } | IrOp::Math { .. } | IrOp::Lookup { .. } | IrOp::ReadAdc { .. } => after,
+        IrOp::SetBit { .. } | IrOp::Move { .. } | IrOp::Math { .. } | IrOp::Lookup { .. } | IrOp::ReadAdc { .. } => {
+            after
+        }
         IrOp::SetPwm { .. } | IrOp::Send { .. } | IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } => after,
-        IrOp::If { cond, if_true: then, if_false: otherwise } => *cond == BranchCondition::Acc || reads_accumulator(then, after) || reads_accumulator(otherwise, after),
+        IrOp::If { cond, if_true: then, if_false: otherwise } => {
+            *cond == BranchCondition::Acc || reads_accumulator(then, after) || reads_accumulator(otherwise, after)
+        }
     }
 }

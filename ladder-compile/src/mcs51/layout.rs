@@ -10,7 +10,7 @@
 //! 80h .. FFh   words, on chips that have it, reached through R0
 //! ```
 
-use crate::ir::{BitId, BitRole, BranchCondition, Ir, ArithmeticOp, IrOp, WordOperand, WordId};
+use crate::ir::{ArithmeticOp, BitId, BitRole, BranchCondition, Ir, IrOp, WordId, WordOperand};
 use crate::map::CellLocation;
 use crate::pins::AssignedPin;
 use crate::target::BuildRefusal;
@@ -136,7 +136,9 @@ impl Mcs51Usage {
 
     fn op(&mut self, op: &IrOp) {
         match op {
-            IrOp::Load { bit, .. } | IrOp::And { bit, .. } | IrOp::Or { bit, .. } | IrOp::Store { bit, .. } => self.bit(*bit),
+            IrOp::Load { bit, .. } | IrOp::And { bit, .. } | IrOp::Or { bit, .. } | IrOp::Store { bit, .. } => {
+                self.bit(*bit)
+            }
             IrOp::SetBit { bit, .. } | IrOp::Rising(bit) | IrOp::Falling(bit) => self.bit(*bit),
             IrOp::AndCompare(c) | IrOp::If { cond: BranchCondition::Compare(c), .. } => {
                 self.word(c.a);
@@ -171,7 +173,13 @@ impl Mcs51Usage {
 ///
 /// # Errors
 /// RAM is too small: bytes needed and bytes there.
-pub fn layout(ir: &Ir, pins: &[AssignedPin], regs: Mcs51Registers, ram: u16, needs: Mcs51RamNeeds) -> Result<Mcs51Layout, BuildRefusal> {
+pub fn layout(
+    ir: &Ir,
+    pins: &[AssignedPin],
+    regs: Mcs51Registers,
+    ram: u16,
+    needs: Mcs51RamNeeds,
+) -> Result<Mcs51Layout, BuildRefusal> {
     let stack = if needs.multiply.max(needs.divide) > 0 { STACK_RANGE.len() } else { 0 };
     // R0 points above 7Fh; whether it has to is known once everything is placed below.
     let low = try_layout(ir, pins, regs, usize::from(ram).min(0x80), needs, false);
@@ -182,7 +190,14 @@ pub fn layout(ir: &Ir, pins: &[AssignedPin], regs: Mcs51Registers, ram: u16, nee
     placed.map_err(|bytes| BuildRefusal::RamTooSmall { needed: (bytes + stack) as u64, available: ram.into() })
 }
 
-fn try_layout(ir: &Ir, pins: &[AssignedPin], regs: Mcs51Registers, ram: usize, needs: Mcs51RamNeeds, points: bool) -> Result<Mcs51Layout, usize> {
+fn try_layout(
+    ir: &Ir,
+    pins: &[AssignedPin],
+    regs: Mcs51Registers,
+    ram: usize,
+    needs: Mcs51RamNeeds,
+    points: bool,
+) -> Result<Mcs51Layout, usize> {
     let calls = needs.multiply.max(needs.divide) > 0;
     let mut free = Mcs51FreeRam { taken: vec![false; ram], requested_bytes: 0 };
     free.taken.iter_mut().take(usize::from(points)).for_each(|taken| *taken = true);
@@ -256,7 +271,8 @@ fn try_layout(ir: &Ir, pins: &[AssignedPin], regs: Mcs51Registers, ram: usize, n
         used += 1;
         (byte, used - 1)
     };
-    let arrived = ir.uart.receive.then(|| one(&mut free)).map(|(byte, bit)| (byte - BIT_ADDRESSABLE.start as u8) * 8 + bit);
+    let arrived =
+        ir.uart.receive.then(|| one(&mut free)).map(|(byte, bit)| (byte - BIT_ADDRESSABLE.start as u8) * 8 + bit);
     for n in others {
         let place = one(&mut free);
         bits.get_mut(n).into_iter().for_each(|at| *at = place);
@@ -277,7 +293,16 @@ fn try_layout(ir: &Ir, pins: &[AssignedPin], regs: Mcs51Registers, ram: usize, n
         return Err(free.requested_bytes);
     }
     let top = free.taken.iter().rposition(|taken| *taken).unwrap_or(0) as u8;
-    Ok(Mcs51Layout { ports, bits, words, scratch, pacing_ram: pace, byte_received_flag: arrived, highest_address: top, ram_bytes: placed as u32 })
+    Ok(Mcs51Layout {
+        ports,
+        bits,
+        words,
+        scratch,
+        pacing_ram: pace,
+        byte_received_flag: arrived,
+        highest_address: top,
+        ram_bytes: placed as u32,
+    })
 }
 
 /// The widest multiplication and division that need a subroutine, in bytes.

@@ -4,11 +4,11 @@ use emu_8051::isa::Kind;
 
 use super::arch::Mcs51Jump;
 use super::byte_ops::AluOp;
-use super::registers::{B, DPL};
-use super::select::{PendingCode, Mcs51Selector};
 use super::known_state::{AccumulatorState, ByteOperand, SelectorState};
+use super::registers::{B, DPL};
+use super::select::{Mcs51Selector, PendingCode};
 use crate::code::CodeLabel;
-use crate::ir::{WordOperand, WordId};
+use crate::ir::{WordId, WordOperand};
 
 impl Mcs51Selector<'_> {
     /// dst := table[index]. Each byte of the values is a table of its own, but where it is always the same.
@@ -95,6 +95,9 @@ impl Mcs51Selector<'_> {
             self.copy(at + n, ByteOperand::Imm(0));
         }
         self.place(none);
-        self.state = SelectorState { acc: AccumulatorState { carry: Some(false), ..AccumulatorState::default() }, ..SelectorState::default() };
+        self.state = SelectorState {
+            acc: AccumulatorState { carry: Some(false), ..AccumulatorState::default() },
+            ..SelectorState::default()
+        };
     }
 }

@@ -7,6 +7,7 @@ mod bit_ops;
 mod branch;
 mod byte_ops;
 mod compare;
+mod known_state;
 pub mod layout;
 mod lookup;
 pub mod pacing;
@@ -14,19 +15,18 @@ pub mod registers;
 mod runtime;
 pub mod select;
 pub mod serial;
-mod known_state;
 mod word_ops;
 
 use emu_8051::chips::{MCS51_PARTS, Mcs51Part};
 use emu_8051::isa::Kind;
 use ladder::ElementId;
 
-use crate::code::{CodeWriter, FinishedCode, CodeLabel};
+use crate::code::{CodeLabel, CodeWriter, FinishedCode};
 use crate::ir::IrOp;
-use crate::map::SpecialPin;
-use crate::target::{BuiltImage, CompileJob, ImageLine, CodeMark, BuildRefusal, CompileTarget};
 use crate::longest_path::longest_path;
-use arch::{Mcs51Jump, Mcs51Arch};
+use crate::map::SpecialPin;
+use crate::target::{BuildRefusal, BuiltImage, CodeMark, CompileJob, CompileTarget, ImageLine};
+use arch::{Mcs51Arch, Mcs51Jump};
 use layout::Mcs51Layout;
 use pacing::{Mcs51Pacing, Mcs51PacingTimer};
 use registers::Mcs51Registers;
@@ -44,7 +44,15 @@ const PINS: &[&str] = &[
 pub const TARGETS: &[CompileTarget] = &[target("8051"), target("8052"), target("at89s52")];
 
 const fn target(name: &str) -> CompileTarget {
-    CompileTarget { chip: &chip_part(name).chip, pins: PINS, uart: Some(("P3.1", "P3.0")), pwm: None, adc: &[], eeprom: 0, build }
+    CompileTarget {
+        chip: &chip_part(name).chip,
+        pins: PINS,
+        uart: Some(("P3.1", "P3.0")),
+        pwm: None,
+        adc: &[],
+        eeprom: 0,
+        build,
+    }
 }
 
 /// The row of a chip, which is there: it is looked up when this crate is compiled.
@@ -77,8 +85,8 @@ const JUMP_CYCLES: u64 = 2;
 pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     let regs = Mcs51Registers(job.target.chip);
     check_capabilities(job)?;
-    let pace =
-        pacing::plan_pacing(job.clock_hz, job.cycle_us).map_err(|(shortest, longest)| BuildRefusal::PeriodOutOfRange { shortest, longest })?;
+    let pace = pacing::plan_pacing(job.clock_hz, job.cycle_us)
+        .map_err(|(shortest, longest)| BuildRefusal::PeriodOutOfRange { shortest, longest })?;
     let line = job.ir.uart.send || job.ir.uart.receive;
     let speed = match job.baud.filter(|_| line) {
         Some(baud) => Some(
@@ -210,13 +218,16 @@ impl Mcs51BuildPlan<'_> {
     fn with_timing(&self, code: FinishedCode, sends: &[CodeLabel], poll_at: CodeLabel) -> TimedCode {
         let at = |mark| code.mark_address(mark).unwrap_or(0);
         let (start, end) = (at(CodeMark::ScanStart), at(CodeMark::ScanEnd));
-        let look = code.instructions.iter().find(|insn| insn.addr == code.label_address(poll_at)).map_or(0, |insn| insn.len);
+        let look =
+            code.instructions.iter().find(|insn| insn.addr == code.label_address(poll_at)).map_or(0, |insn| insn.len);
         let poll = POLL_CYCLES + longest_path(&code, at(CodeMark::PollLoop) + look, start);
         let mut worst = longest_path(&code, start, end) + JUMP_CYCLES;
         // A byte goes out at the latest where the slowest scan sends without a wait, if no byte takes longer than the scans
         // that the language gives it (see `serial::speed`): then what one waits for was late itself.
-        let before = sends.iter().map(|&send| longest_path(&code, start, code.label_address(send))).max().unwrap_or(0) + poll;
-        let behind = sends.iter().map(|&send| longest_path(&code, code.label_address(send), end)).max().unwrap_or(0) + JUMP_CYCLES;
+        let before =
+            sends.iter().map(|&send| longest_path(&code, start, code.label_address(send))).max().unwrap_or(0) + poll;
+        let behind = sends.iter().map(|&send| longest_path(&code, code.label_address(send), end)).max().unwrap_or(0)
+            + JUMP_CYCLES;
         let wait = match (self.speed, sends.is_empty()) {
             (Some(speed), false) => {
                 let (byte, apart) = speed.byte_cycles(self.job.baud.unwrap_or(1), self.job.cycle_us, self.pace.period);
@@ -234,7 +245,13 @@ impl Mcs51BuildPlan<'_> {
             longest_path(&code, from, to) + if sends { wait } else { 0 }
         });
         let rungs = rungs.collect();
-        TimedCode { code, worst_scan_cycles: worst, rung_cycles: rungs, poll_cycles: poll, transmitter_wait_cycles: wait }
+        TimedCode {
+            code,
+            worst_scan_cycles: worst,
+            rung_cycles: rungs,
+            poll_cycles: poll,
+            transmitter_wait_cycles: wait,
+        }
     }
 
     fn check_fit(&self, image: &TimedCode) -> Result<(), BuildRefusal> {
@@ -243,7 +260,8 @@ impl Mcs51BuildPlan<'_> {
             return Err(BuildRefusal::CodeTooLarge { needed, available, rungs: rung_bytes(self.job, &image.code) });
         }
         // The scan must be over when the next turn of the timer is.
-        if self.pace.timer_rounds > 1 && image.worst_scan_cycles + image.poll_cycles > u64::from(self.pace.round_cycles) {
+        if self.pace.timer_rounds > 1 && image.worst_scan_cycles + image.poll_cycles > u64::from(self.pace.round_cycles)
+        {
             return Err(BuildRefusal::Unsupported {
                 cause: format!(
                     "a scan takes up to {} machine cycles, but the timer overflows every {}, {} times in a cycle of {} us",

@@ -10,9 +10,9 @@
 
 use emu_8051::isa::Kind;
 
-use super::arch::{Mcs51Jump, Mcs51Arch};
+use super::arch::{Mcs51Arch, Mcs51Jump};
 use super::registers::{B, DPL, Mcs51Registers};
-use crate::code::{CodeWriter, CodeLabel};
+use crate::code::{CodeLabel, CodeWriter};
 use crate::map::Ratio;
 use crate::target::CodeMark;
 
@@ -227,7 +227,14 @@ impl Mcs51PacingTimer<'_> {
 
     /// The bytes at `at` := `short`, or `long` where the fractions make a whole. A high byte that is always the same is left
     /// alone.
-    fn choose_reload(&self, asm: &mut CodeWriter<Mcs51Arch>, f: Mcs51PeriodFraction, short: (i32, i32), long: (i32, i32), at: (i32, i32)) {
+    fn choose_reload(
+        &self,
+        asm: &mut CodeWriter<Mcs51Arch>,
+        f: Mcs51PeriodFraction,
+        short: (i32, i32),
+        long: (i32, i32),
+        at: (i32, i32),
+    ) {
         let set = |asm: &mut CodeWriter<Mcs51Arch>, value: (i32, i32)| {
             asm.op(Kind::MovDirImm, &[at.0, value.0]);
             if short.1 != long.1 {

@@ -2,13 +2,13 @@
 
 use emu_8051::isa::Kind;
 
-use super::arch::{Mcs51Jump, Mcs51Arch};
+use super::arch::{Mcs51Arch, Mcs51Jump};
 use super::byte_ops::AluOp;
+use super::known_state::{ByteOperand, SelectorState};
 use super::layout::Mcs51Layout;
 use super::registers::{ACC, B, DPL, SIGN};
-use super::select::{PendingCode, Mcs51Selector};
-use super::known_state::{ByteOperand, SelectorState};
-use crate::code::{CodeWriter, CodeLabel};
+use super::select::{Mcs51Selector, PendingCode};
+use crate::code::{CodeLabel, CodeWriter};
 use crate::ir::Ir;
 
 /// From reset on: outputs low before anything else, since reset leaves all ports high; then RAM, whatever it held.
@@ -129,8 +129,13 @@ impl Mcs51Selector<'_> {
     /// Two bytes each, without sign. The high byte of the quotient comes from DIV where the divisor has one byte, and is 0
     /// where it has two, so that eight turns are left, with the high byte of the dividend, or what DIV left of it, as the remainder.
     fn divide_words(&mut self, [x0, x1, y0, y1, rest0, rest1]: [u8; 6], count: u8) {
-        let (two, zero, go, again, smaller) =
-            (self.asm.new_label(), self.asm.new_label(), self.asm.new_label(), self.asm.new_label(), self.asm.new_label());
+        let (two, zero, go, again, smaller) = (
+            self.asm.new_label(),
+            self.asm.new_label(),
+            self.asm.new_label(),
+            self.asm.new_label(),
+            self.asm.new_label(),
+        );
         self.load(ByteOperand::At(y1));
         self.jump(Kind::Jnz, &[], two);
         self.load(ByteOperand::At(y0));

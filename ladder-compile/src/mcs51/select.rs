@@ -5,11 +5,11 @@
 
 use emu_8051::isa::Kind;
 
-use super::arch::{Mcs51Jump, Mcs51Arch};
+use super::arch::{Mcs51Arch, Mcs51Jump};
+use super::known_state::{AccumulatorState, BitSource, SelectorState, acc_live_after};
 use super::layout::Mcs51Layout;
 use super::registers::Mcs51Registers;
-use super::known_state::{AccumulatorState, BitSource, SelectorState, acc_live_after};
-use crate::code::{CodeWriter, CodeLabel};
+use crate::code::{CodeLabel, CodeWriter};
 use crate::ir::{Ir, IrOp};
 use crate::target::CodeMark;
 
@@ -110,9 +110,12 @@ impl<'a> Mcs51Selector<'a> {
 
     fn op(&mut self, op: &IrOp, live: bool) {
         match op {
-            IrOp::SetAccumulator(value) => self.state.acc = AccumulatorState { known: Some(*value), ..AccumulatorState::default() },
+            IrOp::SetAccumulator(value) => {
+                self.state.acc = AccumulatorState { known: Some(*value), ..AccumulatorState::default() }
+            }
             IrOp::Load { bit, negated } => {
-                self.state.acc = AccumulatorState { flag: Some((BitSource::Cell(*bit), *negated)), ..AccumulatorState::default() };
+                self.state.acc =
+                    AccumulatorState { flag: Some((BitSource::Cell(*bit), *negated)), ..AccumulatorState::default() };
             }
             IrOp::And { bit, negated } if live => self.combine(true, BitSource::Cell(*bit), *negated),
             IrOp::Or { bit, negated } if live => self.combine(false, BitSource::Cell(*bit), *negated),
@@ -132,7 +135,11 @@ impl<'a> Mcs51Selector<'a> {
             IrOp::Receive { dst } => self.receive(*dst),
             IrOp::If { cond, if_true: then, if_false: otherwise } => self.branch(*cond, then, otherwise, live),
             // Refused before: the chips have nothing of the kind.
-            IrOp::ReadAdc { .. } | IrOp::SetPwm { .. } | IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } | IrOp::Module { .. } => {}
+            IrOp::ReadAdc { .. }
+            | IrOp::SetPwm { .. }
+            | IrOp::ReadEeprom { .. }
+            | IrOp::WriteEeprom { .. }
+            | IrOp::Module { .. } => {}
         }
         if !live {
             self.state.acc = AccumulatorState::default();

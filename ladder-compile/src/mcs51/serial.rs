@@ -59,7 +59,15 @@ pub fn plan_baud(clock_hz: u64, baud: u64, cycle_us: u64, has_timer2: bool) -> R
             let error = off * 1_000_000_000 / (u128::from(bit) * u128::from(baud)).max(1);
             if near && in_time && best.is_none_or(|(known, _)| error < known) {
                 let (num, den) = reduce_fraction(bit.into(), 12);
-                best = Some((error, Mcs51BaudSetup { uses_timer2: second, double, counts, bit: Ratio { num: num as u64, den: den as u64 } }));
+                best = Some((
+                    error,
+                    Mcs51BaudSetup {
+                        uses_timer2: second,
+                        double,
+                        counts,
+                        bit: Ratio { num: num as u64, den: den as u64 },
+                    },
+                ));
             }
         }
     }

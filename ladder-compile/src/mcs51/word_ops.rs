@@ -4,16 +4,18 @@ use emu_8051::isa::Kind;
 
 use super::arch::Mcs51Jump;
 use super::byte_ops::AluOp;
-use super::registers::{B, DPL};
-use super::select::{PendingCode, Mcs51Selector};
 use super::known_state::ByteOperand;
-use crate::ir::{ArithmeticOp, WordOperand, WordId};
+use super::registers::{B, DPL};
+use super::select::{Mcs51Selector, PendingCode};
+use crate::ir::{ArithmeticOp, WordId, WordOperand};
 
 impl Mcs51Selector<'_> {
     /// The bytes of a value at `width`, low byte first. The sign of a narrower cell goes to `slot`, which costs A and the carry.
     pub(super) fn operand_bytes(&mut self, value: WordOperand, width: u8, slot: i32) -> Vec<ByteOperand> {
         match value {
-            WordOperand::Const(value) => value.to_le_bytes().into_iter().take(width.into()).map(ByteOperand::Imm).collect(),
+            WordOperand::Const(value) => {
+                value.to_le_bytes().into_iter().take(width.into()).map(ByteOperand::Imm).collect()
+            }
             WordOperand::Cell(word) => {
                 let (at, bytes) = (self.layout.word(word), self.ir.bytes(word));
                 let mut all: Vec<ByteOperand> = (0..bytes.min(width)).map(|n| ByteOperand::At(at + n)).collect();
@@ -29,7 +31,12 @@ impl Mcs51Selector<'_> {
     }
 
     /// The bytes of two values at `width`.
-    pub(super) fn operand_byte_pairs(&mut self, a: WordOperand, b: WordOperand, width: u8) -> Vec<(ByteOperand, ByteOperand)> {
+    pub(super) fn operand_byte_pairs(
+        &mut self,
+        a: WordOperand,
+        b: WordOperand,
+        width: u8,
+    ) -> Vec<(ByteOperand, ByteOperand)> {
         let a = self.operand_bytes(a, width, B);
         let b = self.operand_bytes(b, width, DPL);
         a.into_iter().zip(b).collect()
@@ -82,10 +89,13 @@ impl Mcs51Selector<'_> {
     /// dst := a op b.
     pub(super) fn math(&mut self, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand, live: bool) {
         match (op, a, b) {
-            (ArithmeticOp::Add, WordOperand::Const(c), WordOperand::Cell(a)) | (ArithmeticOp::Add, WordOperand::Cell(a), WordOperand::Const(c)) => {
+            (ArithmeticOp::Add, WordOperand::Const(c), WordOperand::Cell(a))
+            | (ArithmeticOp::Add, WordOperand::Cell(a), WordOperand::Const(c)) => {
                 self.add_constant(dst, a, c, live);
             }
-            (ArithmeticOp::Sub, WordOperand::Cell(a), WordOperand::Const(c)) => self.add_constant(dst, a, c.wrapping_neg(), live),
+            (ArithmeticOp::Sub, WordOperand::Cell(a), WordOperand::Const(c)) => {
+                self.add_constant(dst, a, c.wrapping_neg(), live)
+            }
             (ArithmeticOp::Add | ArithmeticOp::Sub, ..) => {
                 self.save_carry(live);
                 let pairs = self.operand_byte_pairs(a, b, self.ir.bytes(dst));
@@ -101,7 +111,9 @@ impl Mcs51Selector<'_> {
             }
             (ArithmeticOp::Mul, ..) if self.ir.bytes(dst) == 1 => {
                 self.save_carry(live);
-                let byte = |this: &mut Self, value| this.operand_bytes(value, 1, B).first().copied().unwrap_or(ByteOperand::Imm(0));
+                let byte = |this: &mut Self, value| {
+                    this.operand_bytes(value, 1, B).first().copied().unwrap_or(ByteOperand::Imm(0))
+                };
                 let (a, b) = (byte(self, a), byte(self, b));
                 self.load(a);
                 self.multiply_byte(b);

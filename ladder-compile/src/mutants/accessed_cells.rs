@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::ir::{BitId, WordComparison, BranchCondition, LogicOp, IrOp, WordOperand, WordId};
+use crate::ir::{BitId, BranchCondition, IrOp, LogicOp, WordComparison, WordId, WordOperand};
 
 /// Something that an operation reads or writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

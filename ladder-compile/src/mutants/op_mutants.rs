@@ -2,7 +2,10 @@
 
 use ladder::{CounterKind, TimerKind};
 
-use crate::ir::{BitId, BitRole, WordComparison, BranchCondition, Ir, LogicOp, ArithmeticOp, TimedModule, IrOp, RelationOp, WordOperand, WordId};
+use crate::ir::{
+    ArithmeticOp, BitId, BitRole, BranchCondition, Ir, IrOp, LogicOp, RelationOp, TimedModule, WordComparison, WordId,
+    WordOperand,
+};
 
 /// The faults of one operation and of those within it: the operation that is changed, and what it becomes (`None`: it is
 /// left out).

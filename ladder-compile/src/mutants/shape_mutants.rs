@@ -2,7 +2,7 @@
 
 use ladder::ElementId;
 
-use super::accessed_cells::{AccessedCell, CellSlot, CellAccesses, for_each_cell};
+use super::accessed_cells::{AccessedCell, CellAccesses, CellSlot, for_each_cell};
 use super::{MutantCandidate, MutantChange, MutantKind, text};
 use crate::ir::{BitRole, BranchCondition, Ir, IrOp, IrStep, WordOperand, WordRole};
 
@@ -84,7 +84,12 @@ fn rung_order_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
             MutantChange::Ir(changed)
         };
         let what = move || format!("rungs {} and {} change places", n + 1, n + 2);
-        all.push(MutantCandidate { kind: MutantKind::Order, element: None, describe: Box::new(what), make_change: Box::new(make) });
+        all.push(MutantCandidate {
+            kind: MutantKind::Order,
+            element: None,
+            describe: Box::new(what),
+            make_change: Box::new(make),
+        });
     }
     all
 }
@@ -119,7 +124,9 @@ fn alias_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
 fn count_alias_places(op: &IrOp) -> usize {
     let own = usize::from(own_alias(op).is_some());
     match op {
-        IrOp::If { if_true: then, if_false: otherwise, .. } => own + then.iter().chain(otherwise).map(count_alias_places).sum::<usize>(),
+        IrOp::If { if_true: then, if_false: otherwise, .. } => {
+            own + then.iter().chain(otherwise).map(count_alias_places).sum::<usize>()
+        }
         _ => own,
     }
 }
@@ -145,7 +152,9 @@ fn aliased(op: &IrOp, left: &mut usize) -> Option<IrOp> {
 
 fn own_alias(op: &IrOp) -> Option<IrOp> {
     match op {
-        IrOp::Math { op, dst, a: WordOperand::Cell(a), b: WordOperand::Cell(b) } if a != b && (dst == a || dst == b) => {
+        IrOp::Math { op, dst, a: WordOperand::Cell(a), b: WordOperand::Cell(b) }
+            if a != b && (dst == a || dst == b) =>
+        {
             let other = if dst == a { *b } else { *a };
             let early = IrOp::Move { dst: *dst, src: WordOperand::Cell(other) };
             let late = IrOp::Math { op: *op, dst: *dst, a: WordOperand::Cell(*dst), b: WordOperand::Cell(*dst) };
@@ -155,7 +164,9 @@ fn own_alias(op: &IrOp) -> Option<IrOp> {
             Some(sequence(vec![IrOp::Move { dst: *dst, src: WordOperand::Const(0) }, op.clone()]))
         }
         // The stages of a shift register.
-        IrOp::If { cond, if_true: then, if_false: otherwise } if then.len() > 1 && then.iter().all(|op| matches!(op, IrOp::Move { .. })) => {
+        IrOp::If { cond, if_true: then, if_false: otherwise }
+            if then.len() > 1 && then.iter().all(|op| matches!(op, IrOp::Move { .. })) =>
+        {
             let then = then.iter().rev().cloned().collect();
             Some(IrOp::If { cond: *cond, if_true: then, if_false: otherwise.clone() })
         }
@@ -206,7 +217,11 @@ fn state_candidates(ir: &Ir) -> Vec<MutantCandidate<'_>> {
     all
 }
 
-fn moved_cell_candidate<'a>(name: &'a str, other: &'a str, make: Box<dyn Fn() -> MutantChange + 'a>) -> MutantCandidate<'a> {
+fn moved_cell_candidate<'a>(
+    name: &'a str,
+    other: &'a str,
+    make: Box<dyn Fn() -> MutantChange + 'a>,
+) -> MutantCandidate<'a> {
     let what = Box::new(move || format!("{name} is kept where {other} is"));
     MutantCandidate { kind: MutantKind::State, element: None, describe: what, make_change: make }
 }

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::Liveness;
-use crate::ir::{BitId, BranchCondition, Ir, LogicOp, IrOp, IrStep};
+use crate::ir::{BitId, BranchCondition, Ir, IrOp, IrStep, LogicOp};
 
 /// Takes a contact that two branches have in common out of both: `load x; and a; store t; load x; and b; or t` is
 /// `load a; store t; load b; or t; and x`.
@@ -98,7 +98,9 @@ fn next_access(op: &IrOp, wanted: BitId) -> Option<BitAccess> {
             arms[0]
         }
         IrOp::SetAccumulator(_) | IrOp::AndCompare(_) | IrOp::Receive { .. } | IrOp::Module { .. } => None,
-        IrOp::Move { .. } | IrOp::Math { .. } | IrOp::Lookup { .. } | IrOp::ReadAdc { .. } | IrOp::SetPwm { .. } => None,
+        IrOp::Move { .. } | IrOp::Math { .. } | IrOp::Lookup { .. } | IrOp::ReadAdc { .. } | IrOp::SetPwm { .. } => {
+            None
+        }
         IrOp::Send { .. } | IrOp::ReadEeprom { .. } | IrOp::WriteEeprom { .. } => None,
     }
 }

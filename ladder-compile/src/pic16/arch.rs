@@ -5,7 +5,7 @@
 
 use emu_pic16::isa::{self, Kind, ROWS};
 
-use crate::code::{TargetArch, CycleCounts, ControlFlow, FormInstruction};
+use crate::code::{ControlFlow, CycleCounts, FormInstruction, TargetArch};
 
 /// Words of a page.
 pub const PAGE: u32 = 0x800;

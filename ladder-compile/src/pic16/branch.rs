@@ -2,11 +2,11 @@
 
 use emu_pic16::isa::Kind;
 
-use super::rung_formula::{RungFormula, BitLiteral};
 use super::logic::GuardedInstruction;
-use super::writer::Pic16Item;
+use super::rung_formula::{BitLiteral, RungFormula};
 use super::select::Pic16Selector;
 use super::touched_cells::{self, TouchedCells};
+use super::writer::Pic16Item;
 use crate::ir::{BranchCondition, IrOp};
 
 impl Pic16Selector<'_, '_> {
@@ -36,7 +36,8 @@ impl Pic16Selector<'_, '_> {
                 self.acc.clone()
             }
             _ => {
-                let inside = needed || touched_cells::reads_accumulator(then) || touched_cells::reads_accumulator(otherwise);
+                let inside =
+                    needed || touched_cells::reads_accumulator(then) || touched_cells::reads_accumulator(otherwise);
                 self.compute_readers(&touched, inside);
                 match cond {
                     BranchCondition::Bit(bit) => self.read(bit),
@@ -45,11 +46,15 @@ impl Pic16Selector<'_, '_> {
                 }
             }
         };
-        let settle = (needed && changes).then(|| self.accumulator_target(&touched, &[&e, &self.acc.clone()], rest, target));
+        let settle =
+            (needed && changes).then(|| self.accumulator_target(&touched, &[&e, &self.acc.clone()], rest, target));
         if let Some(to) = settle {
             self.compute(|_, e| e.reads_bit(to.at));
         }
-        if settle.is_none() && otherwise.is_empty() && self.select_single_instruction(&e, then, cond == BranchCondition::Acc) {
+        if settle.is_none()
+            && otherwise.is_empty()
+            && self.select_single_instruction(&e, then, cond == BranchCondition::Acc)
+        {
             return;
         }
         let before = if cond == BranchCondition::Acc { None } else { Some(self.acc.clone()) };
@@ -58,7 +63,9 @@ impl Pic16Selector<'_, '_> {
         let other = before.clone().unwrap_or(RungFormula::Const(false));
         // Where one way has nothing to do but to leave a known value, that value is there before.
         let preset = settle.filter(|to| !e.reads_bit(to.at));
-        let done = |way: &[IrOp], value: &RungFormula| preset.is_some() && way.is_empty() && matches!(value, RungFormula::Const(_));
+        let done = |way: &[IrOp], value: &RungFormula| {
+            preset.is_some() && way.is_empty() && matches!(value, RungFormula::Const(_))
+        };
         for (way, value) in [(then, &mine), (otherwise, &other)] {
             if let (Some(to), true, RungFormula::Const(value)) = (preset, done(way, value), value) {
                 self.out.set_bit(to.at, *value == to.is);
@@ -99,7 +106,9 @@ impl Pic16Selector<'_, '_> {
     /// A branch that is one instruction stands behind a skip. Says whether it was.
     fn select_single_instruction(&mut self, e: &RungFormula, then: &[IrOp], by_acc: bool) -> bool {
         let [op] = then else { return false };
-        let (IrOp::SetBit { .. } | IrOp::Store { .. } | IrOp::Move { .. } | IrOp::Math { .. }) = op else { return false };
+        let (IrOp::SetBit { .. } | IrOp::Store { .. } | IrOp::Move { .. } | IrOp::Math { .. }) = op else {
+            return false;
+        };
         let save = self.out.checkpoint();
         let acc = self.acc.clone();
         if by_acc {
@@ -115,7 +124,9 @@ impl Pic16Selector<'_, '_> {
                 let addr = operands.first().copied().unwrap_or(0) as u16;
                 let addr = self.written_byte(op).unwrap_or(addr);
                 match (kind, operands.get(1)) {
-                    (Kind::Bsf | Kind::Bcf, Some(&bit)) => GuardedInstruction::Put((addr, bit as u8), *kind == Kind::Bsf),
+                    (Kind::Bsf | Kind::Bcf, Some(&bit)) => {
+                        GuardedInstruction::Put((addr, bit as u8), *kind == Kind::Bsf)
+                    }
                     (Kind::Clrf | Kind::IncfF | Kind::DecfF, None) => GuardedInstruction::Once(*kind, addr),
                     _ => return false,
                 }

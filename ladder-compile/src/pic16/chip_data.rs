@@ -1,6 +1,6 @@
 //! What the back end asks of a chip's row: registers and bits by name, and from which banks a byte can be reached.
 
-use emu_pic16::chips::{Pic16Part, FileSlot};
+use emu_pic16::chips::{FileSlot, Pic16Part};
 use emu_pic16::periph::map::Sfr;
 
 /// A set of banks, bit n for bank n.

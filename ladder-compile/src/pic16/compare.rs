@@ -2,10 +2,10 @@
 
 use emu_pic16::isa::Kind;
 
-use super::rung_formula::{RungFormula, BitLiteral};
-use super::writer::{C, STATUS, Z};
+use super::rung_formula::{BitLiteral, RungFormula};
 use super::select::Pic16Selector;
-use crate::ir::{WordComparison, RelationOp, WordOperand, WordId};
+use super::writer::{C, STATUS, Z};
+use crate::ir::{RelationOp, WordComparison, WordId, WordOperand};
 
 fn status_flag(bit: u8, is: bool) -> RungFormula {
     RungFormula::Lit(BitLiteral { at: (STATUS, bit), is })

@@ -11,7 +11,8 @@ pub fn config_words(part: &Pic16Part, clock_hz: u64) -> Vec<(u32, Vec<u8>)> {
     let code = kinds.iter().position(|&kind| kind == wanted).unwrap_or(0);
     let erased = config.erased.first().copied().unwrap_or(0x3FFF);
     let timer = if config.pwrte.1 { config.pwrte.0 } else { 0 };
-    let first = erased & !(mask | config.wdte | config.pwrte.0 | config.lvp) | ConfigLayout::deposit_bits(code, mask) | timer;
+    let first =
+        erased & !(mask | config.wdte | config.pwrte.0 | config.lvp) | ConfigLayout::deposit_bits(code, mask) | timer;
     let second = config.erased.get(1).map(|erased| erased & !(config.fcmen | config.ieso));
     let all = config.words.iter().zip([Some(first), second]);
     all.filter_map(|(addr, word)| Some((u32::from(*addr) * 2, word?.to_le_bytes().to_vec()))).collect()

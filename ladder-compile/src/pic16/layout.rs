@@ -7,7 +7,7 @@
 //! bank 1..3    more words
 //! ```
 
-use emu_pic16::chips::{NO_PIN, FileSlot};
+use emu_pic16::chips::{FileSlot, NO_PIN};
 use emu_pic16::periph::map::Sfr;
 
 use super::chip_data::{ANY_BANK, Pic16ChipData};

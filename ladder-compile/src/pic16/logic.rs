@@ -6,9 +6,9 @@
 
 use emu_pic16::isa::Kind;
 
-use super::rung_formula::{RungFormula, BitLiteral};
-use super::writer::{Pic16Label, Pic16Writer};
+use super::rung_formula::{BitLiteral, RungFormula};
 use super::select::Pic16Selector;
+use super::writer::{Pic16Label, Pic16Writer};
 
 /// What is done when a formula holds: one instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -137,7 +137,8 @@ impl Pic16Selector<'_, '_> {
     fn execute_if_any(&mut self, all: Vec<RungFormula>, then: &GuardedInstruction) {
         let groups = self.pair_chains(all);
         if groups.len() > 1 && matches!(then, GuardedInstruction::Once(..)) {
-            let (over, all) = (self.out.label(), groups.into_iter().reduce(RungFormula::or).unwrap_or(RungFormula::Const(false)));
+            let (over, all) =
+                (self.out.label(), groups.into_iter().reduce(RungFormula::or).unwrap_or(RungFormula::Const(false)));
             self.execute_if(&all.opposite(), &GuardedInstruction::Goto(over));
             then.emit(&mut self.out);
             self.out.place(over);
@@ -156,7 +157,8 @@ impl Pic16Selector<'_, '_> {
 
     /// The parts of an OR, in twos where two make a chain.
     fn pair_chains(&self, all: Vec<RungFormula>) -> Vec<RungFormula> {
-        let (mut lits, others): (Vec<RungFormula>, Vec<RungFormula>) = all.into_iter().partition(|e| matches!(e, RungFormula::Lit(_)));
+        let (mut lits, others): (Vec<RungFormula>, Vec<RungFormula>) =
+            all.into_iter().partition(|e| matches!(e, RungFormula::Lit(_)));
         let reach = |a: &RungFormula, b: &RungFormula| {
             let mut addrs = Vec::new();
             for e in [a, b] {
@@ -191,8 +193,10 @@ impl Pic16Selector<'_, '_> {
         all.sort_by_key(formula_cost);
         // The last part needs no jump of its own if what is done can stand behind it; a literal is the best.
         let odd = all.iter().filter(|e| matches!(e, RungFormula::Lit(_))).count() % 2 == 1;
-        let place =
-            all.iter().rposition(|e| matches!(e, RungFormula::Lit(_))).filter(|_| odd && !all.iter().any(|e| formula_cost(e) > 1));
+        let place = all
+            .iter()
+            .rposition(|e| matches!(e, RungFormula::Lit(_)))
+            .filter(|_| odd && !all.iter().any(|e| formula_cost(e) > 1));
         let last = match place {
             Some(n) => all.remove(n),
             None => all.pop().unwrap_or(RungFormula::Const(true)),

@@ -5,35 +5,35 @@ mod branch;
 pub mod chip_data;
 mod compare;
 pub mod config;
-pub mod rung_formula;
-pub mod timer_extension;
 pub mod layout;
 mod logic;
-pub mod writer;
 pub mod pacing;
 pub mod peripherals;
 pub mod reset;
+pub mod rung_formula;
 pub mod runtime;
 pub mod select;
 mod targets;
+pub mod timer_extension;
 pub mod touched_cells;
 mod word_ops;
+pub mod writer;
 
 use emu_pic16::isa::Kind;
 use ladder::ElementId;
 
 use crate::code::{CodeWriter, FinishedCode};
-use crate::ir::{WordComparison, BranchCondition, Ir, ArithmeticOp, IrOp, WordOperand};
-use crate::map::CellLocation;
-use crate::target::{BuiltImage, CompileJob, ImageLine, CodeMark, BuildRefusal};
+use crate::ir::{ArithmeticOp, BranchCondition, Ir, IrOp, WordComparison, WordOperand};
 use crate::longest_path;
-use arch::{Pic16Jump, PAGE, Pic16Arch};
+use crate::map::CellLocation;
+use crate::target::{BuildRefusal, BuiltImage, CodeMark, CompileJob, ImageLine};
+use arch::{PAGE, Pic16Arch, Pic16Jump};
 use chip_data::Pic16ChipData;
 use layout::{Pic16Layout, Pic16RamNeeds};
-use writer::Pic16Writer;
 use pacing::{FreeTimers, Pic16Pacing};
 use peripherals::Pic16Peripherals;
 use select::{Pic16Routine, Pic16Selector};
+use writer::Pic16Writer;
 
 pub use targets::TARGETS;
 
@@ -49,8 +49,9 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     }
     let part = emu_pic16::chips::part(name).ok_or_else(|| BuildRefusal::Internal(format!("{name} has no row")))?;
     let chip = Pic16ChipData::new(part);
-    let pace = pacing::plan_pacing(job.clock_hz, job.cycle_us, FreeTimers::free_beside_pwm(job.ir.pwm_hz.is_some(), &chip))
-        .map_err(|(shortest, longest)| BuildRefusal::PeriodOutOfRange { shortest, longest })?;
+    let pace =
+        pacing::plan_pacing(job.clock_hz, job.cycle_us, FreeTimers::free_beside_pwm(job.ir.pwm_hz.is_some(), &chip))
+            .map_err(|(shortest, longest)| BuildRefusal::PeriodOutOfRange { shortest, longest })?;
     let devices = peripherals::plan_peripherals(job, &chip)?;
     let needs = Pic16RamNeeds {
         scratch: scratch_bytes(job.ir, &chip),
@@ -76,7 +77,10 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
         return Err(BuildRefusal::CodeTooLarge { needed: code.words.len() as u64 * 2, available, rungs });
     }
     // The jump back to the loop that waits, which may change the page.
-    let back = u64::from(arch::form_words(Pic16Jump::Goto, arch::shortest_level(at(CodeMark::ScanEnd), at(CodeMark::PollLoop)))) + 1;
+    let back = u64::from(arch::form_words(
+        Pic16Jump::Goto,
+        arch::shortest_level(at(CodeMark::ScanEnd), at(CodeMark::PollLoop)),
+    )) + 1;
     let worst = longest_path::longest_path(&code, at(CodeMark::ScanStart), at(CodeMark::ScanEnd)) + back;
     if pace.extension() > 0 && worst + pace.poll() > timer_extension::MAX_SCAN_CYCLES {
         return Err(BuildRefusal::Unsupported {
@@ -148,8 +152,13 @@ fn scratch_bytes(ir: &Ir, chip: &Pic16ChipData) -> u16 {
     ir.prologue.iter().chain(rungs).chain(&ir.epilogue).for_each(|op| visit(ir, op, &mut needs));
     // Operands that no bank reaches together are copied.
     let bytes: u16 = ir.words.iter().map(|cell| u16::from(cell.bytes)).sum();
-    let first =
-        chip.part.chip.ram_ranges.iter().find(|ram| ram.first == ram.canonical).map_or(0, |ram| ram.last - ram.first + 1);
+    let first = chip
+        .part
+        .chip
+        .ram_ranges
+        .iter()
+        .find(|ram| ram.first == ram.canonical)
+        .map_or(0, |ram| ram.last - ram.first + 1);
     if bytes + ir.bits.len() as u16 / 8 + 32 > first {
         needs = needs.max(runtime::scratch(ir.words.iter().map(|cell| cell.bytes).max().unwrap_or(0)));
     }
@@ -211,8 +220,11 @@ fn build_code(
     // What is called stands before its callers.
     let (first, then): (Vec<_>, Vec<_>) = routines.iter().partition(|(r, _)| matches!(r, Pic16Routine::Negate(..)));
     for (&routine, &label) in first.into_iter().chain(then) {
-        let negate =
-            if let Pic16Routine::Divide(width) = routine { routines.get(&Pic16Routine::Negate(0, width)).copied() } else { None };
+        let negate = if let Pic16Routine::Divide(width) = routine {
+            routines.get(&Pic16Routine::Negate(0, width)).copied()
+        } else {
+            None
+        };
         let index = if let Pic16Routine::Table(_, _, word) = routine { layout.word(word) } else { 0 };
         out.allow_page_change();
         runtime::emit_routine(&mut out, (routine, label), job.ir, layout.scratch, negate, index, devices);
@@ -233,7 +245,10 @@ fn build_code(
     })?;
     let code = asm.finish().map_err(BuildRefusal::Internal)?;
     if code.words.len() as u32 != length {
-        return Err(BuildRefusal::Internal(format!("the code has {} words and was laid out as {length}", code.words.len())));
+        return Err(BuildRefusal::Internal(format!(
+            "the code has {} words and was laid out as {length}",
+            code.words.len()
+        )));
     }
     Ok((large || code.words.len() as u32 <= PAGE).then_some(code))
 }
@@ -259,7 +274,8 @@ fn select_scan(ir: &Ir, select: &mut Pic16Selector<'_, '_>) {
     }
     all.push(ScanItem::Mark(CodeMark::RungsEnd));
     all.extend(ir.epilogue.iter().map(ScanItem::Op));
-    let ops: Vec<&IrOp> = all.iter().filter_map(|at| if let ScanItem::Op(op) = at { Some(*op) } else { None }).collect();
+    let ops: Vec<&IrOp> =
+        all.iter().filter_map(|at| if let ScanItem::Op(op) = at { Some(*op) } else { None }).collect();
     let (mut next, mut done) = (0, 0);
     for at in all {
         match at {

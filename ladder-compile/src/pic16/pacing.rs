@@ -9,8 +9,8 @@
 use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
 
-use super::writer::{C, Pic16Writer, STATUS};
 use super::select::Pic16Selector;
+use super::writer::{C, Pic16Writer, STATUS};
 use super::{chip_data::Pic16ChipData, timer_extension};
 use crate::map::Ratio;
 use crate::target::CodeMark;
@@ -87,7 +87,12 @@ pub fn plan_pacing(clock_hz: u64, cycle_us: u64, free: FreeTimers) -> Result<Pic
             let whole = |post: &u128| num % (prescale * post) == 0 && (1..=256).contains(&(num / (prescale * post)));
             if let Some(post) = (1..=16u128).find(whole) {
                 let by = PacingTimer::Timer2((num / (prescale * post) - 1) as u8, post as u8);
-                return Ok(Pic16Pacing { period, prescale: prescale as u32, ticks: (num / prescale) as u32, timer: by });
+                return Ok(Pic16Pacing {
+                    period,
+                    prescale: prescale as u32,
+                    ticks: (num / prescale) as u32,
+                    timer: by,
+                });
             }
         }
     }
@@ -106,7 +111,12 @@ pub fn plan_pacing(clock_hz: u64, cycle_us: u64, free: FreeTimers) -> Result<Pic
             let start = if before < rest { before + whole - rest } else { before - rest };
             first += u128::from(before < rest);
             let bytes = count_down_bytes(whole);
-            fraction = Some(Pic16PeriodFraction { numerator: rest as u32, denominator: whole as u32, start: start as u32, bytes });
+            fraction = Some(Pic16PeriodFraction {
+                numerator: rest as u32,
+                denominator: whole as u32,
+                start: start as u32,
+                bytes,
+            });
         }
         let by = PacingTimer::Timer1(first as u32, fraction);
         return Ok(Pic16Pacing { period, prescale: prescale as u32, ticks: ticks as u32, timer: by });
@@ -120,7 +130,12 @@ pub fn plan_pacing(clock_hz: u64, cycle_us: u64, free: FreeTimers) -> Result<Pic
     }
     let (rest, whole) = (rest as u32, den as u32);
     // The first period is the short one: what is left of it is below the whole.
-    let fraction = (rest != 0).then(|| Pic16PeriodFraction { numerator: rest, denominator: whole, start: whole - 1 - rest, bytes: count_down_bytes(den) });
+    let fraction = (rest != 0).then(|| Pic16PeriodFraction {
+        numerator: rest,
+        denominator: whole,
+        start: whole - 1 - rest,
+        bytes: count_down_bytes(den),
+    });
     let by = PacingTimer::Extended(timer_extension::extension_bytes(ticks), fraction);
     Ok(Pic16Pacing { period, prescale: 1, ticks: ticks as u32, timer: by })
 }
@@ -148,7 +163,11 @@ impl Pic16Pacing {
     /// Bytes of RAM for the count-down.
     #[must_use]
     pub fn bytes(&self) -> u8 {
-        if let PacingTimer::Timer1(_, Some(fraction)) | PacingTimer::Extended(_, Some(fraction)) = self.timer { fraction.bytes } else { 0 }
+        if let PacingTimer::Timer1(_, Some(fraction)) | PacingTimer::Extended(_, Some(fraction)) = self.timer {
+            fraction.bytes
+        } else {
+            0
+        }
     }
 
     /// Bytes of RAM that lengthen the timer.
@@ -261,7 +280,11 @@ impl Pic16Selector<'_, '_> {
     }
 
     /// Where the count-down borrowed: does `longer`, and adds the whole to it.
-    pub(super) fn refill_count_down(&mut self, fraction: Pic16PeriodFraction, longer: impl FnOnce(&mut Pic16Writer<'_>)) {
+    pub(super) fn refill_count_down(
+        &mut self,
+        fraction: Pic16PeriodFraction,
+        longer: impl FnOnce(&mut Pic16Writer<'_>),
+    ) {
         let enough = self.out.label();
         self.out.skip_unless((STATUS, C), true);
         self.out.goto(enough);

@@ -1,15 +1,15 @@
 //! Serial line, converter, PWM and EEPROM: their figures, their registers at reset, and what elements do with them.
 
-use emu_pic16::chips::{Pic16AdcKind as Converter, ComparatorKind};
+use emu_pic16::chips::{ComparatorKind, Pic16AdcKind as Converter};
 use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
 
 use super::chip_data::{ANY_BANK, Pic16ChipData};
-use super::writer::{Pic16Writer, STATUS, Z};
 use super::select::{Pic16Routine, Pic16Selector};
-use crate::ir::{WordOperand, WordId};
+use super::writer::{Pic16Writer, STATUS, Z};
+use crate::ir::{WordId, WordOperand};
 use crate::map::{Ratio, SpecialPin};
-use crate::target::{CompileJob, BuildRefusal};
+use crate::target::{BuildRefusal, CompileJob};
 
 /// The serial line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -165,7 +165,11 @@ fn plan_pwm(clock_hz: u64, hertz: u64, module: CcpModule) -> Result<Pic16PwmSetu
     Ok(Pic16PwmSetup { period: (count - 1) as u8, prescale: prescale as u16, module })
 }
 
-fn plan_adc(job: &CompileJob<'_>, chip: &Pic16ChipData, specials: &mut Vec<SpecialPin>) -> Result<Pic16AdcSetup, BuildRefusal> {
+fn plan_adc(
+    job: &CompileJob<'_>,
+    chip: &Pic16ChipData,
+    specials: &mut Vec<SpecialPin>,
+) -> Result<Pic16AdcSetup, BuildRefusal> {
     let hz = job.clock_hz;
     // 2, 8 or 32 clocks a bit.
     let (bits, clocks) = [(0u8, 2u64), (1, 8), (2, 32)]
@@ -274,7 +278,10 @@ impl Pic16Selector<'_, '_> {
         if self.ir.uart.receive {
             self.out.set_bit(self.layout.byte_received_flag, false);
             let flag = super::rung_formula::BitLiteral { at: self.out.chip.bit("RCIF"), is: true };
-            self.execute_if(&super::rung_formula::RungFormula::Lit(flag), &super::logic::GuardedInstruction::Put(self.layout.byte_received_flag, true));
+            self.execute_if(
+                &super::rung_formula::RungFormula::Lit(flag),
+                &super::logic::GuardedInstruction::Put(self.layout.byte_received_flag, true),
+            );
         }
     }
 
@@ -332,7 +339,10 @@ impl Pic16Selector<'_, '_> {
                 // Above 100 or below 0 first, then the byte is the duty.
                 let (at, bytes) = (self.layout.word(word), u16::from(self.ir.bytes(word)));
                 let (fine, end, negative) = (self.out.label(), self.out.label(), self.out.label());
-                let sign = super::rung_formula::RungFormula::Lit(super::rung_formula::BitLiteral { at: (at + bytes - 1, 7), is: true });
+                let sign = super::rung_formula::RungFormula::Lit(super::rung_formula::BitLiteral {
+                    at: (at + bytes - 1, 7),
+                    is: true,
+                });
                 self.execute_if(&sign, &super::logic::GuardedInstruction::Goto(negative));
                 let over = super::rung_formula::RungFormula::Cmp(crate::ir::WordComparison {
                     a: word,

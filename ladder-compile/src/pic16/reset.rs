@@ -4,16 +4,22 @@ use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
 
 use super::layout::Pic16Layout;
-use super::writer::{Pic16Writer, STATUS, Z};
 use super::pacing::Pic16Pacing;
 use super::peripherals::{self, Pic16Peripherals};
-use crate::target::{CompileJob, CodeMark};
+use super::writer::{Pic16Writer, STATUS, Z};
+use crate::target::{CodeMark, CompileJob};
 
 /// So many bytes are cleared one by one, more by a loop.
 const MAX_UNROLLED_BYTES: usize = 6;
 
 /// Everything before the loop that waits. Outputs are low before they become outputs.
-pub fn emit_reset(out: &mut Pic16Writer<'_>, job: &CompileJob<'_>, layout: &Pic16Layout, devices: &Pic16Peripherals, pace: &Pic16Pacing) {
+pub fn emit_reset(
+    out: &mut Pic16Writer<'_>,
+    job: &CompileJob<'_>,
+    layout: &Pic16Layout,
+    devices: &Pic16Peripherals,
+    pace: &Pic16Pacing,
+) {
     let chip = out.chip;
     out.mark(CodeMark::Section("reset: RAM, ports"));
     for bank in 0..4 {
@@ -80,8 +86,9 @@ fn clear_bytes(out: &mut Pic16Writer<'_>, used: &[u16]) {
     let again = out.label();
     out.place(again);
     out.byte_op(Kind::Clrf, chip.reg(Sfr::INDF));
-    let whole =
-        |from: u16, to: u16| (from..=to).all(|addr| matches!(chip.part.file_slot(addr), emu_pic16::chips::FileSlot::Ram(_)));
+    let whole = |from: u16, to: u16| {
+        (from..=to).all(|addr| matches!(chip.part.file_slot(addr), emu_pic16::chips::FileSlot::Ram(_)))
+    };
     if first & 0x80 == 0 && whole(first, first | 0x7F) {
         out.byte_op(Kind::IncfF, fsr);
         out.skip_unless((fsr, 7), false);
@@ -103,7 +110,11 @@ fn clear_bytes(out: &mut Pic16Writer<'_>, used: &[u16]) {
 #[must_use]
 pub fn pin_warnings(job: &CompileJob<'_>, layout: &Pic16Layout) -> Vec<(String, String)> {
     let open = |pin: &&crate::pins::AssignedPin| {
-        pin.output && layout.ports.iter().any(|port| port.letter == pin.port_letter() && port.open_drain_bits >> pin.bit_number() & 1 == 1)
+        pin.output
+            && layout
+                .ports
+                .iter()
+                .any(|port| port.letter == pin.port_letter() && port.open_drain_bits >> pin.bit_number() & 1 == 1)
     };
     let warning = |pin: &crate::pins::AssignedPin| {
         let cause = format!("`{}` is at {}, which has an open drain: it never goes high by itself", pin.name, pin.pin);

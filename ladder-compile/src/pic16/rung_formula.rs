@@ -2,7 +2,7 @@
 
 use emu_pic16::isa::Kind;
 
-use crate::ir::{WordComparison, RelationOp, WordOperand, WordId};
+use crate::ir::{RelationOp, WordComparison, WordId, WordOperand};
 
 /// A bit of data memory, or its complement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,7 +70,9 @@ impl RungFormula {
                 };
                 RungFormula::Cmp(WordComparison { rel, ..*c })
             }
-            RungFormula::Range { word, first, end, is } => RungFormula::Range { word: *word, first: *first, end: *end, is: !is },
+            RungFormula::Range { word, first, end, is } => {
+                RungFormula::Range { word: *word, first: *first, end: *end, is: !is }
+            }
             RungFormula::And(all) => RungFormula::Or(all.iter().map(RungFormula::opposite).collect()),
             RungFormula::Or(all) => RungFormula::And(all.iter().map(RungFormula::opposite).collect()),
         }
@@ -149,7 +151,9 @@ impl RungFormula {
                 }
                 all.into_iter().fold(RungFormula::Const(true), RungFormula::and)
             }
-            RungFormula::Or(all) => RungFormula::And(all.iter().map(RungFormula::opposite).collect()).merge_ranges().opposite(),
+            RungFormula::Or(all) => {
+                RungFormula::And(all.iter().map(RungFormula::opposite).collect()).merge_ranges().opposite()
+            }
             other => other,
         }
     }
@@ -158,7 +162,11 @@ impl RungFormula {
 /// A lower and an upper bound of one word between 0 and 256: where they stand, and what they are together.
 fn range_of(all: &[RungFormula]) -> Option<(usize, usize, RungFormula)> {
     let bound = |e: &RungFormula, rel: RelationOp| match e {
-        RungFormula::Cmp(WordComparison { a, rel: r, b: WordOperand::Const(k) }) if *r == rel && (0..=256).contains(k) => Some((*a, *k)),
+        RungFormula::Cmp(WordComparison { a, rel: r, b: WordOperand::Const(k) })
+            if *r == rel && (0..=256).contains(k) =>
+        {
+            Some((*a, *k))
+        }
         _ => None,
     };
     for (low, e) in all.iter().enumerate() {

@@ -13,9 +13,9 @@ use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
 
 use super::chip_data::ANY_BANK;
-use super::writer::{C, Pic16Label, Pic16Writer, STATUS, Z};
 use super::peripherals::{self, Pic16Peripherals};
 use super::select::Pic16Routine;
+use super::writer::{C, Pic16Label, Pic16Writer, STATUS, Z};
 use crate::ir::Ir;
 use crate::target::CodeMark;
 

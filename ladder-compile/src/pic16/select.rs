@@ -8,13 +8,13 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use emu_pic16::periph::map::Sfr;
 
-use super::rung_formula::{RungFormula, BitLiteral};
 use super::layout::Pic16Layout;
 use super::logic::GuardedInstruction;
-use super::writer::{Pic16Label, Pic16Writer};
 use super::peripherals::Pic16Peripherals;
+use super::rung_formula::{BitLiteral, RungFormula};
 use super::touched_cells::{self, TouchedCells};
-use crate::ir::{BitId, BranchCondition, Ir, LogicOp, IrOp, WordOperand, WordId};
+use super::writer::{Pic16Label, Pic16Writer};
+use crate::ir::{BitId, BranchCondition, Ir, IrOp, LogicOp, WordId, WordOperand};
 
 /// A subroutine, made once when it is used.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -113,7 +113,9 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
             IrOp::Rising(memory) => return self.edge(*memory, true, rest, live, target),
             IrOp::Falling(memory) => return self.edge(*memory, false, rest, live, target),
             IrOp::Logic { dst, function: is } => self.logic(*dst, *is),
-            IrOp::If { cond, if_true: then, if_false: otherwise } => self.branch(*cond, then, otherwise, rest, live, target),
+            IrOp::If { cond, if_true: then, if_false: otherwise } => {
+                self.branch(*cond, then, otherwise, rest, live, target)
+            }
             IrOp::Receive { dst } => self.receive(*dst, rest, live, target),
             word => {
                 let mut touched = TouchedCells::default();
@@ -216,7 +218,8 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
                 // Whatever is written first computes what still reads it, so a formula may wait.
                 // A formula waits that is read once, here or there; so does what is no work.
                 Some(reads)
-                    if !touched_cells::is_accumulator_read(rest, true) && reads == 1 || self.acc.is_simple() && !self.acc.reads_bit(at) =>
+                    if !touched_cells::is_accumulator_read(rest, true) && reads == 1
+                        || self.acc.is_simple() && !self.acc.reads_bit(at) =>
                 {
                     self.compute(|_, e| e.reads_bit(at));
                     self.pending.insert(bit, (self.acc.clone().opposite_if(negated), reads));
@@ -234,7 +237,13 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
 
     /// Where the accumulator is best computed to, behind an operation that touches `touched`: the bit that is stored next, else
     /// what the list wants, else its own bit.
-    pub(super) fn accumulator_target(&self, touched: &TouchedCells, also: &[&RungFormula], rest: &[&IrOp], target: Option<BitLiteral>) -> BitLiteral {
+    pub(super) fn accumulator_target(
+        &self,
+        touched: &TouchedCells,
+        also: &[&RungFormula],
+        rest: &[&IrOp],
+        target: Option<BitLiteral>,
+    ) -> BitLiteral {
         if let Some(IrOp::Store { bit, negated }) = rest.first() {
             let at = self.layout.bit(*bit);
             let free = !touched.uses(*bit) && !also.iter().any(|e| e.reads_bit(at));
@@ -258,7 +267,8 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
     fn edge(&mut self, memory: BitId, rising: bool, rest: &[&IrOp], live: bool, target: Option<BitLiteral>) -> usize {
         // A falling edge is a rising one of the complements.
         let m = BitLiteral { at: self.layout.bit(memory), is: rising };
-        if let Some((IrOp::If { cond: BranchCondition::Acc, if_true: then, if_false: otherwise }, behind)) = rest.split_first()
+        if let Some((IrOp::If { cond: BranchCondition::Acc, if_true: then, if_false: otherwise }, behind)) =
+            rest.split_first()
             && otherwise.is_empty()
             && !touched_cells::is_accumulator_read(behind, live)
         {
@@ -349,14 +359,18 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
             }
             LogicOp::Or(a, b) if of(a) == at || of(b) == at => {
                 let other = if of(a) == at { b } else { a };
-                return self.execute_if(&RungFormula::Lit(BitLiteral { at: of(other), is: true }), &GuardedInstruction::Put(at, true));
+                return self.execute_if(
+                    &RungFormula::Lit(BitLiteral { at: of(other), is: true }),
+                    &GuardedInstruction::Put(at, true),
+                );
             }
             LogicOp::Not(a) | LogicOp::Copy(a) if of(a) == at => {
                 return self.assign(at, &RungFormula::Lit(BitLiteral { at, is: matches!(is, LogicOp::Copy(_)) }));
             }
             is => is,
         };
-        let mut when = |lit: BitLiteral, value: bool| self.execute_if(&RungFormula::Lit(lit), &GuardedInstruction::Put(at, value));
+        let mut when =
+            |lit: BitLiteral, value: bool| self.execute_if(&RungFormula::Lit(lit), &GuardedInstruction::Put(at, value));
         let bit = |bit: BitId, is: bool| BitLiteral { at: of(bit), is };
         match is {
             LogicOp::Not(a) => {
@@ -389,7 +403,9 @@ impl<'a, 'c> Pic16Selector<'a, 'c> {
             IrOp::SetPwm { duty } => self.set_duty(*duty),
             IrOp::Send { value } => self.send(*value),
             IrOp::ReadEeprom { dst, addr } => self.recall(*dst, *addr),
-            IrOp::WriteEeprom { src, addr, busy, scans } => self.persist(*src, *addr, (*busy, WordOperand::Const(*scans))),
+            IrOp::WriteEeprom { src, addr, busy, scans } => {
+                self.persist(*src, *addr, (*busy, WordOperand::Const(*scans)))
+            }
             _ => {}
         }
     }

@@ -8,9 +8,9 @@
 use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
 
-use super::writer::{C, Pic16Label, Pic16Writer, STATUS};
 use super::pacing::Pic16PeriodFraction;
 use super::select::Pic16Selector;
+use super::writer::{C, Pic16Label, Pic16Writer, STATUS};
 
 /// Machine cycles of a period, at least: those of the stop and some of a scan.
 pub const MIN_PERIOD_CYCLES: u128 = 16;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::ir::{BitId, BranchCondition, LogicOp, IrOp, WordId};
+use crate::ir::{BitId, BranchCondition, IrOp, LogicOp, WordId};
 
 /// What a list of operations touches.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -93,7 +93,9 @@ fn accumulator_use(op: &IrOp) -> Option<bool> {
     match op {
         IrOp::SetAccumulator(_) | IrOp::Load { .. } | IrOp::Receive { .. } | IrOp::Logic { .. } => Some(false),
         IrOp::And { .. } | IrOp::Or { .. } | IrOp::AndCompare(_) | IrOp::Store { .. } => Some(true),
-        IrOp::Rising(_) | IrOp::Falling(_) | IrOp::Module { .. } | IrOp::If { cond: BranchCondition::Acc, .. } => Some(true),
+        IrOp::Rising(_) | IrOp::Falling(_) | IrOp::Module { .. } | IrOp::If { cond: BranchCondition::Acc, .. } => {
+            Some(true)
+        }
         IrOp::If { if_true: then, if_false: otherwise, .. } => {
             let ways = [then, otherwise].map(|way| way.iter().find_map(accumulator_use));
             match ways {

@@ -2,9 +2,9 @@
 
 use emu_pic16::isa::Kind;
 
-use super::writer::{C, STATUS, Z};
 use super::select::{Pic16Routine, Pic16Selector};
-use crate::ir::{ArithmeticOp, WordOperand, WordId};
+use super::writer::{C, STATUS, Z};
+use crate::ir::{ArithmeticOp, WordId, WordOperand};
 
 impl Pic16Selector<'_, '_> {
     /// Scratch operand 0 or 1 of a width: behind the first byte of scratch, side by side.
@@ -57,7 +57,8 @@ impl Pic16Selector<'_, '_> {
     pub fn math(&mut self, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand) {
         let (to, bytes) = (self.layout.word(dst), self.ir.bytes(dst));
         match (op, a, b) {
-            (ArithmeticOp::Add, a @ WordOperand::Cell(_), WordOperand::Const(k)) | (ArithmeticOp::Add, WordOperand::Const(k), a) => {
+            (ArithmeticOp::Add, a @ WordOperand::Cell(_), WordOperand::Const(k))
+            | (ArithmeticOp::Add, WordOperand::Const(k), a) => {
                 self.copy_value(to, bytes, a);
                 self.add_constant(to, bytes, k, false);
             }
@@ -75,13 +76,16 @@ impl Pic16Selector<'_, '_> {
                 let (a, b) = if dst == b { (b, a) } else { (a, b) };
                 self.add_or_subtract(ArithmeticOp::Add, dst, a, b);
             }
-            (ArithmeticOp::Sub, WordOperand::Cell(a), WordOperand::Cell(b)) => self.add_or_subtract(ArithmeticOp::Sub, dst, a, b),
+            (ArithmeticOp::Sub, WordOperand::Cell(a), WordOperand::Cell(b)) => {
+                self.add_or_subtract(ArithmeticOp::Sub, dst, a, b)
+            }
             (ArithmeticOp::Mul | ArithmeticOp::Div, a, b) => {
                 let width = self.ir.width(op, dst, a, b);
                 let (first, second) = (self.operand(0, width), self.operand(1, width));
                 self.copy_value(second, width, b);
                 self.copy_value(first, width, a);
-                let routine = if op == ArithmeticOp::Mul { Pic16Routine::Multiply(width) } else { Pic16Routine::Divide(width) };
+                let routine =
+                    if op == ArithmeticOp::Mul { Pic16Routine::Multiply(width) } else { Pic16Routine::Divide(width) };
                 self.call(routine);
                 let result = if op == ArithmeticOp::Mul { self.operand(2, width) } else { first };
                 for n in 0..u16::from(bytes) {

@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 
 use emu_pic16::isa::Kind;
 
-use super::arch::{self, Pic16Jump, PAGE, Pic16Arch};
+use super::arch::{self, PAGE, Pic16Arch, Pic16Jump};
 use super::chip_data::{ANY_BANK, BankSet, Pic16ChipData};
-use crate::code::{CodeWriter, CodeLabel};
+use crate::code::{CodeLabel, CodeWriter};
 use crate::target::CodeMark;
 
 /// STATUS, in every bank.

@@ -1,12 +1,12 @@
 //! A program on the machine and on the evaluator, side by side.
 
 use emu_ap101::Ap101;
-use emu_core::{Cpu, ChipEvent, PinLevel, PinId, Probe, StopReason, CycleTime};
+use emu_core::{ChipEvent, Cpu, CycleTime, PinId, PinLevel, Probe, StopReason};
 use ladder::{LadderDialect, LadderProgram, SymbolKind};
 use ladder_compile::ap101::TARGETS;
 use ladder_compile::ir::{BitRole, Ir};
 use ladder_compile::pins::AssignedPin;
-use ladder_compile::target::{BuiltImage, CompileJob, CodeMark, BuildRefusal, CompileTarget};
+use ladder_compile::target::{BuildRefusal, BuiltImage, CodeMark, CompileJob, CompileTarget};
 use ladder_compile::{CellLocation, lower_for_target};
 use ladder_eval::Evaluator;
 
@@ -100,7 +100,8 @@ impl MachinePair {
         let built = build(program, &ir)?;
         let segments: Vec<(u32, &[u8])> = built.segments.iter().map(|(at, bytes)| (*at, &bytes[..])).collect();
         let hex = emu_core::image::write_hex(&segments);
-        let image = emu_core::image::load_hex("image", hex.as_bytes(), TARGET.chip.hex_spaces).expect("a sound image").image;
+        let image =
+            emu_core::image::load_hex("image", hex.as_bytes(), TARGET.chip.hex_spaces).expect("a sound image").image;
         emu_ap101::Ap101Config::read_config(&image).expect("a sound configuration");
         let mut cpu = Ap101::new(&image);
         for mark in [CodeMark::ScanStart, CodeMark::ScanEnd] {
@@ -132,7 +133,8 @@ impl MachinePair {
 
     fn place(&self, name: &str) -> &CellLocation {
         let bit = self.ir.bits.iter().position(|cell| cell.name == name).and_then(|n| self.built.bit_places.get(n));
-        let word = || self.ir.words.iter().position(|cell| cell.name == name).and_then(|n| self.built.word_places.get(n));
+        let word =
+            || self.ir.words.iter().position(|cell| cell.name == name).and_then(|n| self.built.word_places.get(n));
         bit.or_else(word).unwrap_or_else(|| panic!("a place of {name}"))
     }
 
@@ -154,7 +156,9 @@ impl MachinePair {
         let peek = |space: &str, addr: u32| self.cpu.peek(space, addr).expect("a place in memory");
         match self.place(name) {
             CellLocation::Bit { space, addr, .. } => peek(space, *addr).into(),
-            CellLocation::Word { space, addr, .. } => i16::from_le_bytes([peek(space, *addr), peek(space, addr + 1)]).into(),
+            CellLocation::Word { space, addr, .. } => {
+                i16::from_le_bytes([peek(space, *addr), peek(space, addr + 1)]).into()
+            }
         }
     }
 
@@ -209,7 +213,10 @@ impl MachinePair {
         let outputs = self.pins.iter().filter(|pin| pin.output).count() as u64;
         let took = self.cpu.cycle() + 1 + outputs - start;
         if took > self.built.worst_scan_cycles {
-            return Err(format!("a scan of {took} cycles, the longest is said to take {}", self.built.worst_scan_cycles));
+            return Err(format!(
+                "a scan of {took} cycles, the longest is said to take {}",
+                self.built.worst_scan_cycles
+            ));
         }
         for (n, symbol) in self.eval.symbols().iter().enumerate() {
             let (wanted, found) = (self.eval.get(n), self.get(&symbol.name));

@@ -1,9 +1,9 @@
 //! AP101: programs on the emulated machine against the reference evaluator, and what is refused.
 
-mod program_generator;
 mod fits;
-mod plain;
-mod random;
 mod machine_pair;
+mod plain;
+mod program_generator;
+mod random;
 #[path = "../../../tests/ladder/mod.rs"]
 mod table;

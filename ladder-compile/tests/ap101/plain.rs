@@ -2,7 +2,7 @@
 
 use emu_ap101::chips::{CLEAR_PIN, POWER_PIN};
 use emu_core::rng::Rng;
-use emu_core::{Cpu, PinLevel, StopReason, CycleTime};
+use emu_core::{Cpu, CycleTime, PinLevel, StopReason};
 use ladder_compile::target::CodeMark;
 use ladder_compile::{CompileOptions, compile};
 
@@ -114,7 +114,9 @@ fn a_failure_of_the_supply_keeps_bits() {
         pair.scan().expect("the same");
         assert_eq!(["Ra", "Ya", "Yb", "Ta", "Ca"].map(|name| pair.get(name)), [1, 1, 1, 4, 1]);
         let now = pair.cpu.cycle();
-        for (pin, cycle, level) in [(POWER_PIN, now + 20, false), (CLEAR_PIN, now + 50, cold), (POWER_PIN, now + 100, true)] {
+        for (pin, cycle, level) in
+            [(POWER_PIN, now + 20, false), (CLEAR_PIN, now + 50, cold), (POWER_PIN, now + 100, true)]
+        {
             pair.cpu.drive(CycleTime::at(cycle), pin, PinLevel::from_bit(level));
         }
         // Two outputs are loaded, then the scans begin; an edge memory that was kept sees no edge.

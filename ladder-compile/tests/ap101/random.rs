@@ -6,8 +6,8 @@ use ladder::SymbolKind;
 use ladder_compile::lower_for_target;
 use ladder_compile::target::BuildRefusal;
 
-use crate::program_generator::{ProgramLimits, generate_program as text};
 use crate::machine_pair::{MachinePair, TARGET, program_in};
+use crate::program_generator::{ProgramLimits, generate_program as text};
 
 const SMALL: ProgramLimits = ProgramLimits { rungs: 4, max_series: 3, depth: 1, modules: 3, dialect: Ldmicro23 };
 const LARGE: ProgramLimits = ProgramLimits { rungs: 14, max_series: 5, depth: 3, modules: 12, dialect: Ldmicro23 };

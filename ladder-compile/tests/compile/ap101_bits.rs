@@ -29,7 +29,8 @@ fn random_bits() {
         (IrLimits { rungs: 8, steps: 20, depth: 3, inputs: 20, outputs: 16, bits: 200, ..IrLimits::BITS }, 20),
     ];
     for (wish, programs) in table {
-        let fitting = (0..programs).filter(|&seed| run(&random_ir(&mut Rng::new(seed), wish), seed, 20).is_some()).count();
+        let fitting =
+            (0..programs).filter(|&seed| run(&random_ir(&mut Rng::new(seed), wish), seed, 20).is_some()).count();
         assert!(2 * fitting > programs as usize, "{fitting} of {programs} fit: {wish:?}");
     }
 }

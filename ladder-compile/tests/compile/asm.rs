@@ -29,12 +29,15 @@ fn sources_assemble_to_the_image() {
 /// For every fifth chip, beginning with another in every turn; every other turn without optimisation.
 fn check_source(program: &LadderProgram, turn: usize, seen: &mut BTreeSet<&str>) {
     for target in targets().skip(turn % 5).step_by(5) {
-        let options =
-            CompileOptions { mcu: target.chip.name.to_owned(), optimise: turn.is_multiple_of(2), ..CompileOptions::default() };
+        let options = CompileOptions {
+            mcu: target.chip.name.to_owned(),
+            optimise: turn.is_multiple_of(2),
+            ..CompileOptions::default()
+        };
         let Ok(compiled) = compile(program, &options) else { continue };
         let source = assembly(program, target.chip, &compiled.built, &compiled.map);
-        let image =
-            emu_asm::assemble_text(target.chip, &source).unwrap_or_else(|e| panic!("{}: {e}\n{source}", target.chip.name));
+        let image = emu_asm::assemble_text(target.chip, &source)
+            .unwrap_or_else(|e| panic!("{}: {e}\n{source}", target.chip.name));
         let wanted =
             emu_core::image::load_hex("image", compiled.hex.as_bytes(), target.chip.hex_spaces).expect("a sound image");
         let all = |image: &emu_core::image::Image| {

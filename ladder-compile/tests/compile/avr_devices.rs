@@ -5,8 +5,10 @@ use emu_avr::{Avr, Options};
 use emu_core::{Cpu, PinLevel, RamInit};
 use ladder::{ElementId, SymbolKind};
 use ladder_compile::avr::TARGETS;
-use ladder_compile::ir::{BitCell, BitRole, Ir, IrOp, RungCode, IrStep, ConstantTable, UartUse, WordOperand, WordId, WordCell, WordRole};
-use ladder_compile::target::{CompileJob, CodeMark, BuildRefusal, CompileTarget};
+use ladder_compile::ir::{
+    BitCell, BitRole, ConstantTable, Ir, IrOp, IrStep, RungCode, UartUse, WordCell, WordId, WordOperand, WordRole,
+};
+use ladder_compile::target::{BuildRefusal, CodeMark, CompileJob, CompileTarget};
 use ladder_compile::{CellLocation, SpecialPin};
 
 /// Integers `v0`, `v1`, .. and one rung.
@@ -118,8 +120,12 @@ fn tables_lie_low() {
 fn what_does_not_fit_is_refused_with_the_figures() {
     let bench = |name| ImageBench { target: target(name), clock_hz: 4_000_000, cycle_us: 10_000, baud: None };
     // Code: every chip says what it has.
-    let sum =
-        IrOp::Math { op: ladder_compile::ir::ArithmeticOp::Add, dst: WordId(0), a: WordOperand::Cell(WordId(1)), b: WordOperand::Cell(WordId(2)) };
+    let sum = IrOp::Math {
+        op: ladder_compile::ir::ArithmeticOp::Add,
+        dst: WordId(0),
+        a: WordOperand::Cell(WordId(1)),
+        b: WordOperand::Cell(WordId(2)),
+    };
     for target in TARGETS {
         let long = program(3, vec![sum.clone(); target.chip.flash_bytes as usize / 6 + 100]);
         let bench = ImageBench { target, ..bench("atmega8") };
@@ -130,10 +136,13 @@ fn what_does_not_fit_is_refused_with_the_figures() {
         assert!(needed > available && rungs.len() == 1 && rungs[0] <= needed && rungs[0] + 200 > needed);
     }
     let many = program(600, Vec::new());
-    let Err(BuildRefusal::RamTooSmall { needed, available: 512 }) = bench("atmega48").build(&many) else { panic!("refused by RAM") };
+    let Err(BuildRefusal::RamTooSmall { needed, available: 512 }) = bench("atmega48").build(&many) else {
+        panic!("refused by RAM")
+    };
     assert!((1_150..=1_202).contains(&needed), "{needed}");
 
-    let job = |cycle_us, clock_hz| ImageBench { cycle_us, clock_hz, ..bench("atmega328p") }.build(&program(0, Vec::new()));
+    let job =
+        |cycle_us, clock_hz| ImageBench { cycle_us, clock_hz, ..bench("atmega328p") }.build(&program(0, Vec::new()));
     assert_eq!(job(16_777_217, 4_000_000), Err(BuildRefusal::PeriodOutOfRange { shortest: 1, longest: 16_777_216 }));
 
     // 4 MHz / 8 / 4 is 125,000, 8 % off 115,200.

@@ -125,7 +125,9 @@ fn none(op: &IrOp, seed: u64) {
         | IrOp::AndCompare(_) => {
             panic!("seed {seed}: {op:?}")
         }
-        IrOp::If { if_true: then, if_false: otherwise, .. } => then.iter().chain(otherwise).for_each(|op| none(op, seed)),
+        IrOp::If { if_true: then, if_false: otherwise, .. } => {
+            then.iter().chain(otherwise).for_each(|op| none(op, seed))
+        }
         _ => {}
     }
 }

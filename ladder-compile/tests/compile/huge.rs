@@ -41,7 +41,8 @@ fn nothing_is_a_fault_of_the_compiler() {
         let program = program(&text);
         for mcu in CHIPS {
             for optimise in [true, false] {
-                let outcome = compile(&program, &CompileOptions { mcu: mcu.to_owned(), optimise, ..CompileOptions::default() });
+                let outcome =
+                    compile(&program, &CompileOptions { mcu: mcu.to_owned(), optimise, ..CompileOptions::default() });
                 let Err(told) = outcome else { continue };
                 for one in &told {
                     assert!(EXPECTED.contains(&one.code), "{name} on {mcu}, optimised {optimise}: {one}");

@@ -2,7 +2,7 @@
 //! programs reach everything.
 
 use crate::common::{CompiledChip, cases, compiled, options, pairs, program};
-use emu_core::{Cpu, PinLevel, RamInit, CycleTime};
+use emu_core::{Cpu, CycleTime, PinLevel, RamInit};
 use ladder_compile::{ImageMap, compile};
 
 /// A crossing light of our own: clock, phases, a request button, five lamps.

@@ -4,7 +4,7 @@ use emu_8051::isa::Kind as Mcs51Kind;
 use emu_avr::isa::Kind as AvrKind;
 use emu_core::rng::Rng;
 use emu_pic16::isa::Kind as PicKind;
-use ladder_compile::code::{TargetArch, CodeWriter, FinishedCode, MAX_FORM_LEVEL, CodeLabel};
+use ladder_compile::code::{CodeLabel, CodeWriter, FinishedCode, MAX_FORM_LEVEL, TargetArch};
 use ladder_compile::pic16::arch::{PAGE, Pic16Arch};
 use ladder_compile::pic16::chip_data::Pic16ChipData;
 use ladder_compile::pic16::writer::{self, Pic16Item, Pic16Writer};

@@ -6,13 +6,13 @@ mod ap101_bits;
 mod asm;
 mod avr;
 mod avr_devices;
+mod evaluator_agreement;
 mod huge;
 mod image;
 mod ir;
 mod layout;
 mod mcs51;
 mod mcs51_random;
-mod evaluator_agreement;
 #[cfg(feature = "mutants")]
 mod mutants;
 mod pace;

@@ -3,10 +3,10 @@
 use crate::common::program;
 use emu_8051::Mcs51;
 use emu_core::rng::Rng;
-use emu_core::{Cpu, ChipEvent, PinLevel, Probe, RamInit, CycleTime};
+use emu_core::{ChipEvent, Cpu, CycleTime, PinLevel, Probe, RamInit};
 use ladder_compile::mcs51::{TARGETS, pacing, serial};
 use ladder_compile::target::CompileTarget;
-use ladder_compile::{CompiledProgram, CompileOptions, compile};
+use ladder_compile::{CompileOptions, CompiledProgram, compile};
 
 /// A program for a chip, or why not: causes in a row.
 fn compiled(text: &str, mcu: &str, clock_hz: u64) -> Result<CompiledProgram, String> {
@@ -22,7 +22,8 @@ fn headed(cycle: u64, more: &str, rungs: &str) -> String {
 /// The chip at power-up, with dirty RAM.
 fn power_up(compiled: &CompiledProgram, seed: u64) -> Mcs51 {
     let chip = emu_8051::chips::chip(&compiled.map.mcu).expect("a chip");
-    let image = emu_core::image::load_hex("image", compiled.hex.as_bytes(), chip.hex_spaces).expect("a sound image").image;
+    let image =
+        emu_core::image::load_hex("image", compiled.hex.as_bytes(), chip.hex_spaces).expect("a sound image").image;
     Mcs51::new(chip, &image, RamInit::Random(seed))
 }
 

@@ -17,7 +17,9 @@ fn agree(target: &'static CompileTarget, wish: IrLimits, seeds: std::ops::Range<
         let bench = ImageBench { target, clock_hz: 11_059_200, cycle_us: 50_000, baud };
         match bench.run(&ir, seed, 20, Mcs51::new) {
             Ok(_) => {}
-            Err(RunFailure::Refused(BuildRefusal::CodeTooLarge { .. } | BuildRefusal::RamTooSmall { .. })) => refused += 1,
+            Err(RunFailure::Refused(BuildRefusal::CodeTooLarge { .. } | BuildRefusal::RamTooSmall { .. })) => {
+                refused += 1
+            }
             Err(why) => panic!("{}, seed {seed}: {why}", target.chip.name),
         }
     }
@@ -57,8 +59,14 @@ fn plain_translation() {
 #[test]
 fn bits_without_an_address_of_their_own() {
     for target in TARGETS {
-        let wish =
-            IrLimits { bits: 240, rungs: 3, steps: 40, ops: ops::IF | ops::ADD | ops::LOGIC, words: 3, ..IrLimits::BITS };
+        let wish = IrLimits {
+            bits: 240,
+            rungs: 3,
+            steps: 40,
+            ops: ops::IF | ops::ADD | ops::LOGIC,
+            words: 3,
+            ..IrLimits::BITS
+        };
         agree(target, wish, 0..16, 2);
     }
 }

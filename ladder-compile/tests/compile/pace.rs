@@ -53,7 +53,8 @@ fn check_scan_starts(mcu: &str, clock: u64, cycle: u64) {
     let text = format!(
         "LDmicro0.1\nCYCLE={cycle}\nCRYSTAL={clock}\nIO LIST\nEND\nPROGRAM\nRUNG\nCONTACTS Xa 0\nDIV a b c\nEND\n"
     );
-    let compiled = compile(&program(&text), &CompileOptions { mcu: mcu.to_owned(), ..CompileOptions::default() }).expect("compiles");
+    let compiled = compile(&program(&text), &CompileOptions { mcu: mcu.to_owned(), ..CompileOptions::default() })
+        .expect("compiles");
     let mut chip = CompiledChip::new(&compiled, RamInit::Random(1));
     let map = chip.map.clone();
     // Every turn of the loop is executed, so there are fewer scans of slow ones, and none where one takes over 2,000,000

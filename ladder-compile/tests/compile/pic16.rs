@@ -18,7 +18,9 @@ fn check_programs(chip: &str, wish: IrLimits, seeds: std::ops::Range<u64>, scans
         let ir = random_ir(&mut Rng::new(seed), wish);
         match bench.run(&ir, seed, scans, Pic16::new) {
             Ok(_) => held += 1,
-            Err(RunFailure::Refused(refusal @ (BuildRefusal::RamTooSmall { .. } | BuildRefusal::CodeTooLarge { .. }))) => {
+            Err(RunFailure::Refused(
+                refusal @ (BuildRefusal::RamTooSmall { .. } | BuildRefusal::CodeTooLarge { .. }),
+            )) => {
                 println!("{chip}, seed {seed}: {refusal:?}")
             }
             Err(RunFailure::Refused(refusal)) => panic!("{chip}, seed {seed}: {refusal:?}"),

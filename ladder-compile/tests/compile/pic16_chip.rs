@@ -2,9 +2,9 @@
 //! PWM do at their pins, and what is refused.
 
 use crate::common::program;
-use emu_core::{Cpu, ChipEvent, PinLevel, Probe, RamInit, CycleTime};
+use emu_core::{ChipEvent, Cpu, CycleTime, PinLevel, Probe, RamInit};
 use emu_pic16::Pic16;
-use ladder_compile::{CompiledProgram, ImageMap, CompileOptions, CellLocation, SpecialPin, compile};
+use ladder_compile::{CellLocation, CompileOptions, CompiledProgram, ImageMap, SpecialPin, compile};
 
 fn compiled(text: &str, mcu: &str, pins: &[(&str, &str)]) -> CompiledProgram {
     let pins = pins.iter().map(|&(name, pin)| (name.to_owned(), pin.to_owned())).collect();
@@ -43,7 +43,8 @@ struct Pic16Image {
 impl Pic16Image {
     fn new(compiled: &CompiledProgram) -> Pic16Image {
         let chip = emu_pic16::chips::chip(&compiled.map.mcu).expect("a known chip");
-        let loaded = emu_core::image::load_hex("image", compiled.hex.as_bytes(), chip.hex_spaces).expect("a sound image");
+        let loaded =
+            emu_core::image::load_hex("image", compiled.hex.as_bytes(), chip.hex_spaces).expect("a sound image");
         let options = emu_pic16::Options { hz: compiled.map.clock_hz, ..emu_pic16::Options::default() };
         let cpu = Pic16::with(chip, &loaded.image, RamInit::Random(7), options);
         Pic16Image { cpu, map: compiled.map.clone(), seen: TimedEdgesAndBytes::default() }
@@ -266,7 +267,9 @@ fn the_pulse_is_as_wide_as_the_duty() {
         let compiled = compiled(&text, mcu, &[]);
         let mut chip = Pic16Image::new(&compiled);
         let pwm = compiled.map.specials.iter().find_map(|s| match s {
-            SpecialPin::Pwm { period, steps, pin, .. } => Some((period.num / period.den, u64::from(*steps), pin.clone())),
+            SpecialPin::Pwm { period, steps, pin, .. } => {
+                Some((period.num / period.den, u64::from(*steps), pin.clone()))
+            }
             _ => None,
         });
         let (period, steps, pin) = pwm.expect("the output is in the map");

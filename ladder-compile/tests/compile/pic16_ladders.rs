@@ -21,7 +21,9 @@ fn deep_branches_with_edges() {
         let bench = ImageBench { target, clock_hz: 4_000_000, cycle_us: 50_000, baud: Some(2400) };
         match bench.run(&ir, seed, 30, Pic16::new) {
             Ok(_) => held += 1,
-            Err(RunFailure::Refused(refusal @ BuildRefusal::CodeTooLarge { .. })) => println!("{chip}, seed {seed}: {refusal:?}"),
+            Err(RunFailure::Refused(refusal @ BuildRefusal::CodeTooLarge { .. })) => {
+                println!("{chip}, seed {seed}: {refusal:?}")
+            }
             Err(how) => panic!("{chip}, seed {seed}: {how}\n{text}"),
         }
     }

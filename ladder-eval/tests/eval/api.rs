@@ -1,7 +1,7 @@
 //! The evaluator as its users see it: symbols, values from outside, what a watcher is told, what is refused.
 
 use crate::common::model::{coil, constant, contacts, leaf, parallel, program, var};
-use ladder::{CompareOp, CounterKind, LadderDialect, Element, ElementId, MathOp, RungNode, TimerKind};
+use ladder::{CompareOp, CounterKind, Element, ElementId, LadderDialect, MathOp, RungNode, TimerKind};
 use ladder_eval::{Evaluator, UnsupportedElement};
 
 fn move_constant(dest: &str, value: i64) -> Element {

@@ -35,7 +35,11 @@ fn the_serial_line_counts_down() {
     let before = eval.clone();
     eval.scan();
     assert_eq!((eval.sent(), eval.uart_busy_scans(), eval.has_received_byte(), eval.get(m)), (Some(0x41), 5, false, 7));
-    assert_eq!((before.sent(), before.uart_busy_scans(), before.has_received_byte()), (None, 0, true), "a clone is a snapshot");
+    assert_eq!(
+        (before.sent(), before.uart_busy_scans(), before.has_received_byte()),
+        (None, 0, true),
+        "a clone is a snapshot"
+    );
     eval.set(x, 0);
     for left in [4, 3, 2, 1, 0, 0] {
         eval.scan();

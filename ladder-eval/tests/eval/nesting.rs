@@ -53,7 +53,13 @@ fn every_nesting_of_up_to_four_elements() {
 }
 
 /// All groups of `left` leaves: at least two branches, each any series.
-fn branches(bodies: &[Vec<SeriesTruthTable>], left: usize, so_far: &mut Vec<Vec<RungNode>>, table: u8, out: &mut Vec<SeriesTruthTable>) {
+fn branches(
+    bodies: &[Vec<SeriesTruthTable>],
+    left: usize,
+    so_far: &mut Vec<Vec<RungNode>>,
+    table: u8,
+    out: &mut Vec<SeriesTruthTable>,
+) {
     if left == 0 {
         out.push((vec![parallel(so_far.clone())], table));
         return;

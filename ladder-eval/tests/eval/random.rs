@@ -4,7 +4,10 @@
 use crate::common::model;
 use crate::common::model::{constant, leaf, parallel, program, var};
 use crate::naive;
-use ladder::{CompareOp, CounterKind, LadderDialect, Element, LdFormat, MathOp, RungNode, LadderOperand, LadderProgram, TimerKind, VarEntry};
+use ladder::{
+    CompareOp, CounterKind, Element, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp, RungNode,
+    TimerKind, VarEntry,
+};
 use ladder_eval::Evaluator;
 use proptest::prelude::*;
 use proptest::sample::select;

@@ -2,9 +2,9 @@
 
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::load_hex;
-use emu_core::pins::{PinLevel, CycleTime};
-use emu_debug::debug::{UserAction, SessionOptions, MachineWithDevices, NameScope, DebugSession, DynMachine};
-use emu_debug::stimulus::{TimedDrive, ExternalDrive};
+use emu_core::pins::{CycleTime, PinLevel};
+use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions, UserAction};
+use emu_debug::stimulus::{ExternalDrive, TimedDrive};
 use emu_debug::{AttachedDevices, CycleClock};
 use ladder_view::LadderView;
 
@@ -39,9 +39,14 @@ pub fn open(text: &str, setup: ChipSetup) -> (DebugSession, LadderView) {
         emu_core::chip::ChipFamily::Pic16 => {
             let options = emu_pic16::Options { hz: clock.hz, ..Default::default() };
             let config = watchdog.then_some(0x3FFF);
-            debug_machine(emu_pic16::Pic16::with(chip, &image, RamInit::Zero, emu_pic16::Options { config, ..options }), clock)
+            debug_machine(
+                emu_pic16::Pic16::with(chip, &image, RamInit::Zero, emu_pic16::Options { config, ..options }),
+                clock,
+            )
         }
-        emu_core::chip::ChipFamily::Ap101 => debug_machine(emu_ap101::Ap101::with(&image, emu_ap101::Options::default()), clock),
+        emu_core::chip::ChipFamily::Ap101 => {
+            debug_machine(emu_ap101::Ap101::with(&image, emu_ap101::Options::default()), clock)
+        }
     };
     let view = LadderView::new(program, compiled.map, chip).expect("they belong together");
     let mut scope = NameScope::new(chip);
@@ -60,5 +65,7 @@ pub fn drive_input(session: &mut DebugSession, view: &LadderView, name: &str, hi
     let pin = view.map().pins.iter().find(|pin| pin.name == name).expect("a pin of the program");
     let pin = session.scope.chip().pin(&pin.pin).expect("a pin of the chip");
     let at = CycleTime::at(session.machine().cycle());
-    session.apply_action(UserAction::Drive(TimedDrive { at, drive: ExternalDrive::Level(pin, PinLevel::from_bit(high)) })).expect("a level");
+    session
+        .apply_action(UserAction::Drive(TimedDrive { at, drive: ExternalDrive::Level(pin, PinLevel::from_bit(high)) }))
+        .expect("a level");
 }

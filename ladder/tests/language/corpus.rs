@@ -12,7 +12,8 @@ fn words(text: &str) -> Vec<Vec<&str>> {
 }
 
 fn round_trip(name: &str, text: &str) {
-    let program = parse(name, text).unwrap_or_else(|e| panic!("{name}: {}", common::diagnostic_codes(&e).join(" "))).program;
+    let program =
+        parse(name, text).unwrap_or_else(|e| panic!("{name}: {}", common::diagnostic_codes(&e).join(" "))).program;
     let written = write(&program);
     assert_eq!(words(&written), words(text), "{name}");
     let again = parse(name, &written).unwrap_or_else(|e| panic!("{name}, written: {e:?}")).program;

@@ -3,8 +3,8 @@
 use crate::common;
 use diag::Pos;
 use ladder::{
-    CompareOp, CounterKind, LadderDialect, Element, LdFormat, IoEntry, MathOp, RungNode, LadderOperand, LadderProgram, Rung, ProgramSettings,
-    TimerKind, VarEntry,
+    CompareOp, CounterKind, Element, IoEntry, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
+    ProgramSettings, Rung, RungNode, TimerKind, VarEntry,
 };
 use proptest::collection::vec;
 use proptest::option;

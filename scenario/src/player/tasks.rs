@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::{PlayEnd, MAX_TASKS, ScenarioPlayer, too_many};
-use crate::play_ops::{PlayAction, PlayOp, InputWrite};
+use super::{MAX_TASKS, PlayEnd, ScenarioPlayer, too_many};
+use crate::play_ops::{InputWrite, PlayAction, PlayOp};
 use crate::verdict::ScenarioOutcome;
 use crate::world::ScenarioWorld;
 
@@ -67,11 +67,16 @@ impl ScenarioPlayer {
     pub(super) fn can_task_be_queued(&self, task: usize) -> bool {
         match self.tasks.get(task).map(|task| &task.kind) {
             Some(TaskKind::Ramp { values, done, .. }) => {
-                let free = |put: &InputWrite| put.input.can_be_queued && !(self.is_waiting() && self.bound.writes_shared_bit(put));
+                let free = |put: &InputWrite| {
+                    put.input.can_be_queued && !(self.is_waiting() && self.bound.writes_shared_bit(put))
+                };
                 values.get(*done).is_none_or(|(_, puts)| puts.iter().all(free))
             }
             Some(TaskKind::Repetition { line, .. }) => match self.bound.lines.get(*line).map(|line| &line.op) {
-                Some(PlayOp::Every { act, .. }) => act.can_be_queued(&self.bound.toggled_inputs) && !(self.is_waiting() && self.bound.acts_on_shared_bit(act)),
+                Some(PlayOp::Every { act, .. }) => {
+                    act.can_be_queued(&self.bound.toggled_inputs)
+                        && !(self.is_waiting() && self.bound.acts_on_shared_bit(act))
+                }
                 _ => false,
             },
             Some(TaskKind::Once(_)) | None => false,
@@ -81,7 +86,9 @@ impl ScenarioPlayer {
     /// Does the next of a task, and removes it behind its last.
     pub(super) fn run_task(&mut self, n: usize, world: &mut dyn ScenarioWorld) -> Result<(), PlayEnd> {
         let bound = self.bound.clone();
-        let Some(BackgroundTask { next: due, step, kind: what, endless }) = self.tasks.get(n).cloned() else { return Ok(()) };
+        let Some(BackgroundTask { next: due, step, kind: what, endless }) = self.tasks.get(n).cloned() else {
+            return Ok(());
+        };
         let (last, tasks) = (self.last_action_tick, self.tasks.len());
         let following = match what {
             TaskKind::Ramp { values, start, done } => {

@@ -3,9 +3,9 @@
 use clap::Args;
 use emu_core::chip::ChipFamily;
 use emu_core::cpu::Cpu;
-use emu_core::pins::{PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId};
 use emu_debug::ProgramSource;
-use emu_debug::chip_scenario::{ChipResolver, ChipBindings};
+use emu_debug::chip_scenario::{ChipBindings, ChipResolver};
 use emu_debug::stimulus::{ExternalDrive, check_drive_supported, find_pin, supply_changes};
 use emu_debug::text_escapes::unescape;
 use scenario::{RecordedAction, Recorder, ScenarioValue, bind};
@@ -14,7 +14,7 @@ use super::super::RunArgs;
 use super::super::plan::PlannedRun;
 use super::ScenarioSetup;
 use crate::fail::VerbFailure;
-use crate::report::{MessageStyle, FileTexts, report_diagnostics};
+use crate::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::scenarios::{self, ScenarioFile};
 use crate::snapshots::SnapshotWriter;
 use crate::{avr, family};
@@ -85,7 +85,11 @@ impl ScenarioFlags {
             let wave = scenarios::read_waveform(name)?;
             for wire in &self.drive {
                 if !wave.has_wire(wire) {
-                    return Err(VerbFailure::invalid_flag_value("--drive <PIN>", wire, "the waveform has no wire of this name"));
+                    return Err(VerbFailure::invalid_flag_value(
+                        "--drive <PIN>",
+                        wire,
+                        "the waveform has no wire of this name",
+                    ));
                 }
             }
             let wanted = |wire: &str| {
@@ -113,7 +117,15 @@ impl ScenarioFlags {
         });
         let (table, shelf) = (std::mem::take(&mut site.bindings), shelf.clone());
         let supplies = supply_changes(&job.drives);
-        Ok(ScenarioSetup { table, supplies, deciding: main, stimuli: beside, baud: args.machine.baud, recorder, snapshot_writer: shelf })
+        Ok(ScenarioSetup {
+            table,
+            supplies,
+            deciding: main,
+            stimuli: beside,
+            baud: args.machine.baud,
+            recorder,
+            snapshot_writer: shelf,
+        })
     }
 }
 

@@ -25,7 +25,8 @@ fn sources_assemble_elsewhere_too() {
         let program = ladder::parse("program.ld", &text).expect("reads").program;
         for target in targets().filter(|target| target.chip.family != ChipFamily::Ap101) {
             for optimise in [true, false] {
-                let options = CompileOptions { mcu: target.chip.name.to_owned(), optimise, ..CompileOptions::default() };
+                let options =
+                    CompileOptions { mcu: target.chip.name.to_owned(), optimise, ..CompileOptions::default() };
                 let Ok(compiled) = compile(&program, &options) else { continue };
                 let source = assembly(&program, target.chip, &compiled.built, &compiled.map);
                 let wanted =

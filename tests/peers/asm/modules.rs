@@ -31,7 +31,8 @@ fn theirs(home: &Path, source: &str) -> Option<Cells> {
     if bytes.is_empty() {
         return Some(Cells::new());
     }
-    let image = emu_core::image::load_hex(source, &bytes, chip.hex_spaces).unwrap_or_else(|e| panic!("{source}: {e:?}"));
+    let image =
+        emu_core::image::load_hex(source, &bytes, chip.hex_spaces).unwrap_or_else(|e| panic!("{source}: {e:?}"));
     Some(cells(&image.image))
 }
 

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::Path;
 
-use emu_asm::{IncludeFiles, AssembleOptions, assemble};
+use emu_asm::{AssembleOptions, IncludeFiles, assemble};
 
 use crate::corpus::Source;
 use crate::judges::{Cells, cells as cells_of, home};

@@ -97,7 +97,15 @@ fn number(judge: Judge, n: i32, rng: &mut Rng) -> String {
 }
 
 /// The text of an operand.
-fn operand(judge: Judge, chip: &Chip, row: &InstructionRow, slot: &OperandSlot, value: i32, pc: i32, rng: &mut Rng) -> String {
+fn operand(
+    judge: Judge,
+    chip: &Chip,
+    row: &InstructionRow,
+    slot: &OperandSlot,
+    value: i32,
+    pc: i32,
+    rng: &mut Rng,
+) -> String {
     let width = row.pattern.extract_field(slot.letter, 0).1;
     match slot.kind.name {
         name if name.starts_with("register") => format!("{}{value}", if rng.one_in(2) { "r" } else { "R" }),

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use emu_avr::{Avr, chips};
 use emu_core::image::{ElfMachine, load};
-use emu_core::{Cpu, ChipEvent, PinLevel, PinId, Probe, RamInit, StopReason};
+use emu_core::{ChipEvent, Cpu, PinId, PinLevel, Probe, RamInit, StopReason};
 
 use super::MCU;
 

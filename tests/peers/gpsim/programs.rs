@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use emu_core::pins::{PinLevel, PinId, CycleTime};
+use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::{Chip, Cpu};
 use emu_pic16::{Pic16, chips};
 
@@ -107,7 +107,8 @@ fn theirs(chip: &Chip, program: &Program, folder: &Path) -> Vec<u8> {
 fn ours(chip: &'static Chip, program: &Program, hex: &str) -> Vec<u8> {
     let mut machine = machine(chip, &image(chip, &program.name, hex));
     let pin = |name: &String| chip.pin(name).unwrap_or_else(|| panic!("{name}"));
-    let drive = |machine: &mut Pic16, to: PinId, level: PinLevel| machine.drive(CycleTime::at(machine.cycle()), to, level);
+    let drive =
+        |machine: &mut Pic16, to: PinId, level: PinLevel| machine.drive(CycleTime::at(machine.cycle()), to, level);
     let wires: Vec<(PinId, PinId)> = program.wires.iter().map(|(from, to)| (pin(from), pin(to))).collect();
     let mut levels: Vec<PinLevel> = vec![PinLevel::Float; wires.len()];
     for name in &program.pullups {

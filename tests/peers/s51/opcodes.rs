@@ -67,7 +67,11 @@ fn ours(batch: &Batch) -> Run {
     machine.set_breakpoint(batch.program.stop.into(), true);
     let before = machine.cycle();
     let stop = machine.run(before + LIMIT, &mut ());
-    assert_eq!(stop, StopReason::Breakpoint { pc: batch.program.stop.into() }, "our machine comes to the end of the program");
+    assert_eq!(
+        stop,
+        StopReason::Breakpoint { pc: batch.program.stop.into() },
+        "our machine comes to the end of the program"
+    );
     let memory = |space: &str, from: usize, len: usize| {
         (from..from + len).map(|a| machine.peek(space, a as u32).expect("memory")).collect::<Vec<u8>>()
     };

@@ -8,7 +8,7 @@ use std::process::Command;
 
 use emu_8051::{Mcs51, chips};
 use emu_core::image::{Image, load_hex};
-use emu_core::{Chip, Cpu, ChipEvent, Probe, RamInit, StopReason};
+use emu_core::{Chip, ChipEvent, Cpu, Probe, RamInit, StopReason};
 
 use crate::tools::{folder, run, source};
 

@@ -27,7 +27,13 @@ fn nameless() -> ladder::LadderProgram {
 }
 
 /// A script of so many scans, and what the interpreter of the intermediate code says to it.
-fn script(ir: &Ir, source: &EmittedSource, slots: SlotNumbering, seed: u64, scans: u32) -> (ServeScript, Vec<ScanRecord>) {
+fn script(
+    ir: &Ir,
+    source: &EmittedSource,
+    slots: SlotNumbering,
+    seed: u64,
+    scans: u32,
+) -> (ServeScript, Vec<ScanRecord>) {
     let shape = slots.record_shape(source);
     let mut rng = Rng::new(seed ^ 0x5C21);
     let (mut script, mut wanted) = (ServeScript::new(), Vec::new());
@@ -141,14 +147,18 @@ fn both(
 #[ignore = "needs gcc: .ci/peers installs it"]
 fn random_code_does_the_same_in_c() {
     for portable in [false, true] {
-        both(c::emit_ir, SlotNumbering::InOrder, |programs| run_native(programs, portable).unwrap_or_else(|e| panic!("{e}")));
+        both(c::emit_ir, SlotNumbering::InOrder, |programs| {
+            run_native(programs, portable).unwrap_or_else(|e| panic!("{e}"))
+        });
     }
 }
 
 #[test]
 #[ignore = "needs gcc: .ci/peers installs it"]
 fn random_code_does_the_same_as_byte_code() {
-    both(bytecode::emit_ir, SlotNumbering::Interpreter, |programs| run_interpreted(programs).unwrap_or_else(|e| panic!("{e}")));
+    both(bytecode::emit_ir, SlotNumbering::Interpreter, |programs| {
+        run_interpreted(programs).unwrap_or_else(|e| panic!("{e}"))
+    });
 }
 
 fn on(mcu: &str, form: ServedForm, cases: Vec<Case>) {

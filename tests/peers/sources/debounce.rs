@@ -2,7 +2,7 @@
 
 use emu_avr::{Avr, chips::ATMEGA328P};
 use emu_core::image::{ElfMachine, load};
-use emu_core::{Cpu, PinLevel, RamInit, StopReason, CycleTime};
+use emu_core::{Cpu, CycleTime, PinLevel, RamInit, StopReason};
 use ladder_compile::emit::arduino::{SketchOptions, emit};
 
 use crate::tools::{folder, run, source};

@@ -57,7 +57,10 @@ impl SerialReceiver {
 
     /// `n` ticks with the line at rest, none of which matters.
     pub(super) fn advance(&mut self, mut n: u64, looking: bool, mode_1: bool) {
-        debug_assert!(self.ticks_to_next_step(looking).is_none_or(|wait| n < wait), "{n} ticks pass over an event: {self:?}");
+        debug_assert!(
+            self.ticks_to_next_step(looking).is_none_or(|wait| n < wait),
+            "{n} ticks pass over an event: {self:?}"
+        );
         while let Some(frame) = &mut self.frame {
             let state = frame.ticks & 15;
             let gap = if state < 7 {

@@ -71,7 +71,10 @@ impl SerialSender {
     }
 
     pub(super) fn advance(&mut self, n: u64) {
-        debug_assert!(self.ticks_to_next_step().is_none_or(|wait| n < wait), "{n} ticks pass over a rollover: {self:?}");
+        debug_assert!(
+            self.ticks_to_next_step().is_none_or(|wait| n < wait),
+            "{n} ticks pass over a rollover: {self:?}"
+        );
         self.count = (self.count + (n & 15) as u8) & 15;
     }
 

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use super::{MAX_INPUTS, MAX_OUTPUTS, Ap101PassState, PROGRAM_WORDS};
+use super::{Ap101PassState, MAX_INPUTS, MAX_OUTPUTS, PROGRAM_WORDS};
 use crate::engine::Assembler;
 use crate::fault::LineFault;
+use crate::lines::{AsmLine, trim};
 use crate::output::ListedLine;
 use crate::statement::code_end;
-use crate::lines::{AsmLine, trim};
 
 /// The last operation that has the address of a bit.
 const XOR: u16 = 0xA;

@@ -5,12 +5,12 @@
 
 use std::collections::BTreeMap;
 
-use super::layout::{PlacementFault, AreaMemory, AreaShape, layout};
+use super::layout::{AreaMemory, AreaShape, PlacementFault, layout};
 use crate::dialect::SectionContent;
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
-use crate::sections::AsmSection;
 use crate::lines::{AsmLine, trim};
+use crate::sections::AsmSection;
 
 /// An area of the pass.
 #[derive(Debug, Clone)]
@@ -90,7 +90,8 @@ pub(super) fn area(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     }
     shape.memory = memory.unwrap_or_else(|| default_memory(name, shape.absolute));
     let known = asm.family_state.mcs51.areas.all.iter().position(|area| area.shape.name == name);
-    let first = known.and_then(|number| asm.family_state.mcs51.areas.all.get(number)).filter(|_| !behind.trim().is_empty());
+    let first =
+        known.and_then(|number| asm.family_state.mcs51.areas.all.get(number)).filter(|_| !behind.trim().is_empty());
     if first.is_some_and(|first| !first.shape.is_like(&shape)) {
         let cause = format!("the area {name} has other attributes where it first stands");
         return asm.report(LineFault::new("ASM007", at, cause, "give it the same in both places, or none here"));
@@ -274,6 +275,6 @@ impl super::Mcs51PassState {
     /// What the next pass takes over from this one.
     pub fn next(self) -> super::Mcs51PassState {
         let areas = PassAreas { limits: self.areas.limits, ..PassAreas::default() };
-        super::Mcs51PassState { areas, ..super::Mcs51PassState::default() }
+        super::Mcs51PassState { areas, classes: self.classes, ..super::Mcs51PassState::default() }
     }
 }

@@ -132,7 +132,9 @@ impl AddressOwners {
             let up = |step: i64| (at + step - 1) / step * step;
             let next = match class {
                 SegmentClass { align, .. } if align > 0 && at % align != 0 => up(align),
-                SegmentClass { within, .. } if within > 0 && at / within != (at + size - 1) / within && at % within != 0 => {
+                SegmentClass { within, .. }
+                    if within > 0 && at / within != (at + size - 1) / within && at % within != 0 =>
+                {
                     up(within)
                 }
                 _ => return Some(at),

@@ -1,10 +1,12 @@
 //! Sections of ASM51 (`cseg at 0`), and segments of AX51 that BL51 places (`prog segment code`, `rseg prog`).
 
+use super::super::common::constant;
 use super::area;
-use super::layout::{SegmentClass, AreaMemory, AreaShape};
+use super::layout::{AreaMemory, AreaShape, SegmentClass};
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
 use crate::lines::{begins_name, behind_name, byte, trim};
+use crate::symbols::AsmSymbolKind;
 
 /// `dseg`, `dseg at 30h`.
 pub(super) fn absolute(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) {
@@ -18,6 +20,24 @@ pub(super) fn absolute(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: 
         asm.out.set_address(n);
     }
     area::begin_fixed(asm);
+}
+
+/// `code at 100h` and `code`, with no name in front: begins a section, as `cseg` does; false for anything else.
+pub(super) fn begins(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) -> bool {
+    let written = call.get(trim(call.text, call.rest.clone())).to_ascii_lowercase();
+    let is_it =
+        call.label.is_none() && (written.is_empty() || written.starts_with("at ") || written.starts_with("at\t"));
+    if is_it {
+        absolute(asm, call, name);
+    }
+    is_it
+}
+
+/// `name code address`, and `code at 100h`.
+pub(super) fn place(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) {
+    if !begins(asm, call, name) {
+        constant(asm, call, AsmSymbolKind::Equ);
+    }
 }
 
 /// `name segment code inpage`.
@@ -90,5 +110,21 @@ pub(super) fn extrn(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
             _ => {}
         }
         at = end.max(at + 1);
+    }
+}
+
+/// `name proc`: a label for the address.
+pub(super) fn procedure(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    match call.label.clone() {
+        Some(label) => asm.define_label(call.get(label.clone()), label),
+        None => {
+            let cause = format!("`{}` needs a name in front of it", call.get(call.word.clone()));
+            asm.report(LineFault::new(
+                "ASM023",
+                call.word.clone(),
+                cause,
+                "write `name proc`, and `name endp` behind it",
+            ));
+        }
     }
 }

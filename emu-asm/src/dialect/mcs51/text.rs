@@ -10,11 +10,11 @@ use std::ops::Range;
 
 use diag::text::encode_text;
 
-use super::super::common::{bytes, value_of, required_arguments, words};
+use super::super::common::{bytes, required_arguments, value_of, words};
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
+use crate::lines::{AsmLine, BACKSLASH, RewrittenText, byte, cut, skip_space, step, trim};
 use crate::number::read_byte;
-use crate::lines::{BACKSLASH, RewrittenText, AsmLine, byte, cut, skip_space, step, trim};
 
 /// What stands at the end of a text in memory.
 #[derive(Clone, Copy)]

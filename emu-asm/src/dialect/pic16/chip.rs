@@ -6,11 +6,11 @@ use emu_core::chip::Chip;
 
 use super::link::ABSOLUTE;
 use crate::dialect::ProvidedInclude;
-use crate::dialect::common::{value_of, required_arguments};
+use crate::dialect::common::{required_arguments, value_of};
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
-use crate::symbols::AsmSymbolKind;
 use crate::lines::{AsmLine, cut, trim};
+use crate::symbols::AsmSymbolKind;
 
 /// Address of STATUS, and its bits that select a bank: RP0, RP1 for direct addresses, IRP for indirect ones.
 const STATUS: u16 = 0x03;
@@ -38,7 +38,10 @@ pub fn bare_chip_name(name: &str) -> String {
 /// Names that gpasm gives with the chip: the chip's own, where its memories begin and end, its vectors.
 pub(in crate::dialect) fn defines(chip: &Chip) -> Vec<(String, String)> {
     let mut names = vec![(format!("__{}", bare_chip_name(chip.name).to_ascii_uppercase()), 1)];
-    names.extend([("__CODE_START".to_owned(), 0), ("__CODE_END".to_owned(), chip.flash_bytes / chip.word_bytes.max(1) - 1)]);
+    names.extend([
+        ("__CODE_START".to_owned(), 0),
+        ("__CODE_END".to_owned(), chip.flash_bytes / chip.word_bytes.max(1) - 1),
+    ]);
     names.extend([("__VECTOR_RESET".to_owned(), 0), ("__VECTOR_INT".to_owned(), 4)]);
     if chip.eeprom_bytes > 0 {
         let end = 0x2100 + u32::from(chip.eeprom_bytes) - 1;
@@ -322,10 +325,25 @@ pub(super) fn finish(asm: &mut Assembler<'_>) {
     warn_late_definitions(asm);
 }
 
+/// What to write where a source for pic-as has something else.
+const PIC_AS: &str = "sources are those of gpasm and MPASM here: `include <p16f877a.inc>`, `code` and `udata` for sections, `res` for room";
+
+/// `psect` of pic-as.
+pub(super) fn psect(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    let cause = "`psect` belongs to pic-as of XC8, and this is not its language";
+    asm.report(LineFault::new("ASM023", call.word.clone(), cause, PIC_AS));
+}
+
 /// `p16f873.inc` gives the names that the chip has anyway; what `coff.inc` defines is for gpsim and debuggers.
 pub(super) fn provides(chip: &Chip, include: &str) -> ProvidedInclude {
     if include == "coff.inc" {
         return ProvidedInclude::Chip;
+    }
+    if matches!(include, "xc.inc" | "pic.inc" | "pic_as_chip_select.inc") {
+        return ProvidedInclude::OtherChip(
+            format!("`{include}` belongs to pic-as of XC8, and this is not its language"),
+            PIC_AS.to_owned(),
+        );
     }
     let Some(named) = chip_of(include) else { return ProvidedInclude::NotProvided };
     if named == bare_chip_name(chip.name) {

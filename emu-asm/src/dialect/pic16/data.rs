@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use crate::dialect::common::{value_of, required_arguments};
+use crate::dialect::common::{required_arguments, value_of};
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
-use crate::number::read_string;
 use crate::lines::{behind_name, byte, trim};
+use crate::number::read_string;
 
 /// Bits of a program word.
 const WORD: u32 = 14;
@@ -147,13 +147,20 @@ pub(super) fn fill(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let Some(n) = asm.evaluate_number(call.text, count.clone()) else { return };
     if !(0..=0x1_0000).contains(&n) {
         let cause = format!("{n} words cannot be filled");
-        return asm.report(LineFault::new("ASM003", count.clone(), cause, "give a number from 0 to the size of the memory"));
+        return asm.report(LineFault::new(
+            "ASM003",
+            count.clone(),
+            cause,
+            "give a number from 0 to the size of the memory",
+        ));
     }
     match instruction_in(asm, call, what) {
         Some((word, rest)) => {
             let mnemonic = call.get(word.clone()).to_ascii_lowercase();
             for _ in 0..n {
-                let Some(words) = asm.assemble_instruction(call.text, &mnemonic, word.clone(), rest.clone()) else { return };
+                let Some(words) = asm.assemble_instruction(call.text, &mnemonic, word.clone(), rest.clone()) else {
+                    return;
+                };
                 asm.emit_words(&words, what.clone());
             }
         }
@@ -169,7 +176,11 @@ pub(super) fn fill(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 }
 
 /// Mnemonic and operands of an instruction in brackets.
-fn instruction_in(asm: &Assembler<'_>, call: &DirectiveCall<'_>, part: &Range<usize>) -> Option<(Range<usize>, Range<usize>)> {
+fn instruction_in(
+    asm: &Assembler<'_>,
+    call: &DirectiveCall<'_>,
+    part: &Range<usize>,
+) -> Option<(Range<usize>, Range<usize>)> {
     if byte(call.text, part.start) != b'(' || byte(call.text, part.end.checked_sub(1)?) != b')' {
         return None;
     }

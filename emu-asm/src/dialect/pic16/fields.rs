@@ -28,7 +28,9 @@ pub(super) fn cut_to_field(chip: &Chip, kind: &str, value: i64) -> Option<(i64, 
         DESTINATION if n != n & 1 => warned("ASM046", n & 1, "a destination, W (0) or F (1)"),
         // TRIS has five bits of the address of its register.
         LITERAL => Some((n & 0x1F, None)),
-        "file register" if !(0..FILE_ADDRESSES).contains(&n) => warned("ASM047", n & (FILE_ADDRESSES - 1), "the address of a register"),
+        "file register" if !(0..FILE_ADDRESSES).contains(&n) => {
+            warned("ASM047", n & (FILE_ADDRESSES - 1), "the address of a register")
+        }
         "target" if !(0..REACHABLE_WORDS).contains(&n) || n >= i64::from(chip.flash_bytes / chip.word_bytes.max(1)) => {
             let (words, fits) = (chip.flash_bytes / chip.word_bytes.max(1), n & (REACHABLE_WORDS - 1));
             let cause = format!("0x{:X} is behind the {words} program words of the {}", n as i32, chip.name);

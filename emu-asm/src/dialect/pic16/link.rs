@@ -90,7 +90,12 @@ fn begin(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
         _ => (asm.chip.ram_space, SectionContent::Addresses),
     };
     let Some(number) = asm.out.open(&name, space, holds) else {
-        return asm.report(LineFault::new("ASM017", call.word.clone(), "there are too many sections", "put some together"));
+        return asm.report(LineFault::new(
+            "ASM017",
+            call.word.clone(),
+            "there are too many sections",
+            "put some together",
+        ));
     };
     asm.out.enter_section(number);
     if let Some(known) = asm.family_state.pic16.modules.iter_mut().find(|known| known.number == number) {
@@ -398,7 +403,8 @@ fn name_of(asm: &Assembler<'_>, section: &ModuleSection) -> String {
 /// Reports something at the line that begins a section.
 fn report_at_section(asm: &mut Assembler<'_>, section: &ModuleSection, code: &'static str, cause: String, hint: &str) {
     let before = std::mem::replace(&mut asm.line, section.line.clone());
-    let at = asm.line.as_ref().map_or(0..0, |line| trim(&line.text, 0..crate::statement::code_end(asm.dialect, &line.text)));
+    let at =
+        asm.line.as_ref().map_or(0..0, |line| trim(&line.text, 0..crate::statement::code_end(asm.dialect, &line.text)));
     asm.report(LineFault::new(code, at, cause, hint));
     asm.line = before;
 }

@@ -64,7 +64,8 @@ fn special(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
         let told = asm.error_count();
         let give = |asm: &mut Assembler<'_>, text: &str, mnemonic, end| {
             let word = call.word.clone();
-            let words = right.then(|| asm.assemble_instruction(text, mnemonic, word.clone(), call.rest.start..end)).flatten();
+            let words =
+                right.then(|| asm.assemble_instruction(text, mnemonic, word.clone(), call.rest.start..end)).flatten();
             asm.emit_words(&words.unwrap_or_else(|| vec![0]), word);
         };
         match part {

@@ -24,7 +24,11 @@ impl AvrDevice for ExternalInterrupts {
     fn interrupt_requests(&self) -> u8 {
         let ints = self.eimsk & (self.eifr | self.low() & !self.pins.int);
         let asleep = match self.stopped {
-            Some(_) => self.pending_changes.iter().flatten().fold(self.groups_changed(), |groups, change| groups | change.groups),
+            Some(_) => self
+                .pending_changes
+                .iter()
+                .flatten()
+                .fold(self.groups_changed(), |groups, change| groups | change.groups),
             None => 0,
         };
         let groups = self.pcicr & (self.pcifr | asleep);
@@ -118,7 +122,9 @@ impl AvrDevice for ExternalInterrupts {
 
     fn steady_until(&self, reg: ExternalRegister, t: u64) -> u64 {
         match reg {
-            ExternalRegister::EIFR | ExternalRegister::PCIFR => self.pending_changes().next().map_or(NEVER, |change| change.at).max(t),
+            ExternalRegister::EIFR | ExternalRegister::PCIFR => {
+                self.pending_changes().next().map_or(NEVER, |change| change.at).max(t)
+            }
             _ => NEVER,
         }
     }

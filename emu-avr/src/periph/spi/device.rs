@@ -3,7 +3,7 @@
 use emu_core::NEVER;
 
 use super::super::{AvrDevice, AvrLine, AvrOutbox};
-use super::{CPOL, MSTR, SpiRegister, SPE, SPI2X, SPIE, SPIF, AvrSpi, WCOL};
+use super::{AvrSpi, CPOL, MSTR, SPE, SPI2X, SPIE, SPIF, SpiRegister, WCOL};
 
 impl AvrDevice for AvrSpi {
     type Reg = SpiRegister;

@@ -4,10 +4,10 @@ use std::cmp::Ordering;
 
 use emu_core::NEVER;
 
-use super::mode::{MatchAction, CountingSlope, TopSource};
-use super::pins::CaptureEdge;
 use super::deadlines::TimerStepKind;
-use super::{TimerClock, ICF, OCFA, AvrOutbox, AvrSignal, TOV, AvrTimer, regs};
+use super::mode::{CountingSlope, MatchAction, TopSource};
+use super::pins::CaptureEdge;
+use super::{AvrOutbox, AvrSignal, AvrTimer, ICF, OCFA, TOV, TimerClock, regs};
 
 impl AvrTimer {
     /// Does everything up to and including the cycle `now`.

@@ -2,9 +2,9 @@
 
 use emu_core::NEVER;
 
-use super::mode::{MatchAction, CountingSlope, TopSource};
 use super::counting_cycle::CountingCycle;
-use super::{CompareChannel, TimerClock, ICF, OCFA, OCFB, OCFC, TimerRegister, TOV, AvrTimer, regs};
+use super::mode::{CountingSlope, MatchAction, TopSource};
+use super::{AvrTimer, CompareChannel, ICF, OCFA, OCFB, OCFC, TOV, TimerClock, TimerRegister, regs};
 
 /// The next thing that is done one at a time. Of several at one cycle the first kind goes first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -174,7 +174,9 @@ impl AvrTimer {
             // Reading the low byte copies the high one to TEMP: without effect when that is there already.
             TimerRegister::TCNTL if self.shape.wide && self.temp != (self.value >> 8) as u8 => t,
             TimerRegister::ICRL if self.shape.wide && self.temp != (self.icr >> 8) as u8 => t,
-            TimerRegister::TCNTL if self.is_asynchronous() => plan.min(self.tosc.time(self.tosc.index(t).saturating_add(1))),
+            TimerRegister::TCNTL if self.is_asynchronous() => {
+                plan.min(self.tosc.time(self.tosc.index(t).saturating_add(1)))
+            }
             TimerRegister::TCNTL => plan.min(self.edge_time(1)),
             _ => plan,
         };

@@ -3,7 +3,7 @@
 use emu_core::NEVER;
 
 use super::mode::MatchAction;
-use super::{TimerRegister, AvrTimer, regs};
+use super::{AvrTimer, TimerRegister, regs};
 use crate::periph::{AvrDevice, AvrLine, AvrOutbox};
 
 impl AvrDevice for AvrTimer {
@@ -15,8 +15,8 @@ impl AvrDevice for AvrTimer {
 
     fn next_cycle(&self) -> u64 {
         let watched = (self.timsk | self.listened_interrupts) & !self.tifr;
-        let driven =
-            self.channels.iter().any(|channel| channel.action != MatchAction::None) || self.busy & regs::CONTROL_BUSY != 0;
+        let driven = self.channels.iter().any(|channel| channel.action != MatchAction::None)
+            || self.busy & regs::CONTROL_BUSY != 0;
         match (watched, driven) {
             (0, false) => NEVER,
             _ => self.next_step().t.min(self.flag_time(watched)),
@@ -58,7 +58,9 @@ impl AvrDevice for AvrTimer {
     fn peek(&self, reg: TimerRegister, t: u64) -> u8 {
         match reg {
             TimerRegister::TIFR if t < self.quiet_until() => self.tifr,
-            TimerRegister::TIFR | TimerRegister::TCNTL | TimerRegister::ICRL | TimerRegister::ASSR => self.advanced_to(t).read_register(reg, t),
+            TimerRegister::TIFR | TimerRegister::TCNTL | TimerRegister::ICRL | TimerRegister::ASSR => {
+                self.advanced_to(t).read_register(reg, t)
+            }
             _ => self.read_register(reg, t),
         }
     }
@@ -137,7 +139,9 @@ impl AvrDevice for AvrTimer {
             return self.quiet_until();
         }
         match reg {
-            TimerRegister::TIFR | TimerRegister::TCNTL | TimerRegister::ICRL | TimerRegister::ASSR => self.advanced_to(t).register_steady_until(reg, t),
+            TimerRegister::TIFR | TimerRegister::TCNTL | TimerRegister::ICRL | TimerRegister::ASSR => {
+                self.advanced_to(t).register_steady_until(reg, t)
+            }
             _ => NEVER,
         }
     }

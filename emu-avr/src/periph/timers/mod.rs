@@ -5,18 +5,19 @@
 //! out when they are looked at.
 
 mod count;
+mod counting_cycle;
+mod deadlines;
 mod device;
 mod mode;
-mod counting_cycle;
 mod pins;
-mod deadlines;
 mod regs;
 mod shape;
 mod state;
 mod tosc;
 
 pub use shape::{
-    CAPT16, COMPA8, COMPA16, COMPB8, COMPB16, COMPC16, ICF, OCFA, OCFB, OCFC, OVF8, OVF16, OVF16C, TimerRegister, TimerShape, TOV, ClockTap,
+    CAPT16, COMPA8, COMPA16, COMPB8, COMPB16, COMPC16, ClockTap, ICF, OCFA, OCFB, OCFC, OVF8, OVF16, OVF16C, TOV,
+    TimerRegister, TimerShape,
 };
 
 use emu_core::NEVER;
@@ -47,8 +48,14 @@ struct CompareChannel {
 }
 
 impl CompareChannel {
-    const NEW: CompareChannel =
-        CompareChannel { written: 0, buffer: 0, compare: 0, action: MatchAction::None, level: false, driven: AvrDrive::Port };
+    const NEW: CompareChannel = CompareChannel {
+        written: 0,
+        buffer: 0,
+        compare: 0,
+        action: MatchAction::None,
+        level: false,
+        driven: AvrDrive::Port,
+    };
 }
 
 /// What the timer counts.

@@ -3,7 +3,7 @@
 use emu_core::NEVER;
 
 use super::mode::{MatchAction, TimerMode};
-use super::{TimerClock, AvrOutbox, TimerRegister, ClockTap, AvrTimer};
+use super::{AvrOutbox, AvrTimer, ClockTap, TimerClock, TimerRegister};
 
 /// ICNCn and ICESn in TCCRnB.
 pub(super) const ICNC: u8 = 1 << 7;
@@ -34,7 +34,9 @@ impl AvrTimer {
             TimerRegister::TCCRA => self.tccra,
             TimerRegister::TCCRB => self.tccrb,
             TimerRegister::TCCRC => 0,
-            TimerRegister::TCNTL if self.is_asynchronous() && self.tosc.index(t) < self.stale_count.1 => self.stale_count.0 as u8,
+            TimerRegister::TCNTL if self.is_asynchronous() && self.tosc.index(t) < self.stale_count.1 => {
+                self.stale_count.0 as u8
+            }
             TimerRegister::TCNTL => self.value as u8,
             TimerRegister::ICRL => self.icr as u8,
             TimerRegister::TCNTH | TimerRegister::ICRH => self.temp,
@@ -81,10 +83,14 @@ impl AvrTimer {
             TimerRegister::OCRAL => self.write_ocr(0, word, t, out),
             TimerRegister::OCRBL => self.write_ocr(1, word, t, out),
             TimerRegister::OCRCL => self.write_ocr(2, word, t, out),
-            TimerRegister::ICRL if self.shape.capture && (self.icr_is_top() || !self.shape.icr_only_as_top) => self.icr = word,
+            TimerRegister::ICRL if self.shape.capture && (self.icr_is_top() || !self.shape.icr_only_as_top) => {
+                self.icr = word
+            }
             TimerRegister::TCNTH | TimerRegister::ICRH if self.shape.wide => self.temp = byte,
             // The mask acts on TEMP: a low byte written alone takes what another register has left there, as measured on silicon.
-            TimerRegister::OCRAH | TimerRegister::OCRBH | TimerRegister::OCRCH if self.shape.wide => self.temp = byte & self.mode.high_bits(),
+            TimerRegister::OCRAH | TimerRegister::OCRBH | TimerRegister::OCRCH if self.shape.wide => {
+                self.temp = byte & self.mode.high_bits()
+            }
             TimerRegister::TIMSK => self.timsk = byte & self.shape.flags(),
             TimerRegister::ASSR if self.shape.asynchronous => self.write_assr(byte & (EXCLK | AS2), t, out),
             _ => {}

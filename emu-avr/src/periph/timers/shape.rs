@@ -85,11 +85,27 @@ pub struct TimerShape {
 
 impl TimerShape {
     /// Clocks of the timers that share a prescaler and have a pin T (table 15-9).
-    pub const PIN_TAPS: [ClockTap; 8] =
-        [ClockTap::Off, ClockTap::Div(1), ClockTap::Div(8), ClockTap::Div(64), ClockTap::Div(256), ClockTap::Div(1024), ClockTap::Falling, ClockTap::Rising];
+    pub const PIN_TAPS: [ClockTap; 8] = [
+        ClockTap::Off,
+        ClockTap::Div(1),
+        ClockTap::Div(8),
+        ClockTap::Div(64),
+        ClockTap::Div(256),
+        ClockTap::Div(1024),
+        ClockTap::Falling,
+        ClockTap::Rising,
+    ];
     /// Clocks of the timer with a prescaler of its own (table 18-9).
-    pub const OWN_TAPS: [ClockTap; 8] =
-        [ClockTap::Off, ClockTap::Div(1), ClockTap::Div(8), ClockTap::Div(32), ClockTap::Div(64), ClockTap::Div(128), ClockTap::Div(256), ClockTap::Div(1024)];
+    pub const OWN_TAPS: [ClockTap; 8] = [
+        ClockTap::Off,
+        ClockTap::Div(1),
+        ClockTap::Div(8),
+        ClockTap::Div(32),
+        ClockTap::Div(64),
+        ClockTap::Div(128),
+        ClockTap::Div(256),
+        ClockTap::Div(1024),
+    ];
 
     /// An 8-bit timer with a pin T, as timer 0 of the ATmega328P (2 channels).
     #[must_use]

@@ -3,7 +3,7 @@
 use emu_core::NEVER;
 use emu_core::state;
 
-use super::{CompareChannel, TimerClock, AvrTimer};
+use super::{AvrTimer, CompareChannel, TimerClock};
 
 state! { CompareChannel { written, buffer, compare, level, driven } stays { action } }
 state! { enum TimerClock { 0 = Stopped, 1 = Io(ticks), 2 = Tosc { div, base }, 3 = Pin { rising } } }

@@ -2,7 +2,7 @@
 
 use emu_core::NEVER;
 
-use super::{TwiAction, MasterState, AfterHold, SYNC_CYCLES, SlaveState, TWEA, TWINT, TWSTO, AvrTwi};
+use super::{AfterHold, AvrTwi, MasterState, SYNC_CYCLES, SlaveState, TWEA, TWINT, TWSTO, TwiAction};
 
 impl AvrTwi {
     fn is_transferring(&self) -> bool {

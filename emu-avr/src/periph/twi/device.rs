@@ -3,7 +3,7 @@
 use emu_core::NEVER;
 
 use super::super::{AvrDevice, AvrLine, AvrOutbox};
-use super::{NO_STATUS, TwiRegister, TWEN, TWIE, TWINT, TWWC, AvrTwi};
+use super::{AvrTwi, NO_STATUS, TWEN, TWIE, TWINT, TWWC, TwiRegister};
 
 impl AvrDevice for AvrTwi {
     type Reg = TwiRegister;

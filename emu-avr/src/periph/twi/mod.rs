@@ -309,7 +309,8 @@ impl AvrTwi {
 
     /// START is sent when the bus has been free for half a period.
     fn request_start(&mut self, t: u64) {
-        let idle = self.master == MasterState::Off && self.slave == SlaveState::Off && !self.busy && self.timer == NEVER;
+        let idle =
+            self.master == MasterState::Off && self.slave == SlaveState::Off && !self.busy && self.timer == NEVER;
         let wanted = self.control & (TWEN | TWSTA | TWINT) == TWEN | TWSTA;
         if idle && wanted && self.scl.synchronized_level() && self.sda.synchronized_level() && self.asleep.is_none() {
             self.schedule(self.half(), t, TwiAction::Start);

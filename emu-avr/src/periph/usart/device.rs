@@ -3,7 +3,10 @@
 use emu_core::NEVER;
 
 use super::super::{AvrDevice, AvrLine, AvrOutbox};
-use super::{BaudClock, ReceiveFifo, MPCM, UsartMode, RXB8, RXC, UsartReceiver, UsartRegister, UsartSender, TXB8, TXC, U2X, UDRE, AvrUsart};
+use super::{
+    AvrUsart, BaudClock, MPCM, RXB8, RXC, ReceiveFifo, TXB8, TXC, U2X, UDRE, UsartMode, UsartReceiver, UsartRegister,
+    UsartSender,
+};
 
 impl AvrDevice for AvrUsart {
     type Reg = UsartRegister;
@@ -183,7 +186,11 @@ impl AvrDevice for AvrUsart {
         }
         let event = match self.mode() {
             UsartMode::Async => {
-                let sent = if reg == UsartRegister::UCSRA { self.sender.end(&self.baud, self.samples_per_bit()) } else { NEVER };
+                let sent = if reg == UsartRegister::UCSRA {
+                    self.sender.end(&self.baud, self.samples_per_bit())
+                } else {
+                    NEVER
+                };
                 self.receiver.end(self.samples_per_bit(), &self.baud).min(sent)
             }
             _ if self.master => self.half,

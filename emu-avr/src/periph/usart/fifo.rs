@@ -18,8 +18,13 @@ pub(super) struct ReceiveFifo {
 emu_core::state! { ReceiveFifo { head, second, held, waiting, lost } if |fifo, _now| fifo.held <= 2 }
 
 impl ReceiveFifo {
-    pub(super) const EMPTY: ReceiveFifo =
-        ReceiveFifo { head: ReceivedCharacter::NONE, second: ReceivedCharacter::NONE, held: 0, waiting: None, lost: false };
+    pub(super) const EMPTY: ReceiveFifo = ReceiveFifo {
+        head: ReceivedCharacter::NONE,
+        second: ReceivedCharacter::NONE,
+        held: 0,
+        waiting: None,
+        lost: false,
+    };
 
     /// RXC.
     pub(super) const fn is_full(&self) -> bool {

@@ -29,8 +29,17 @@ emu_core::state! {
 }
 
 impl UsartReceiver {
-    pub(super) const OFF: UsartReceiver =
-        UsartReceiver { on: false, armed: false, frame: None, votes: 0, highs: 0, shift: 0, wait: 0, since: 0, next: NEVER };
+    pub(super) const OFF: UsartReceiver = UsartReceiver {
+        on: false,
+        armed: false,
+        frame: None,
+        votes: 0,
+        highs: 0,
+        shift: 0,
+        wait: 0,
+        since: 0,
+        next: NEVER,
+    };
 
     /// When the next sample is taken that matters; `NEVER` while the line rests, and where it is clocked from without.
     pub(super) const fn next(&self) -> u64 {

@@ -94,13 +94,17 @@ impl DebugInfo {
             let whole = skipped % 8 == 0;
             let skipped = u32::try_from(skipped / 8).ok().filter(|_| whole);
             let at = |n: u32| -> ByteLocation {
-                let Some(n) = skipped.and_then(|skipped| n.checked_add(skipped)) else { return ByteLocation::OptimizedOut };
+                let Some(n) = skipped.and_then(|skipped| n.checked_add(skipped)) else {
+                    return ByteLocation::OptimizedOut;
+                };
                 match &piece.location {
                     Piece::Register { register } => u16::try_from(n)
                         .ok()
                         .and_then(|n| register.0.checked_add(n))
                         .map_or(ByteLocation::OptimizedOut, ByteLocation::Register),
-                    Piece::Address { address } => ByteLocation::Memory(data_address(*address, computed).wrapping_add(n)),
+                    Piece::Address { address } => {
+                        ByteLocation::Memory(data_address(*address, computed).wrapping_add(n))
+                    }
                     Piece::Value { value } => {
                         let known = value_bytes(*value);
                         // Above what is known lies the sign, which a number without one has not.
@@ -108,9 +112,10 @@ impl DebugInfo {
                             known.last().map_or(0, |last| if last & 0x80 != 0 && known.len() < 8 { 0xFF } else { 0 });
                         ByteLocation::Value(known.get(n as usize).copied().unwrap_or(rest))
                     }
-                    Piece::Bytes { value } => {
-                        value.slice().get(n as usize).map_or(ByteLocation::OptimizedOut, |byte| ByteLocation::Value(*byte))
-                    }
+                    Piece::Bytes { value } => value
+                        .slice()
+                        .get(n as usize)
+                        .map_or(ByteLocation::OptimizedOut, |byte| ByteLocation::Value(*byte)),
                     Piece::Empty | Piece::ImplicitPointer { .. } => ByteLocation::OptimizedOut,
                 }
             };

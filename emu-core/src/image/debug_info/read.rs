@@ -13,7 +13,8 @@ use gimli::{
 };
 
 use super::{
-    BaseEncoding, BlockInfo, CType, DebugInfo, FunctionInfo, StructMember, TypeId, UnitInfo, VariableInfo, VariableLocation,
+    BaseEncoding, BlockInfo, CType, DebugInfo, FunctionInfo, StructMember, TypeId, UnitInfo, VariableInfo,
+    VariableLocation,
 };
 use crate::image::{dwarf, elf};
 
@@ -159,11 +160,18 @@ impl DebugInfoReader {
             gimli::DW_TAG_inlined_subroutine => {
                 let known = self.record_facts(of, entry, id);
                 let inlined = Some(known.name.unwrap_or_else(|| type_reference(known.origin)));
-                let file = unsigned_attribute(entry, gimli::DW_AT_call_file).and_then(|file| of.file(file)).unwrap_or_default();
+                let file = unsigned_attribute(entry, gimli::DW_AT_call_file)
+                    .and_then(|file| of.file(file))
+                    .unwrap_or_default();
                 let call = (file, unsigned_attribute(entry, gimli::DW_AT_call_line).unwrap_or(0));
                 // Where the call is not known (DWARF 2) it is no more than a block, as in gdb.
                 let inlined = inlined.filter(|_| call.1 > 0);
-                OpenEntry::Block(BlockInfo { ranges: self.ranges(of, entry), inlined, call_site: call, ..BlockInfo::default() })
+                OpenEntry::Block(BlockInfo {
+                    ranges: self.ranges(of, entry),
+                    inlined,
+                    call_site: call,
+                    ..BlockInfo::default()
+                })
             }
             gimli::DW_TAG_variable | gimli::DW_TAG_formal_parameter => {
                 self.variable(of, entry, id);
@@ -251,7 +259,13 @@ impl DebugInfoReader {
     }
 
     /// A member, count or constant of the type that is open.
-    fn read_member(&mut self, of: &UnitContext<'_, '_>, entry: &DwarfEntry<'_>, name: Option<String>, to: Option<TypeId>) {
+    fn read_member(
+        &mut self,
+        of: &UnitContext<'_, '_>,
+        entry: &DwarfEntry<'_>,
+        name: Option<String>,
+        to: Option<TypeId>,
+    ) {
         let Some((_, OpenEntry::Type(id))) = self.open.last() else { return };
         let Some(kind) = self.info.types.get_mut(&id.0) else { return };
         match (entry.tag(), kind) {
@@ -361,7 +375,8 @@ impl DebugInfoReader {
         }
         info.globals.iter_mut().for_each(|own| name(&mut own.name, &mut own.variable_type, &mut own.line));
         for function in &info.functions {
-            let parameters = function.block.variables.iter().filter(|own| own.parameter).map(|own| own.variable_type).collect();
+            let parameters =
+                function.block.variables.iter().filter(|own| own.parameter).map(|own| own.variable_type).collect();
             info.types.insert(function.of.0, CType::Function { result: function.result, parameters });
         }
         // A linker that drops a function leaves its entry, at address 0.

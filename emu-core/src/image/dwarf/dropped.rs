@@ -12,7 +12,7 @@ use std::collections::HashSet;
 
 use gimli::{AttributeValue, DebugInfoOffset, DebuggingInformationEntry, Dwarf, Reader as _, Section as _, Unit};
 
-use super::{MAX_NAME, DwarfSlice};
+use super::{DwarfSlice, MAX_NAME};
 use crate::image::elf;
 use crate::image::source_lines::SourceLine;
 
@@ -66,7 +66,11 @@ impl<'a, 'b> DroppedScan<'a, 'b> {
     }
 
     /// The lines of those sequences that are code, and the lines of which it is not known.
-    pub(super) fn split_dropped(&mut self, low: Vec<LowSequence>, units: &[Unit<DwarfSlice<'b>>]) -> (Vec<SourceLine>, Vec<SourceLine>) {
+    pub(super) fn split_dropped(
+        &mut self,
+        low: Vec<LowSequence>,
+        units: &[Unit<DwarfSlice<'b>>],
+    ) -> (Vec<SourceLine>, Vec<SourceLine>) {
         let mut functions = LinkedFunctions::default();
         for unit in units {
             // A damaged unit says nothing more.
@@ -144,7 +148,8 @@ fn linkage_names<'b>(
     units: &[Unit<DwarfSlice<'b>>],
     entry: &DebuggingInformationEntry<DwarfSlice<'b>>,
 ) -> Vec<DwarfSlice<'b>> {
-    const NAME_ATTRIBUTES: [gimli::DwAt; 3] = [gimli::DW_AT_linkage_name, gimli::DW_AT_MIPS_linkage_name, gimli::DW_AT_name];
+    const NAME_ATTRIBUTES: [gimli::DwAt; 3] =
+        [gimli::DW_AT_linkage_name, gimli::DW_AT_MIPS_linkage_name, gimli::DW_AT_name];
     const REFERENCE_ATTRIBUTES: [gimli::DwAt; 2] = [gimli::DW_AT_specification, gimli::DW_AT_abstract_origin];
     let (mut unit, mut entry, mut found) = (unit, entry.clone(), Vec::new());
     for _ in 0..MAX_REFERENCES {
@@ -152,10 +157,12 @@ fn linkage_names<'b>(
         found.extend(here.filter(|name| name.len() <= MAX_NAME));
         let next = match REFERENCE_ATTRIBUTES.into_iter().find_map(|name| entry.attr_value(name)) {
             Some(AttributeValue::UnitRef(offset)) => unit.entry(offset).ok(),
-            Some(AttributeValue::DebugInfoRef(offset)) => referenced_entry(units, offset).and_then(|(other, offset)| {
-                unit = other;
-                unit.entry(offset).ok()
-            }),
+            Some(AttributeValue::DebugInfoRef(offset)) => {
+                referenced_entry(units, offset).and_then(|(other, offset)| {
+                    unit = other;
+                    unit.entry(offset).ok()
+                })
+            }
             _ => None,
         };
         match next {

@@ -199,11 +199,18 @@ impl OmfItems {
         }
         // Of two places for one name none has it: names never refuse a program.
         for entry in &mut self.found.entries {
-            entry.names.iter_mut().filter(|(rank, _)| *rank == NameRank::Exact).for_each(|(rank, _)| *rank = NameRank::Full);
+            entry
+                .names
+                .iter_mut()
+                .filter(|(rank, _)| *rank == NameRank::Exact)
+                .for_each(|(rank, _)| *rank = NameRank::Full);
         }
         let mut symbols = resolve_names(&self.found.entries, &[], &mut Vec::new());
         symbols.extend(
-            self.found.unplaced.into_iter().map(|(name, value)| SymbolAt::new(name, crate::image::CONSTANT_SPACE, value, 0)),
+            self.found
+                .unplaced
+                .into_iter()
+                .map(|(name, value)| SymbolAt::new(name, crate::image::CONSTANT_SPACE, value, 0)),
         );
         (symbols, self.found.lines)
     }

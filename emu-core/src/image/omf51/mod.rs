@@ -14,8 +14,8 @@ mod items;
 use diag::{Diagnostic, Pos};
 
 use super::faults::FaultList;
-use super::placement::{SourceSpan, PlacedBytes, PlacementError, describe_spaces};
-use super::{Image, SourceLines, LoadedImage, ImageSpace};
+use super::placement::{PlacedBytes, PlacementError, SourceSpan, describe_spaces};
+use super::{Image, ImageSpace, LoadedImage, SourceLines};
 pub use codes::OMF_CODES;
 use items::OmfItems;
 
@@ -119,7 +119,12 @@ pub fn load_omf51(file: &str, bytes: &[u8], spaces: &[ImageSpace]) -> Result<Loa
             return faults.finish(Image::default());
         }
     }
-    let mut reader = OmfReader { placed: PlacedBytes::new(spaces), spaces, items: OmfItems::default(), seen: SeenRecords::default() };
+    let mut reader = OmfReader {
+        placed: PlacedBytes::new(spaces),
+        spaces,
+        items: OmfItems::default(),
+        seen: SeenRecords::default(),
+    };
     reader.read(bytes, &mut faults);
     let OmfReader { placed, items, seen, .. } = reader;
     if faults.is_empty() && !seen.content {

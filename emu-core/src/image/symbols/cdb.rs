@@ -12,7 +12,7 @@ use std::collections::HashMap;
 use diag::Pos;
 
 use super::names::{self, DebugRecord, SymbolScope};
-use super::{FaultList, CollectedSymbols, SourceKind, MemorySpace, numbered_lines, pos_of, shortened};
+use super::{CollectedSymbols, FaultList, MemorySpace, SourceKind, numbered_lines, pos_of, shortened};
 
 /// What a symbol or function record says.
 #[derive(Clone, Copy)]
@@ -59,19 +59,28 @@ pub(super) fn read_cdb(text: &str, found: &mut CollectedSymbols, faults: &mut Fa
     }
 }
 
-fn place_symbol(name: &str, addr: u32, kinds: &HashMap<CdbKey, CdbSymbol>, pos: Pos, found: &mut CollectedSymbols, faults: &mut FaultList) {
+fn place_symbol(
+    name: &str,
+    addr: u32,
+    kinds: &HashMap<CdbKey, CdbSymbol>,
+    pos: Pos,
+    found: &mut CollectedSymbols,
+    faults: &mut FaultList,
+) {
     match names::parse_debug_record(name) {
         Some(DebugRecord::CLine { file, line }) => found.add_line(addr, SourceKind::C, file, line, pos, faults),
         Some(DebugRecord::AsmLine { module, line }) => {
             found.add_line(addr, SourceKind::Asm, &format!("{module}.asm"), line, pos, faults);
         }
         Some(DebugRecord::End) => {}
-        Some(DebugRecord::Symbol { scope, name: short, level, block }) => match kinds.get(&(scope, short, level, block)) {
-            Some(&CdbSymbol { mem: Some(mem), size }) => {
-                found.add_symbol(mem, addr, size, names::c_names(scope, short, block), pos, faults);
+        Some(DebugRecord::Symbol { scope, name: short, level, block }) => {
+            match kinds.get(&(scope, short, level, block)) {
+                Some(&CdbSymbol { mem: Some(mem), size }) => {
+                    found.add_symbol(mem, addr, size, names::c_names(scope, short, block), pos, faults);
+                }
+                _ => found.unplaced.push((short.to_owned(), addr)),
             }
-            _ => found.unplaced.push((short.to_owned(), addr)),
-        },
+        }
         None => found.unplaced.push((name.to_owned(), addr)),
     }
 }

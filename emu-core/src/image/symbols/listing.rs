@@ -9,7 +9,7 @@ use diag::Pos;
 
 use super::gutter::{self, GutterRow};
 use super::names::{self, DebugRecord};
-use super::{FaultList, CollectedSymbols, SourceKind, MemorySpace, extension, numbered_lines, pos_of, shortened};
+use super::{CollectedSymbols, FaultList, MemorySpace, SourceKind, extension, numbered_lines, pos_of, shortened};
 
 /// Lines that may follow the first line of a page: radix, title, subtitle, a blank one.
 const PAGE_HEAD_LINES: u32 = 4;
@@ -45,7 +45,8 @@ pub(super) fn read_listing(file: &str, text: &str, found: &mut CollectedSymbols,
             }
             None if line.is_empty() => {}
             None => {
-                let cause = || format!("the line is none of a listing in hexadecimal: {:?}", shortened(line.trim_start()));
+                let cause =
+                    || format!("the line is none of a listing in hexadecimal: {:?}", shortened(line.trim_start()));
                 faults.error(
                     "SYM010",
                     pos_of(number, line, line.trim_start()),
@@ -88,7 +89,8 @@ struct ListingReader<'t> {
 impl<'t> ListingReader<'t> {
     fn new(file: &'t str, text: &'t str, width: usize) -> Self {
         // Names may be declared public behind their label.
-        let sources = text.lines().filter_map(|line| Some(gutter::split_gutter(line.trim_end(), width)?.source.trim_start()));
+        let sources =
+            text.lines().filter_map(|line| Some(gutter::split_gutter(line.trim_end(), width)?.source.trim_start()));
         let public = sources.filter_map(|s| s.strip_prefix(".globl")).flat_map(|s| {
             let names = s.split_once(';').map_or(s, |(names, _)| names);
             names.split([',', ' ', '\t']).filter(|name| !name.is_empty())
@@ -145,7 +147,14 @@ impl<'t> ListingReader<'t> {
         Ok(())
     }
 
-    fn without_address(&mut self, number: u32, line: &'t str, row: GutterRow<'t>, found: &mut CollectedSymbols, faults: &mut FaultList) {
+    fn without_address(
+        &mut self,
+        number: u32,
+        line: &'t str,
+        row: GutterRow<'t>,
+        found: &mut CollectedSymbols,
+        faults: &mut FaultList,
+    ) {
         let source = row.source.trim_start();
         if let Some(comment) = source.strip_prefix(';') {
             self.comment(comment);
@@ -160,7 +169,8 @@ impl<'t> ListingReader<'t> {
                 // In a data area a symbol that is given a literal number is a place, elsewhere a constant.
                 let given = parse_equate(source).filter(|_| self.area.mem != MemorySpace::Code && self.name != "_CODE");
                 if let Some((name, value)) = given {
-                    let mem = if self.area.mem == MemorySpace::Sfr && self.bits { MemorySpace::Bit } else { self.area.mem };
+                    let mem =
+                        if self.area.mem == MemorySpace::Sfr && self.bits { MemorySpace::Bit } else { self.area.mem };
                     found.add_symbol(mem, value, 0, self.names(name, false), pos_of(number, line, name), faults);
                 }
             }
@@ -169,7 +179,11 @@ impl<'t> ListingReader<'t> {
     }
 
     fn names(&self, name: &str, global: bool) -> Vec<names::RankedName> {
-        if global || self.public.contains(name) { names::linker_names(name) } else { names::local_names(self.module, name) }
+        if global || self.public.contains(name) {
+            names::linker_names(name)
+        } else {
+            names::local_names(self.module, name)
+        }
     }
 
     fn comment(&mut self, text: &'t str) {

@@ -14,7 +14,7 @@
 use diag::Pos;
 
 use super::names::{self, DebugRecord, NameRank};
-use super::{TRUNCATED_CODE, FaultList, CollectedSymbols, SourceKind, MemorySpace, numbered_lines, pos_of, shortened};
+use super::{CollectedSymbols, FaultList, MemorySpace, SourceKind, TRUNCATED_CODE, numbered_lines, pos_of, shortened};
 
 /// The linker cuts names to this many characters; a name of this length may be a longer one.
 const NAME_COLUMN_WIDTH: usize = 32;
@@ -64,9 +64,17 @@ pub(super) fn read_map(text: &str, found: &mut CollectedSymbols, faults: &mut Fa
         faults.error("SYM009", Pos::default(), cause, "the file is cut off: link anew");
     }
     if cut > 0 {
-        let cause =
-            || format!("{cut} names of {NAME_COLUMN_WIDTH} characters may be cut off by the linker; lines named so are left out");
-        faults.warning(TRUNCATED_CODE, Pos::default(), cause, "give the .cdb or the .rst files too, which have them whole");
+        let cause = || {
+            format!(
+                "{cut} names of {NAME_COLUMN_WIDTH} characters may be cut off by the linker; lines named so are left out"
+            )
+        };
+        faults.warning(
+            TRUNCATED_CODE,
+            Pos::default(),
+            cause,
+            "give the .cdb or the .rst files too, which have them whole",
+        );
     }
 }
 
@@ -116,7 +124,15 @@ impl MapArea {
 }
 
 /// The line of a symbol: memory, value, name, module.
-fn read_symbol(number: u32, line: &str, area: &MapArea, radix: u32, cut: &mut u32, found: &mut CollectedSymbols, faults: &mut FaultList) {
+fn read_symbol(
+    number: u32,
+    line: &str,
+    area: &MapArea,
+    radix: u32,
+    cut: &mut u32,
+    found: &mut CollectedSymbols,
+    faults: &mut FaultList,
+) {
     // The memory is said by the area as well; in front of the value it is `C:`, `D:` or `B:`, in old maps `0D:`.
     let body = match line.split_once(':') {
         Some((page, rest)) if matches!(page.trim(), "B" | "C" | "D" | "0B" | "0C" | "0D") => rest,

@@ -27,7 +27,7 @@ use diag::text::{into_printable, printable};
 use diag::{Diagnostic, Pos};
 
 use super::faults::FaultList;
-use super::{Image, SourceLine, SourceKind, SymbolAt};
+use super::{Image, SourceKind, SourceLine, SymbolAt};
 pub use gputils::message::{SimulatorMessage, load_messages};
 use names::SymbolEntry;
 pub(super) use spaces::MemorySpace;
@@ -119,7 +119,15 @@ pub(super) struct CollectedSymbols {
 impl CollectedSymbols {
     /// Adds a place with its names. A register of several bytes is given as one number with a byte for each address,
     /// lowest first; each gets a row of its own, `name.0` being the low byte.
-    fn add_symbol(&mut self, mem: MemorySpace, addr: u32, size: u32, names: Vec<names::RankedName>, pos: Pos, faults: &mut FaultList) {
+    fn add_symbol(
+        &mut self,
+        mem: MemorySpace,
+        addr: u32,
+        size: u32,
+        names: Vec<names::RankedName>,
+        pos: Pos,
+        faults: &mut FaultList,
+    ) {
         let file = self.file_index;
         if let Some((_, name)) = names.iter().find(|(_, name)| too_long(name)) {
             return long_name(name, pos, faults);
@@ -129,12 +137,20 @@ impl CollectedSymbols {
             let used = 4 - addr.leading_zeros() as usize / 8;
             for (at, &byte) in bytes.iter().enumerate().take(used) {
                 let names = names.iter().map(|(rank, name)| (*rank, format!("{name}.{at}"))).collect();
-                self.entries.push(SymbolEntry { mem: direct_space(byte.into()), addr: byte.into(), size: 1, names, pos, file });
+                self.entries.push(SymbolEntry {
+                    mem: direct_space(byte.into()),
+                    addr: byte.into(),
+                    size: 1,
+                    names,
+                    pos,
+                    file,
+                });
             }
             return;
         }
         if addr > mem.last_address() {
-            let cause = || format!("the address 0x{addr:X} is beyond the last of its memory, 0x{:X}", mem.last_address());
+            let cause =
+                || format!("the address 0x{addr:X} is beyond the last of its memory, 0x{:X}", mem.last_address());
             let hint = "code banks are not emulated: link the program without them";
             return faults.error("SYM004", pos, cause, hint);
         }
@@ -144,7 +160,12 @@ impl CollectedSymbols {
 
     fn add_line(&mut self, addr: u32, kind: SourceKind, file: &str, line: u32, pos: Pos, faults: &mut FaultList) {
         if addr > MemorySpace::Code.last_address() {
-            let cause = || format!("the address 0x{addr:X} is beyond the last of its memory, 0x{:X}", MemorySpace::Code.last_address());
+            let cause = || {
+                format!(
+                    "the address 0x{addr:X} is beyond the last of its memory, 0x{:X}",
+                    MemorySpace::Code.last_address()
+                )
+            };
             let hint = "code banks are not emulated: link the program without them";
             return faults.error("SYM004", pos, cause, hint);
         }
@@ -177,7 +198,11 @@ pub(super) fn too_long(name: &str) -> bool {
 
 fn long_name(name: &str, pos: Pos, faults: &mut FaultList) {
     let cause = || {
-        format!("a name of {} characters, of which {MAX_NAME} are the most: {:?}..", name.chars().count(), shortened(name))
+        format!(
+            "a name of {} characters, of which {MAX_NAME} are the most: {:?}..",
+            name.chars().count(),
+            shortened(name)
+        )
     };
     faults.error("SYM018", pos, cause, "the file is damaged, or no tool wrote it: build anew");
 }
@@ -210,7 +235,9 @@ fn read(file: &SymbolFile, spaces: SymbolSpaces, found: &mut CollectedSymbols, f
             listing::read_listing(file.name, &text, found, faults);
         }
         None => {
-            let cause = || format!("{}, wanted an SDCC .map, .cdb, .rst or .lst, or a .m51 of Keil", describe_content(file.bytes));
+            let cause = || {
+                format!("{}, wanted an SDCC .map, .cdb, .rst or .lst, or a .m51 of Keil", describe_content(file.bytes))
+            };
             faults.error(
                 "SYM001",
                 Pos::default(),

@@ -125,11 +125,15 @@ impl CodPart {
             CodPartKind::Resistor { millivolts, ohms } => {
                 Some(VoltageSource { millivolts: *millivolts, conductance: conductance(*ohms) })
             }
-            CodPartKind::Gate(gate) if pin + 1 == self.pins().len() => Some(VoltageSource::output(level(self.gate(*gate)))),
+            CodPartKind::Gate(gate) if pin + 1 == self.pins().len() => {
+                Some(VoltageSource::output(level(self.gate(*gate))))
+            }
             CodPartKind::Wave(wave) => Some(VoltageSource::output(wave.at(t / cycle.max(1)))),
             CodPartKind::Usart(usart) if pin == 0 => Some(VoltageSource::output(level(usart.tx_level(t, hz)))),
             // An input with a pull-up of 10 kilohms.
-            CodPartKind::Usart(_) if pin > 1 => Some(VoltageSource { millivolts: SUPPLY_MILLIVOLTS, conductance: conductance(10e3) }),
+            CodPartKind::Usart(_) if pin > 1 => {
+                Some(VoltageSource { millivolts: SUPPLY_MILLIVOLTS, conductance: conductance(10e3) })
+            }
             CodPartKind::Eeprom(eeprom) if pin == 0 && eeprom.pulls_sda => Some(VoltageSource::output(0)),
             _ => None,
         }

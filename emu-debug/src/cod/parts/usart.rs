@@ -57,7 +57,9 @@ impl CodUsart {
         if t < start {
             return true;
         }
-        let bits = (1..=BITS_PER_FRAME).take_while(|bit| start.saturating_add(half_bits(2 * bit, hz, self.txbaud)) <= t).count();
+        let bits = (1..=BITS_PER_FRAME)
+            .take_while(|bit| start.saturating_add(half_bits(2 * bit, hz, self.txbaud)) <= t)
+            .count();
         match bits {
             0 => false,
             1..=8 => byte >> (bits - 1) & 1 == 1,

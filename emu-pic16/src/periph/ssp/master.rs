@@ -7,7 +7,7 @@ use emu_core::NEVER;
 
 use super::super::map::InterruptFlag;
 use super::super::{Pic16Outbox, Pic16Signal};
-use super::regs::{ACKDT, ACKEN, ACKSTAT, BF, PEN, RCEN, RSEN, RW, SspRegisters, SEN, SEQUENCES, raise_sspif};
+use super::regs::{ACKDT, ACKEN, ACKSTAT, BF, PEN, RCEN, RSEN, RW, SEN, SEQUENCES, SspRegisters, raise_sspif};
 
 /// What bits are clocked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -80,7 +80,8 @@ pub(super) struct I2cMaster {
 emu_core::state! { I2cMaster { step, timer, sr, falls, sends_one } if |of, _now| of.falls <= 10 }
 
 impl I2cMaster {
-    pub(super) const IDLE: I2cMaster = I2cMaster { step: MasterStep::Idle, timer: NEVER, sr: 0, falls: 0, sends_one: false };
+    pub(super) const IDLE: I2cMaster =
+        I2cMaster { step: MasterStep::Idle, timer: NEVER, sr: 0, falls: 0, sends_one: false };
 
     pub(super) fn next(&self) -> u64 {
         self.timer
@@ -93,7 +94,14 @@ impl I2cMaster {
 
     /// Start or Stop on the wires are of this part's own making, and reported when they are complete.
     pub(super) fn own_condition(&self) -> bool {
-        !matches!(self.step, MasterStep::Idle | MasterStep::BitFall(_) | MasterStep::BitLow(_) | MasterStep::BitRise(_) | MasterStep::BitHigh(_))
+        !matches!(
+            self.step,
+            MasterStep::Idle
+                | MasterStep::BitFall(_)
+                | MasterStep::BitLow(_)
+                | MasterStep::BitRise(_)
+                | MasterStep::BitHigh(_)
+        )
     }
 
     /// The oscillator stood for so many clocks.
@@ -215,7 +223,11 @@ impl I2cMaster {
                 self.wait_for_line(MasterStep::BitFall(job));
             }
             // These wait for a wire, not for the generator.
-            MasterStep::Idle | MasterStep::AgainFall | MasterStep::AgainRise | MasterStep::StopFall | MasterStep::StopRise => {}
+            MasterStep::Idle
+            | MasterStep::AgainFall
+            | MasterStep::AgainRise
+            | MasterStep::StopFall
+            | MasterStep::StopRise => {}
             MasterStep::BitFall(_) | MasterStep::BitRise(_) => {}
         }
         self.on_line_changed(regs, t, out);

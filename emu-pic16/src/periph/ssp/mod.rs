@@ -15,7 +15,7 @@ use emu_core::NEVER;
 use super::map::{Pic16Line, Sfr};
 use super::{Pic16Device, Pic16Drive, Pic16Outbox};
 use master::I2cMaster;
-use regs::{BF, CKE, CKP, SspMode, P, RW, SspRegisters, S, SEQUENCES, SMP, UA, WCOL, raise_sspif};
+use regs::{BF, CKE, CKP, P, RW, S, SEQUENCES, SMP, SspMode, SspRegisters, UA, WCOL, raise_sspif};
 use slave::I2cSlave;
 use spi::SpiShifter;
 
@@ -36,7 +36,13 @@ impl Pic16Ssp {
     /// A port after power-up: an MSSP, or the basic SSP without SSPCON2, I2C master and general call.
     #[must_use]
     pub fn new(master: bool) -> Pic16Ssp {
-        Pic16Ssp { regs: SspRegisters::new(master), spi: SpiShifter::IDLE, slave: I2cSlave::IDLE, master: I2cMaster::IDLE, asleep: None }
+        Pic16Ssp {
+            regs: SspRegisters::new(master),
+            spi: SpiShifter::IDLE,
+            slave: I2cSlave::IDLE,
+            master: I2cMaster::IDLE,
+            asleep: None,
+        }
     }
 
     /// The MSSP of the 16F87XA, where SEN makes a slave stretch the clock after every byte that it receives (DS39582 section
@@ -99,10 +105,14 @@ impl Pic16Ssp {
         let wire = |pull| if pull { Pic16Drive::Low } else { Pic16Drive::Open };
         let (sck, sdi, sdo) = match regs.mode() {
             SspMode::Off => (Pic16Drive::Port, Pic16Drive::Port, Pic16Drive::Port),
-            SspMode::SpiMaster(_) => {
-                (Pic16Drive::from_bit(self.spi.active != (regs.con & CKP != 0)), Pic16Drive::Port, Pic16Drive::from_bit(self.spi.sdo))
+            SspMode::SpiMaster(_) => (
+                Pic16Drive::from_bit(self.spi.active != (regs.con & CKP != 0)),
+                Pic16Drive::Port,
+                Pic16Drive::from_bit(self.spi.sdo),
+            ),
+            SspMode::SpiSlave { select } if select && regs.ss => {
+                (Pic16Drive::Port, Pic16Drive::Port, Pic16Drive::Float)
             }
-            SspMode::SpiSlave { select } if select && regs.ss => (Pic16Drive::Port, Pic16Drive::Port, Pic16Drive::Float),
             SspMode::SpiSlave { .. } => (Pic16Drive::Port, Pic16Drive::Port, Pic16Drive::from_bit(self.spi.sdo)),
             _ => (wire(regs.pull_scl), wire(regs.pull_sda), Pic16Drive::Port),
         };

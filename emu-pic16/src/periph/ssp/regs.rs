@@ -170,7 +170,9 @@ impl SspRegisters {
     /// Says what has changed of the drives. SDA comes before SCL: what must not be seen as Start or Stop is let go first.
     pub(super) fn settle(&mut self, sck: Pic16Drive, sdi: Pic16Drive, sdo: Pic16Drive, t: u64, out: &mut Pic16Outbox) {
         let now = [sdi, sck, sdo];
-        for ((line, was), drive) in [Pic16Line::Sdi, Pic16Line::Sck, Pic16Line::Sdo].into_iter().zip(self.drives).zip(now) {
+        for ((line, was), drive) in
+            [Pic16Line::Sdi, Pic16Line::Sck, Pic16Line::Sdo].into_iter().zip(self.drives).zip(now)
+        {
             if was != drive {
                 out.push(Pic16Signal::Drive { t, line, drive });
             }

@@ -4,7 +4,7 @@
 //! for the eighth time (address match, SSPBUF, acknowledge) and for the ninth (SSPIF, holding the clock).
 
 use super::super::Pic16Outbox;
-use super::regs::{BF, CKP, DA, GCEN, RW, SspRegisters, SEN, SSPOV, UA, raise_sspif};
+use super::regs::{BF, CKP, DA, GCEN, RW, SEN, SSPOV, SspRegisters, UA, raise_sspif};
 
 /// What the byte on its way is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,7 +6,7 @@
 use emu_core::NEVER;
 
 use super::super::Pic16Outbox;
-use super::regs::{BF, CKE, CKP, SspMode, SspRegisters, SMP, raise_sspif};
+use super::regs::{BF, CKE, CKP, SMP, SspMode, SspRegisters, raise_sspif};
 
 /// Halves of the eight bits.
 const HALF_CLOCKS: u8 = 16;

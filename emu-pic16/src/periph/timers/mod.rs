@@ -19,12 +19,13 @@ use emu_core::NEVER;
 
 use super::map::{InterruptFlag, Pic16Line, Sfr};
 use super::{Pic16Device, Pic16Drive, Pic16Outbox, Pic16Signal};
-use ccp::{CcpModule, CcpMode};
+use ccp::{CcpMode, CcpModule};
 use timer1::Timer1;
 use timer2::Timer2;
 
 /// What differs between the two modules.
-const MODULES: [(Pic16Line, InterruptFlag); 2] = [(Pic16Line::Ccp1, InterruptFlag::CCP1IF), (Pic16Line::Ccp2, InterruptFlag::CCP2IF)];
+const MODULES: [(Pic16Line, InterruptFlag); 2] =
+    [(Pic16Line::Ccp1, InterruptFlag::CCP1IF), (Pic16Line::Ccp2, InterruptFlag::CCP2IF)];
 
 /// Timer 1, timer 2 and 0 to 2 CCP modules. It serves the registers `TMR1L TMR1H T1CON TMR2 T2CON PR2` and `CCPRxL CCPRxH
 /// CCPxCON`, the flags `TMR1IF TMR2IF CCP1IF CCP2IF`, and the lines `T1cki Ccp1 Ccp2`. Anything else, and the registers of

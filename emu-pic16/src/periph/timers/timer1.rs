@@ -103,7 +103,9 @@ impl Timer1 {
         Timer1 {
             con: 0,
             // Two edges in one clock cannot be told apart, and no crystal is that fast.
-            crystal: crystal.filter(|&(osc, hz)| osc > 0 && hz > 0).map(|(osc, hz)| CrystalClock { osc, hz: hz.min(osc) }),
+            crystal: crystal
+                .filter(|&(osc, hz)| osc > 0 && hz > 0)
+                .map(|(osc, hz)| CrystalClock { osc, hz: hz.min(osc) }),
             swings: 0,
             pin: false,
             at: 0,

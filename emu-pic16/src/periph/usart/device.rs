@@ -5,7 +5,9 @@ use emu_core::NEVER;
 use super::super::map::{Pic16Line, Sfr};
 use super::super::{Pic16Device, Pic16Outbox};
 use super::receiver::{IncomingFrame, UsartReceiver};
-use super::{BRGH, BaudClock, CREN, CSRC, FERR, OERR, RCSTA_WRITTEN, RX9D, SPEN, SYNC, TCY, TRMT, TXSTA_WRITTEN, Pic16Usart};
+use super::{
+    BRGH, BaudClock, CREN, CSRC, FERR, OERR, Pic16Usart, RCSTA_WRITTEN, RX9D, SPEN, SYNC, TCY, TRMT, TXSTA_WRITTEN,
+};
 
 impl Pic16Device for Pic16Usart {
     fn run_due(&mut self, t: u64, out: &mut Pic16Outbox) {

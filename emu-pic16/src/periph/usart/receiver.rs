@@ -3,7 +3,7 @@
 use emu_core::NEVER;
 
 use super::fifo::ReceivedWord;
-use super::{ADDEN, BRGH, RX9, SREN, Pic16Usart};
+use super::{ADDEN, BRGH, Pic16Usart, RX9, SREN};
 
 /// What the receiver is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 use emu_core::NEVER;
 
 use super::super::{Pic16Outbox, Pic16Signal};
-use super::{TCY, TX9, TX9D, Pic16Usart};
+use super::{Pic16Usart, TCY, TX9, TX9D};
 
 /// A word in TSR.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

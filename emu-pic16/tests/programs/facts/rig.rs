@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use emu_core::pins::{ChipEvent, PinLevel, CycleTime};
+use emu_core::pins::{ChipEvent, CycleTime, PinLevel};
 use emu_core::{Cpu, Probe, StopReason};
 use emu_pic16::Pic16;
 

@@ -10,11 +10,11 @@
 
 use emu_core::image::Image;
 use emu_core::rng::Rng;
-use emu_core::{Cpu, ChipEvent, PinLevel, PinId, Probe, RamInit, StopReason, CycleTime};
+use emu_core::{ChipEvent, Cpu, CycleTime, PinId, PinLevel, Probe, RamInit, StopReason};
 use ladder_compile::CellLocation;
 use ladder_compile::ir::{BitRole, Ir, WordRole};
 use ladder_compile::pins::AssignedPin;
-use ladder_compile::target::{BuiltImage, CompileJob, CodeMark, BuildRefusal, CompileTarget};
+use ladder_compile::target::{BuildRefusal, BuiltImage, CodeMark, CompileJob, CompileTarget};
 
 use super::ir::interp::{IrInterpreter, boundary_value, truncate_to_bytes};
 
@@ -108,7 +108,11 @@ impl ImageBench {
         let built = self.build(ir).map_err(RunFailure::Refused)?;
         let differs = |how: String| Err(RunFailure::Differs(how));
         if built.worst_scan_cycles + built.poll_cycles > built.shortest_period_cycles {
-            return differs(format!("a scan of up to {} cycles in {}", built.worst_scan_cycles + built.poll_cycles, built.shortest_period_cycles));
+            return differs(format!(
+                "a scan of up to {} cycles in {}",
+                built.worst_scan_cycles + built.poll_cycles,
+                built.shortest_period_cycles
+            ));
         }
         let segments: Vec<(u32, &[u8])> = built.segments.iter().map(|(at, bytes)| (*at, &bytes[..])).collect();
         let hex = emu_core::image::write_hex(&segments);
@@ -196,7 +200,10 @@ impl<C: Cpu> BenchRun<'_, C> {
         let stop = loop {
             let stop = self.cpu.run(limit, &mut self.line);
             // A run that has not moved yet may stop at the trap under it; others stop for the test's probe.
-            if self.cpu.pc() == at || self.cpu.cycle() >= limit || !matches!(stop, StopReason::Breakpoint { .. } | StopReason::Probe) {
+            if self.cpu.pc() == at
+                || self.cpu.cycle() >= limit
+                || !matches!(stop, StopReason::Breakpoint { .. } | StopReason::Probe)
+            {
                 break stop;
             }
         };
@@ -264,7 +271,9 @@ impl<C: Cpu> BenchRun<'_, C> {
 
     fn peek(&self, place: &CellLocation) -> i32 {
         match place {
-            CellLocation::Bit { space, addr, bit } => i32::from(self.cpu.peek(space, *addr).expect("a place") >> bit & 1),
+            CellLocation::Bit { space, addr, bit } => {
+                i32::from(self.cpu.peek(space, *addr).expect("a place") >> bit & 1)
+            }
             CellLocation::Word { space, addr, bytes } => {
                 let byte = |n: u8| i64::from(self.cpu.peek(space, addr + u32::from(n)).expect("a place"));
                 truncate_to_bytes((0..*bytes).rev().fold(0, |value, n| value << 8 | byte(n)), *bytes)

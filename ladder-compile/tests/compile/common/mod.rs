@@ -7,7 +7,7 @@ pub mod ladders;
 use emu_avr::Avr;
 use emu_core::{Cpu, RamInit};
 use ladder::LadderProgram;
-use ladder_compile::{CompiledProgram, CompileOptions, CellLocation, compile};
+use ladder_compile::{CellLocation, CompileOptions, CompiledProgram, compile};
 
 /// Cases of a table: `== name`, then sections separated by lines of `--`. Lines that begin with `#` are comments.
 pub fn cases(table: &str) -> Vec<(String, Vec<String>)> {
@@ -52,7 +52,8 @@ pub struct CompiledChip {
 impl CompiledChip {
     pub fn new(compiled: &CompiledProgram, ram: RamInit) -> CompiledChip {
         let chip = emu_avr::chips::chip(&compiled.map.mcu).expect("a known chip");
-        let loaded = emu_core::image::load_hex("image", compiled.hex.as_bytes(), chip.hex_spaces).expect("a sound image");
+        let loaded =
+            emu_core::image::load_hex("image", compiled.hex.as_bytes(), chip.hex_spaces).expect("a sound image");
         let mut chip = CompiledChip { cpu: Avr::new(chip, &loaded.image, ram), map: compiled.map.clone() };
         chip.run_to(chip.map.poll);
         chip
@@ -76,7 +77,9 @@ impl CompiledChip {
         let peek = |space: &str, addr| self.cpu.peek(space, addr).expect("a place in memory");
         match self.place(name) {
             CellLocation::Bit { space, addr, bit } => i32::from(peek(&space, addr) >> bit & 1),
-            CellLocation::Word { space, addr, .. } => i16::from_le_bytes([peek(&space, addr), peek(&space, addr + 1)]).into(),
+            CellLocation::Word { space, addr, .. } => {
+                i16::from_le_bytes([peek(&space, addr), peek(&space, addr + 1)]).into()
+            }
         }
     }
 

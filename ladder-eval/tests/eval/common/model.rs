@@ -1,6 +1,6 @@
 //! Programs built from the model's parts, for generators.
 
-use ladder::{LadderDialect, Element, LdFormat, RungNode, LadderOperand, LadderProgram, Rung, ProgramSettings};
+use ladder::{Element, LadderDialect, LadderOperand, LadderProgram, LdFormat, ProgramSettings, Rung, RungNode};
 
 /// A program of these rungs: dialect 2.3, a cycle of 10 ms.
 pub fn program(rungs: Vec<Vec<RungNode>>) -> LadderProgram {

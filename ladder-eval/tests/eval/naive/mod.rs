@@ -5,7 +5,10 @@
 use std::collections::HashMap;
 
 use ladder::format::{StringPiece, split_format_string};
-use ladder::{CompareOp, CounterKind, LadderDialect, Element, ElementId, LdFormat, MathOp, RungNode, LadderOperand, LadderProgram, TimerKind};
+use ladder::{
+    CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
+    RungNode, TimerKind,
+};
 
 /// What was seen at one element: rung bit before and after.
 pub type ElementObservation = (ElementId, bool, bool);
@@ -131,7 +134,8 @@ impl NaiveInterpreter {
                 !power && before
             }
             Element::Timer { kind, name, delay, adjust } => {
-                let usual = if (program.dialect, program.format) == (LadderDialect::Ldmicro5, LdFormat::V02) { 0 } else { -1 };
+                let usual =
+                    if (program.dialect, program.format) == (LadderDialect::Ldmicro5, LdFormat::V02) { 0 } else { -1 };
                 let scans = self.operand_value(delay) / program.settings.cycle_us as i64;
                 let adjust = adjust.as_ref().map_or(usual, |adjust| self.operand_value(adjust));
                 self.timer(*kind, name, scans + adjust, power, before)
@@ -193,8 +197,9 @@ impl NaiveInterpreter {
                 if let Some(after) = after {
                     let ((x0, y0), (x1, y1)) = (points[after - 1], points[after]);
                     let fits = |v: i64| (-0x8000..0x8000).contains(&v);
-                    let short =
-                        points.iter().all(|(x, y)| fits(*x) && fits(*y)) && self.is_narrow(dest) && self.is_narrow(index);
+                    let short = points.iter().all(|(x, y)| fits(*x) && fits(*y))
+                        && self.is_narrow(dest)
+                        && self.is_narrow(index);
                     let bits = if short { 16 } else { 32 };
                     let product = wrap_to_bits(wrap_to_bits(x - x0, bits) * (y1 - y0), bits);
                     self.store(dest, wrap_to_bits(y0 + divide(product, x1 - x0), bits));

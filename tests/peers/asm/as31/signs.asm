@@ -8,3 +8,8 @@ l:      .byte "\t"
         mov a,#'\n'
         .equ  x, -5000/256
         .byte x
+        mov     th1, #(-922 / 256) & 255
+        mov     a, #(-922 % 256) & 255
+        anl     a, #((-922) >> 3) & 255
+        cpl     p1
+        mov     a, ti

@@ -7,8 +7,10 @@
         errorlevel -302, -303
         __CONFIG _XT_OSC & _WDT_OFF & _PWRTE_ON & _CP_OFF & _LVP_OFF
         __IDLOCS 1234
+        #define ROOM 2
         cblock  20
         first, second
+        array:ROOM, behind
         pair:2, third
         wide:4
         last

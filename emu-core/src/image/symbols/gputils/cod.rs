@@ -16,7 +16,7 @@
 use diag::Pos;
 
 use super::super::names::{self, NameRank};
-use super::super::{FaultList, CollectedSymbols, SourceKind, shortened};
+use super::super::{CollectedSymbols, FaultList, SourceKind, shortened};
 
 /// Bytes in a block.
 pub(super) const BLOCK_BYTES: usize = 512;
@@ -81,7 +81,8 @@ impl<'b> CodFile<'b> {
     /// Looks at the directories; nothing where they are damaged or for a chip of another family, which is told.
     pub(super) fn new(bytes: &'b [u8], faults: &mut FaultList) -> Option<Self> {
         if !bytes.len().is_multiple_of(BLOCK_BYTES) || bytes.is_empty() {
-            let cause = || format!("the file has {} bytes, which is no whole number of blocks of {BLOCK_BYTES}", bytes.len());
+            let cause =
+                || format!("the file has {} bytes, which is no whole number of blocks of {BLOCK_BYTES}", bytes.len());
             faults.error("SYM013", Pos::default(), cause, "the file is cut off: assemble or link anew");
             return None;
         }
@@ -113,7 +114,13 @@ impl<'b> CodFile<'b> {
 
     /// The blocks of a table of one directory, with their numbers; none where there is no such table. Blocks that the file
     /// does not have are a fault.
-    pub(super) fn table(&self, directory: usize, at: usize, what: &str, faults: &mut FaultList) -> Vec<(usize, &'b [u8])> {
+    pub(super) fn table(
+        &self,
+        directory: usize,
+        at: usize,
+        what: &str,
+        faults: &mut FaultList,
+    ) -> Vec<(usize, &'b [u8])> {
         let entry = |at| self.block(directory).and_then(|block| word(block, at)).map_or(0, usize::from);
         let (first, last) = (entry(at), entry(at + 2));
         if first == 0 {
@@ -189,7 +196,14 @@ fn read_symbols(number: usize, block: &[u8], found: &mut CollectedSymbols, fault
     }
 }
 
-fn read_lines(number: usize, block: &[u8], high: u32, files: &[String], found: &mut CollectedSymbols, faults: &mut FaultList) {
+fn read_lines(
+    number: usize,
+    block: &[u8],
+    high: u32,
+    files: &[String],
+    found: &mut CollectedSymbols,
+    faults: &mut FaultList,
+) {
     for (row, record) in block.chunks_exact(6).take(84).enumerate() {
         let (Some(&[file, flags]), Some(line), Some(addr)) =
             (record.get(..2).and_then(|r| <&[u8; 2]>::try_from(r).ok()), word(record, 2), word(record, 4))

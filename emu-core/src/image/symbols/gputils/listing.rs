@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 use diag::Pos;
 
-use super::super::{FaultList, CollectedSymbols, SourceKind, names, numbered_lines, pos_of, shortened};
+use super::super::{CollectedSymbols, FaultList, SourceKind, names, numbered_lines, pos_of, shortened};
 
 /// What gpasm writes in place of what the linker will put there.
 const OPEN_ADDRESSES: [&str; 2] = ["????", "??"];
@@ -35,7 +35,13 @@ pub(in super::super) fn guess_listing(first: &str, second: &str, bytes: &[u8]) -
 }
 
 /// Reads a listing; `file` is its name.
-pub(in super::super) fn read_listing(listing: GputilsListing, file: &str, text: &str, found: &mut CollectedSymbols, faults: &mut FaultList) {
+pub(in super::super) fn read_listing(
+    listing: GputilsListing,
+    file: &str,
+    text: &str,
+    found: &mut CollectedSymbols,
+    faults: &mut FaultList,
+) {
     match listing {
         GputilsListing::Linker => read_linker_listing(file, text, found, faults),
         GputilsListing::Assembler => read_assembler_listing(file, text, found, faults),

@@ -10,7 +10,7 @@
 use diag::Pos;
 
 use super::super::names;
-use super::super::{FaultList, CollectedSymbols, numbered_lines, pos_of, shortened};
+use super::super::{CollectedSymbols, FaultList, numbered_lines, pos_of, shortened};
 use super::cod::names_in_file;
 
 /// True for the first line of a map.

@@ -9,7 +9,7 @@ use diag::Diagnostic;
 use diag::text::into_printable;
 
 use super::super::{FaultList, MORE_CODE, SymbolFile};
-use super::cod::{BLOCK_BYTES, CodFile, MESSAGES, report_damaged, long, text};
+use super::cod::{BLOCK_BYTES, CodFile, MESSAGES, long, report_damaged, text};
 use crate::image::Image;
 
 /// A message for a simulator.

@@ -15,7 +15,7 @@ use diag::Pos;
 use diag::text::printable;
 
 use super::names::RankedName;
-use super::{FaultList, CollectedSymbols, SourceKind, MemorySpace};
+use super::{CollectedSymbols, FaultList, MemorySpace, SourceKind};
 
 /// Word address at which IDs and configuration words begin (DS33023, section 27.2).
 const CONFIG: u32 = 0x2000;

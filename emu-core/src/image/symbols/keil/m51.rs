@@ -19,7 +19,7 @@ use std::collections::HashMap;
 use diag::Pos;
 
 use super::{ScopeTracker, bit_address};
-use crate::image::symbols::{FaultList, CollectedSymbols, MemorySpace, numbered_lines, pos_of, shortened};
+use crate::image::symbols::{CollectedSymbols, FaultList, MemorySpace, numbered_lines, pos_of, shortened};
 
 /// True for the first line of such a map.
 pub(in crate::image::symbols) fn is_m51_map(first: &str) -> bool {
@@ -215,7 +215,9 @@ impl<'t> MapRow<'t> {
                     Err(_) => report_damaged(number, line, self.name, "the number of a line is none", faults),
                 }
             }
-            ("PUBLIC" | "SFRSYM", SymbolPlace::At(mem, addr)) => scopes.public(mem, addr, self.name, pos, found, faults),
+            ("PUBLIC" | "SFRSYM", SymbolPlace::At(mem, addr)) => {
+                scopes.public(mem, addr, self.name, pos, found, faults)
+            }
             ("SYMBOL", SymbolPlace::At(mem, addr)) => scopes.local(mem, addr, self.name, pos, found, faults),
             ("PUBLIC" | "SYMBOL", SymbolPlace::Number(value)) => found.unplaced.push((self.name.to_owned(), value)),
             _ => {}

@@ -15,8 +15,8 @@ use std::collections::HashMap;
 
 use diag::Pos;
 
-use super::names::{RankedName, NameRank, linker_names, local_names};
-use super::{FaultList, CollectedSymbols, SourceKind, MemorySpace};
+use super::names::{NameRank, RankedName, linker_names, local_names};
+use super::{CollectedSymbols, FaultList, MemorySpace, SourceKind};
 
 /// Registers R0 to R7 of bank 0: a local name for one holds within a few instructions only. LX51 also lists the parameters of functions
 /// that it removed, outside any block.
@@ -49,7 +49,13 @@ pub(in crate::image) struct ScopeTracker {
 
 impl ScopeTracker {
     /// A module begins; `stem` is the name of its object file without extension, if it is known.
-    pub(crate) fn module(&mut self, name: &str, stem: Option<&str>, found: &mut CollectedSymbols, faults: &mut FaultList) {
+    pub(crate) fn module(
+        &mut self,
+        name: &str,
+        stem: Option<&str>,
+        found: &mut CollectedSymbols,
+        faults: &mut FaultList,
+    ) {
         self.finish(found, faults);
         *self = ScopeTracker { module: stem.unwrap_or(name).to_owned(), ..ScopeTracker::default() };
     }
@@ -110,7 +116,15 @@ impl ScopeTracker {
     }
 
     /// A name that all modules know.
-    pub(crate) fn public(&mut self, mem: MemorySpace, addr: u32, name: &str, pos: Pos, found: &mut CollectedSymbols, faults: &mut FaultList) {
+    pub(crate) fn public(
+        &mut self,
+        mem: MemorySpace,
+        addr: u32,
+        name: &str,
+        pos: Pos,
+        found: &mut CollectedSymbols,
+        faults: &mut FaultList,
+    ) {
         self.full_name(mem, addr, name);
         // A register of the chip has a name of its own in every module, of which two may differ.
         let own = matches!(mem, MemorySpace::Sfr | MemorySpace::Bit) && addr >= 0x80;
@@ -123,7 +137,15 @@ impl ScopeTracker {
     }
 
     /// A name that the module, function or block alone knows.
-    pub(crate) fn local(&mut self, mem: MemorySpace, addr: u32, name: &str, pos: Pos, found: &mut CollectedSymbols, faults: &mut FaultList) {
+    pub(crate) fn local(
+        &mut self,
+        mem: MemorySpace,
+        addr: u32,
+        name: &str,
+        pos: Pos,
+        found: &mut CollectedSymbols,
+        faults: &mut FaultList,
+    ) {
         // Compilers put it into every module for the debugger's use.
         if name == "_ICE_DUMMY_" {
             self.compiled = true;

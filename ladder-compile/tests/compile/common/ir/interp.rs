@@ -2,7 +2,9 @@
 //! inputs and outputs of a scan.
 
 use emu_core::rng::Rng;
-use ladder_compile::ir::{BitId, WordComparison, BranchCondition, Ir, LogicOp, ArithmeticOp, IrOp, RelationOp, WordOperand, WordId};
+use ladder_compile::ir::{
+    ArithmeticOp, BitId, BranchCondition, Ir, IrOp, LogicOp, RelationOp, WordComparison, WordId, WordOperand,
+};
 
 /// A machine of bits and integers, as after reset.
 #[derive(Debug, Clone, PartialEq, Eq)]

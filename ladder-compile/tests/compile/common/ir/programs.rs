@@ -6,8 +6,8 @@ use std::collections::HashSet;
 use emu_core::rng::Rng;
 use ladder::{ElementId, SymbolKind};
 use ladder_compile::ir::{
-    BitId, BitCell, BitRole, WordComparison, BranchCondition, Ir, LogicOp, ArithmeticOp, IrOp, RelationOp, RungCode, IrStep, ConstantTable, UartUse, WordOperand, WordId,
-    WordCell, WordRole,
+    ArithmeticOp, BitCell, BitId, BitRole, BranchCondition, ConstantTable, Ir, IrOp, IrStep, LogicOp, RelationOp,
+    RungCode, UartUse, WordCell, WordComparison, WordId, WordOperand, WordRole,
 };
 
 /// Kinds of operations beyond those on bits, for [`Wish::ops`].
@@ -113,7 +113,16 @@ pub fn random_ir(rng: &mut Rng, wish: IrLimits) -> Ir {
         let initial = if rng.one_in(8) { super::interp::truncate_to_bytes(rng.next_u64() as i64, bytes) } else { 0 };
         ir.words.push(WordCell { name: format!("v{n}"), role, bytes, initial });
     }
-    let mut draw = IrGenerator { rng, limits: wish, ir, set: HashSet::new(), acc: false, busy: None, eebusy: None, free: wish.words };
+    let mut draw = IrGenerator {
+        rng,
+        limits: wish,
+        ir,
+        set: HashSet::new(),
+        acc: false,
+        busy: None,
+        eebusy: None,
+        free: wish.words,
+    };
     draw.peripherals();
     draw.tables();
     for number in 0..wish.rungs {
@@ -143,8 +152,10 @@ impl IrGenerator<'_> {
         let counter = |ir: &mut Ir, name: &str| {
             let word = WordId(ir.words.len() as u32);
             ir.words.push(WordCell { name: name.to_owned(), role: WordRole::Memory, bytes: 1, initial: 0 });
-            let one = IrOp::Math { op: ArithmeticOp::Sub, dst: word, a: WordOperand::Cell(word), b: WordOperand::Const(1) };
-            let some = BranchCondition::Compare(WordComparison { a: word, rel: RelationOp::Ne, b: WordOperand::Const(0) });
+            let one =
+                IrOp::Math { op: ArithmeticOp::Sub, dst: word, a: WordOperand::Cell(word), b: WordOperand::Const(1) };
+            let some =
+                BranchCondition::Compare(WordComparison { a: word, rel: RelationOp::Ne, b: WordOperand::Const(0) });
             ir.prologue.push(IrOp::If { cond: some, if_true: vec![one], if_false: Vec::new() });
             word
         };
@@ -167,7 +178,11 @@ impl IrGenerator<'_> {
             let most = if self.rng.one_in(8) { 100 } else { 12 };
             let length = 1 + self.rng.below(most);
             let values = (0..length).map(|_| {
-                if plain { self.rng.below(256) as i32 } else { super::interp::truncate_to_bytes(self.rng.next_u64() as i64, bytes) }
+                if plain {
+                    self.rng.below(256) as i32
+                } else {
+                    super::interp::truncate_to_bytes(self.rng.next_u64() as i64, bytes)
+                }
             });
             let values = values.collect();
             self.ir.tables.push(ConstantTable { name: format!("table{n}"), bytes, values });
@@ -287,9 +302,14 @@ impl IrGenerator<'_> {
                 let table = self.rng.below(self.ir.tables.len() as u64) as u32;
                 let (index, dst) = (self.word(), self.word());
                 let count = self.ir.tables[table as usize].values.len() as i32;
-                let under = |b: i32| BranchCondition::Compare(WordComparison { a: index, rel: RelationOp::Lt, b: WordOperand::Const(b) });
-                let read =
-                    IrOp::If { cond: under(count), if_true: vec![IrOp::Lookup { dst, index, table }], if_false: vec![] };
+                let under = |b: i32| {
+                    BranchCondition::Compare(WordComparison { a: index, rel: RelationOp::Lt, b: WordOperand::Const(b) })
+                };
+                let read = IrOp::If {
+                    cond: under(count),
+                    if_true: vec![IrOp::Lookup { dst, index, table }],
+                    if_false: vec![],
+                };
                 IrOp::If { cond: under(0), if_true: vec![], if_false: vec![read] }
             }
             ops::IF => self.branch(depth),
@@ -300,7 +320,9 @@ impl IrGenerator<'_> {
             }
             ops::PWM => {
                 let value = if self.rng.one_in(2) { self.rng.below(104) as i32 - 2 } else { self.constant(2) };
-                IrOp::SetPwm { duty: if self.rng.one_in(2) { WordOperand::Const(value) } else { WordOperand::Cell(self.word()) } }
+                IrOp::SetPwm {
+                    duty: if self.rng.one_in(2) { WordOperand::Const(value) } else { WordOperand::Cell(self.word()) },
+                }
             }
             ops::SEND => {
                 let send = IrOp::Send { value: self.value(2) };

@@ -1,0 +1,108 @@
+//! Directives of sdas8051 beyond those that sources often have (`asmain.c` and `asmcro.c` of SDCC 4.2).
+
+use super::super::common::{constant, purge, required_arguments};
+use super::super::{AsmDirective, ReadFlow};
+use crate::engine::{Assembler, DirectiveCall};
+use crate::expression::AsmValue;
+use crate::fault::LineFault;
+use crate::lines::{byte, cut, skip_space, trim};
+use crate::symbols::AsmSymbolKind;
+
+/// The directives, without a dot.
+#[rustfmt::skip]
+pub(super) const DIRECTIVES: &[AsmDirective] = &[
+    AsmDirective::named("gblequ", |asm, call| constant(asm, call, AsmSymbolKind::Set)),
+    AsmDirective::named("lclequ", |asm, call| constant(asm, call, AsmSymbolKind::Set)),
+    AsmDirective::named("=:", |asm, call| constant(asm, call, AsmSymbolKind::Set)),
+    AsmDirective::named("==:", |asm, call| constant(asm, call, AsmSymbolKind::Set)),
+    AsmDirective::run("bndry", boundary),
+    AsmDirective::run("mdelete", purge),
+    AsmDirective::run("narg", |asm, call| parse_quantity(asm, call, |asm, _| asm.arguments_given())),
+    AsmDirective::run("nchr", |asm, call| parse_quantity(asm, call, |_, text| Some(inside(text).chars().count() as i64))),
+    AsmDirective::run("ntyp", measure_type),
+    AsmDirective::run("nval", |asm, call| measure_value(asm, call, |value| value.number)),
+    AsmDirective::flow("ift", ReadFlow::ExpansionStack(|holds| holds)),
+    AsmDirective::flow("iff", ReadFlow::ExpansionStack(|holds| !holds)),
+    AsmDirective::flow("iftf", ReadFlow::ExpansionStack(|_| true)),
+    AsmDirective::flow("iift", ReadFlow::WithinLine(|holds| holds)),
+    AsmDirective::flow("iiff", ReadFlow::WithinLine(|holds| !holds)),
+    AsmDirective::flow("iiftf", ReadFlow::WithinLine(|_| true)),
+    AsmDirective::run("iif", |asm, call| run_one_line(asm, call, |n| n != 0)),
+    AsmDirective::run("iifne", |asm, call| run_one_line(asm, call, |n| n != 0)),
+    AsmDirective::run("iifeq", |asm, call| run_one_line(asm, call, |n| n == 0)),
+    AsmDirective::run("iifgt", |asm, call| run_one_line(asm, call, |n| n > 0)),
+    AsmDirective::run("iiflt", |asm, call| run_one_line(asm, call, |n| n < 0)),
+    AsmDirective::run("iifge", |asm, call| run_one_line(asm, call, |n| n >= 0)),
+    AsmDirective::run("iifle", |asm, call| run_one_line(asm, call, |n| n <= 0)),
+];
+
+/// `.iif condition, statement`: a statement that is read only where the condition holds.
+fn run_one_line(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, holds: fn(i64) -> bool) {
+    let Some((value, behind)) = asm.front_value(call.text, call.rest.clone()) else { return };
+    let comma = skip_space(call.text, behind);
+    let from = comma + usize::from(byte(call.text, comma) == b',');
+    if holds(if value.is_unknown { 0 } else { value.number }) {
+        asm.inner_statement(call, from);
+    }
+}
+
+/// Goes on at the next multiple of a number, as it counts from the begin of the area.
+fn boundary(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    let Some(step) = asm.evaluate_number(call.text, call.rest.clone()) else { return };
+    if !(1..=0x1_0000).contains(&step) {
+        let at = trim(call.text, call.rest.clone());
+        return asm.report(LineFault::new("ASM003", at, format!("{step} is no boundary"), "give a number such as 2"));
+    }
+    let here = asm.out.next_address();
+    let base = asm.out.initial_sections.get(asm.out.current).map_or(0, |first| first.pos);
+    asm.out.set_address(here + (base - here).rem_euclid(step));
+}
+
+/// The text of an argument without the marks around it: `^/text/`.
+fn inside(text: &str) -> &str {
+    let mut chars = text.chars();
+    let delimited = chars.next() == Some('^');
+    match chars.next() {
+        Some(mark) if delimited => chars.as_str().split(mark).next().unwrap_or_default(),
+        _ => text,
+    }
+}
+
+/// `.narg name` and `.nchr name, text`: the name gets a number.
+fn parse_quantity(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, of: fn(&Assembler<'_>, &str) -> Option<i64>) {
+    let parts = cut(call.text, call.rest.clone());
+    let Some(name) = parts.first().cloned() else {
+        required_arguments(asm, call);
+        return;
+    };
+    let given = call.get(parts.get(1).map_or(name.end..call.rest.end, |second| second.start..call.rest.end));
+    match of(asm, given.trim()) {
+        Some(n) => asm.define_symbol(call.get(name.clone()), AsmValue::of(n), AsmSymbolKind::Set, name),
+        None => {
+            let cause = format!("`{}` stands outside of a macro", call.get(call.word.clone()));
+            asm.report(LineFault::new(
+                "ASM013",
+                call.word.clone(),
+                cause,
+                "it counts what the macro around it was given",
+            ));
+        }
+    }
+}
+
+/// `.ntyp name, value`: 0 for a number, 1 for an address.
+fn measure_type(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    measure_value(asm, call, |value| i64::from(value.is_label));
+}
+
+/// `.nval name, value`.
+fn measure_value(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, of: fn(AsmValue) -> i64) {
+    let parts = required_arguments(asm, call);
+    let [name, value] = parts.as_slice() else {
+        let cause = format!("`{}` needs a name and a value", call.get(call.word.clone()));
+        return asm.report(LineFault::new("ASM023", call.word.clone(), cause, "write the name, a comma and the value"));
+    };
+    let Some(value) = asm.evaluate(call.text, value.clone()) else { return };
+    let measured = AsmValue { is_unknown: value.is_unknown, ..AsmValue::of(of(value)) };
+    asm.define_symbol(call.get(name.clone()), measured, AsmSymbolKind::Set, name.clone());
+}
