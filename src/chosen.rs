@@ -8,7 +8,7 @@ use crate::args::McuFlags;
 use crate::fail::VerbFailure;
 use crate::guess::{hex_signature, name_chips};
 use crate::input::ELF_MAGIC;
-use crate::{asm, family, input, made_for, output};
+use crate::{asm, family, image_origin, input, output};
 
 /// Where a program says to simavr what it wants.
 const SECTION: &str = "section .mmcu";
@@ -77,10 +77,11 @@ impl McuFlags {
 /// file in a comment, as CCS C writes it, or by the signature; a source for a PIC or an AVR by its directives and includes; a ladder
 /// program by MICRO=.
 pub fn named_chip(file: &str, bytes: &[u8]) -> Option<NamedChip> {
-    let avr = |name: String, place: &str| NamedChip { chip: made_for::find_avr(&name), name, place: place.to_owned() };
+    let avr =
+        |name: String, place: &str| NamedChip { chip: image_origin::find_avr(&name), name, place: place.to_owned() };
     let signed = |signature| {
-        let (name, _) = name_chips(made_for::avrs_with_signature(signature))?;
-        let chip = made_for::avrs_with_signature(signature).into_iter().next();
+        let (name, _) = name_chips(image_origin::avrs_with_signature(signature))?;
+        let chip = image_origin::avrs_with_signature(signature).into_iter().next();
         Some(NamedChip { name, place: "signature".to_owned(), chip })
     };
     if bytes.starts_with(ELF_MAGIC) {
@@ -140,7 +141,7 @@ fn report_simavr_oddities(file: &str, bytes: &[u8], simavr: &SimavrSection) {
             "note: {file}: the entry of tag {tag} in {SECTION} is longer than the section: it and what follows is left out\n"
         ));
     }
-    let row = |name: &str| made_for::find_avr(name).map_or(name.to_owned(), |chip| chip.name.to_owned());
+    let row = |name: &str| image_origin::find_avr(name).map_or(name.to_owned(), |chip| chip.name.to_owned());
     if let (Some(compiler), Some(own)) = (avr_device(bytes), &simavr.mcu)
         && row(&compiler) != row(own)
     {

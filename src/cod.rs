@@ -10,8 +10,8 @@ use serde_json::{Value, json};
 
 use crate::codes::{COD_MESSAGE, file_error};
 use crate::fail::{VerbFailure, exit};
-use crate::held::reset_hold;
 use crate::report::FileTexts;
+use crate::reset_hold::reset_hold;
 use crate::{input, output};
 
 /// Clock of the chip where neither the command line nor the program names one, as gpsim has it.

@@ -6,6 +6,7 @@ mod calls;
 mod code;
 pub mod commands;
 mod data;
+mod examine;
 mod files;
 mod frames;
 mod gdb;

@@ -14,8 +14,8 @@ use emu_pic16::chips::{self, Pic16Part};
 use crate::chosen::{NamedChip, chip_in_comment};
 use crate::codes::OTHER_CHIP;
 use crate::family;
+use crate::image_origin::{base_name, by_signature, other_avr_diagnostic};
 use crate::input::ELF_MAGIC;
-use crate::made_for::{base_name, by_signature, other_avr_diagnostic};
 use diag::distance;
 
 /// Most chips that are listed.

@@ -9,8 +9,8 @@ use serde::Serialize;
 
 use crate::codes;
 use crate::fail::VerbFailure;
+use crate::output_target::{OutputTarget, output_target};
 use crate::report::FileTexts;
-use crate::sink::{OutputTarget, output_target};
 
 /// Writes to standard output.
 pub fn print(text: impl AsRef<[u8]>) -> Result<(), VerbFailure> {

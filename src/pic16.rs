@@ -33,7 +33,7 @@ pub struct Pic16Flags {
     timer1_crystal: Option<Timer1Crystal>,
 }
 
-/// See [`Corner`].
+/// See [`TimingCorner`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum CornerChoice {
     /// The shortest times.

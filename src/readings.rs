@@ -15,7 +15,7 @@ pub struct FamilyReadings {
     pub pic16: emu_pic16::Pic16Readings,
 }
 
-/// The field of [`Readings`] that a reading decides.
+/// The field of [`FamilyReadings`] that a reading decides.
 #[derive(Debug, Clone, Copy)]
 enum ReadingField {
     /// One that every chip has alike.

@@ -1,13 +1,13 @@
 //! `emu run`: an image on an emulated chip, headless.
 
 mod cover;
+mod cycle_profile;
 mod headless;
 mod plan;
 mod rungs;
 pub mod scenario;
 mod signals;
 mod snapshot;
-mod spent;
 mod trace;
 
 use std::time::Duration;

@@ -12,9 +12,9 @@ use ladder_eval::{Evaluator, UnsupportedElement};
 use crate::args::LadderFlags;
 use crate::codes::UNSUPPORTED_ELEMENT;
 use crate::fail::{VerbFailure, exit};
-use crate::given::{self, ScanChange, SimInput};
 use crate::output::PendingFile;
 use crate::report::MessageStyle;
+use crate::sim_inputs::{self, ScanChange, SimInput};
 use crate::trace::ScanTraceTable;
 use crate::{input, output, wave};
 
@@ -202,7 +202,7 @@ fn unsupported(program: &LadderProgram, refusal: &UnsupportedElement) -> diag::D
 /// The number of scans, and all changes in the order in which they are made.
 fn planned_changes(args: &SimArgs, evaluator: &Evaluator) -> Result<(u64, Vec<ScanChange>), VerbFailure> {
     let (last, mut changes) = match &args.inputs {
-        Some(file) => given::read_input_table(file, evaluator)?,
+        Some(file) => sim_inputs::read_input_table(file, evaluator)?,
         None => (None, Vec::new()),
     };
     let scans = args.scans.or(last).unwrap_or(DEFAULT_SCANS).min(MAX_SCANS);

@@ -11,7 +11,7 @@ use crate::codes::{MEMORY_SIZE, file_error};
 use crate::fail::VerbFailure;
 use crate::output::{self, PendingFile};
 use crate::report::FileTexts;
-use crate::{input, sink};
+use crate::{input, output_target};
 
 /// What an erased cell reads as.
 const ERASED: u8 = 0xFF;
@@ -30,7 +30,7 @@ impl MemoryFile {
     /// The file `name` of the flag `flag`, for a memory of `size` bytes, and what it holds: nothing where it does not exist yet.
     /// Intel HEX where its name ends in .hex or .eep, else plain bytes; what it leaves out is erased.
     pub fn open(flag: &str, name: &str, size: usize) -> Result<(MemoryFile, Option<Vec<u8>>), VerbFailure> {
-        if sink::output_target(name) != sink::OutputTarget::File {
+        if output_target::output_target(name) != output_target::OutputTarget::File {
             return Err(VerbFailure::Usage(format!(
                 "{flag} wants the name of a file, since it is read and written back"
             )));

@@ -126,7 +126,7 @@ impl<C: Cpu> RunSummary<'_, C> {
         (range.start..range.end).filter_map(cell).collect()
     }
 
-    /// Name and level of the pins that are shown ([`Cpu::shown_pins`]), or high; of those that are analog alone, the ones that something
+    /// Name and level of the pins that are shown ([`Cpu::pins_to_show`]), or high; of those that are analog alone, the ones that something
     /// drives.
     fn pins(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
         let pins = self.source.names.chip.pins.iter().zip(0..);

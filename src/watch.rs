@@ -9,9 +9,9 @@ use ladder::LadderProgram;
 use ladder_eval::Evaluator;
 
 use crate::fail::{VerbFailure, exit};
-use crate::given::{ScanChange, SimInput};
 use crate::output;
 use crate::report::MessageStyle;
+use crate::sim_inputs::{ScanChange, SimInput};
 
 /// Sizes of a picture.
 const SIZES: std::ops::RangeInclusive<u16> = 1..=screen::MAX_SCREEN_SIDE;

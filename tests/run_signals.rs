@@ -129,7 +129,7 @@ fn a_signal_stops_a_script_of_the_debugger() {
 fn lines_that_are_no_text() {
     let folder = folder("bytes");
     fs::write(folder.join("lines"), b"print 1\necho \xFF\r\nprint 2").expect("a script");
-    for (file, code, wanted) in [("lines", 0, "1 = 1\n\u{FFFD}\n2 = 2\n"), (".", 3, "")] {
+    for (file, code, wanted) in [("lines", 0, "$1 = 1\n\u{FFFD}\n$2 = 2\n"), (".", 3, "")] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_emu"));
         command.args(["debug", "--batch", "--mcu", "atmega328p"]).arg(root().join("tests/cli/in/spin.hex"));
         let input = fs::File::open(folder.join(file)).expect("a file");

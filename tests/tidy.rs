@@ -35,7 +35,7 @@ const COMPILER_MAY_NAME: &[&str] = &[
     "emu_avr::isa", "emu_8051::isa", "emu_pic16::isa", "emu_ap101::isa",
     "emu_avr::chips", "emu_8051::chips", "emu_pic16::chips", "emu_ap101::chips",
     // What rows of chips are made of: prescalers, names of registers, and the configuration of AP101 with its zones.
-    "emu_avr::periph::timers::Tap", "emu_pic16::periph::map::Sfr", "emu_ap101::config", "emu_ap101::operands",
+    "emu_avr::periph::timers::ClockTap", "emu_pic16::periph::map::Sfr", "emu_ap101::config", "emu_ap101::operands",
 ];
 
 /// Crates of the tree that are no members of the workspace, and why each may be none.
@@ -135,6 +135,37 @@ fn files_fit_in_the_head() {
         })
         .collect();
     assert!(long.is_empty(), "longer than {LONGEST} lines: {long:#?}");
+}
+
+/// Public type names that may stand in more than two crates: each is named with its crate where two meet.
+const NAMES_OF_MANY_CRATES: &[&str] = &["Options", "Error", "Chip"];
+
+/// The name of the type that a line makes public, if it makes one.
+fn public_type(line: &str) -> Option<&str> {
+    let rest = line.trim_start().strip_prefix("pub ")?;
+    let rest = ["struct ", "enum ", "trait ", "type ", "union "].iter().find_map(|word| rest.strip_prefix(word))?;
+    rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().filter(|name| !name.is_empty())
+}
+
+/// A name says what it is where it is used, without its path.
+#[test]
+fn public_type_names_are_of_at_most_two_crates() {
+    let mut homes: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for (name, dir) in crates() {
+        let mut files = Vec::new();
+        rust_files(&dir.join("src"), &mut files);
+        for file in files {
+            for public in fs::read_to_string(&file).expect("source").lines().filter_map(public_type) {
+                let list = homes.entry(public.to_owned()).or_default();
+                if !list.contains(&name) {
+                    list.push(name.clone());
+                }
+            }
+        }
+    }
+    assert!(homes.len() > 400, "public types are found: {}", homes.len());
+    homes.retain(|name, list| list.len() > 2 && !NAMES_OF_MANY_CRATES.contains(&name.as_str()));
+    assert!(homes.is_empty(), "public type names in more than two crates: {homes:#?}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Diagnostics: one shape for every complaint about text and files.
 //!
 //! A [`Diagnostic`] says what is wrong (`cause`), where (`file:line:column`), what to do (`hint`) and carries a stable
-//! code that `emu explain CODE` expands. Crates that read files declare their codes in a [`Code`] table, so the code,
+//! code that `emu explain CODE` expands. Crates that read files declare their codes in a [`DiagnosticCode`] table, so the code,
 //! its title and its explanation stand in one row.
 
 #![forbid(unsafe_code)]
@@ -79,7 +79,7 @@ pub struct Diagnostic {
 
 impl Diagnostic {
     /// A complaint of the given severity; `code` comes from a crate's table of codes. Words of a text that was taken byte by byte
-    /// ([`text::decode`]) are made readable, and control characters are escaped ([`text::printable`]).
+    /// ([`text::decode_text`]) are made readable, and control characters are escaped ([`text::printable`]).
     #[must_use]
     pub fn new(
         severity: Severity,

@@ -4,8 +4,8 @@
 //! goes to a chip byte by byte. Every reader of text therefore takes its characters from here. A text that is UTF-8 as a whole
 //! is that. Any other is taken byte by byte: bytes of 0x80 and above become the characters U+EF80 to U+EFFF, which Unicode leaves
 //! to private use, so that no byte is lost and a column is a byte. A text that holds one of these characters itself, as UTF-8,
-//! is taken byte by byte too: so [`encode`] is the exact inverse of [`decode`]. People see such a byte as Windows has it in its
-//! code page 1252 ([`show`]), which agrees with Latin-1 from 0xA0 on.
+//! is taken byte by byte too: so [`encode_text`] is the exact inverse of [`decode_text`]. People see such a byte as Windows has it in its
+//! code page 1252 ([`to_display_text`]), which agrees with Latin-1 from 0xA0 on.
 
 use std::borrow::Cow;
 
@@ -32,7 +32,7 @@ pub enum TextEncoding {
     Bytes,
 }
 
-/// The encoding of a text, as [`decode`] takes it.
+/// The encoding of a text, as [`decode_text`] takes it.
 #[must_use]
 pub fn encoding(bytes: &[u8]) -> TextEncoding {
     match std::str::from_utf8(bytes) {
@@ -50,7 +50,7 @@ pub fn decode_text(bytes: &[u8]) -> Cow<'_, str> {
     }
 }
 
-/// The bytes of which [`decode`] made a text, or a piece of it.
+/// The bytes of which [`decode_text`] made a text, or a piece of it.
 #[must_use]
 pub fn encode_text(text: &str) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(text.len());
@@ -63,7 +63,7 @@ pub fn encode_text(text: &str) -> Vec<u8> {
     bytes
 }
 
-/// The byte that a character of [`decode`] stands for; nothing for a character of ASCII or UTF-8.
+/// The byte that a character of [`decode_text`] stands for; nothing for a character of ASCII or UTF-8.
 #[must_use]
 pub fn byte_of(c: char) -> Option<u8> {
     let above = u32::from(c).checked_sub(FIRST_BYTE_CHAR)?;
@@ -78,7 +78,7 @@ fn char_of_byte(byte: u8) -> char {
     }
 }
 
-/// A text of [`decode`] for people: bytes as code page 1252 has them. No character for private use is left of it.
+/// A text of [`decode_text`] for people: bytes as code page 1252 has them. No character for private use is left of it.
 #[must_use]
 pub fn to_display_text(text: &str) -> Cow<'_, str> {
     if !text.contains(|c| byte_of(c).is_some()) {
@@ -91,7 +91,7 @@ pub fn to_display_text(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(shown).collect())
 }
 
-/// The bytes of a text of [`show`] in code page 1252; nothing where it has a character that the code page lacks.
+/// The bytes of a text of [`to_display_text`] in code page 1252; nothing where it has a character that the code page lacks.
 #[must_use]
 pub fn to_code_page(text: &str) -> Option<Vec<u8>> {
     text.chars().map(code_page_byte).collect()

@@ -150,7 +150,7 @@ pub fn chip(name: &str) -> Option<&'static Chip> {
     part(name).map(|p| &p.chip)
 }
 
-/// All chips of this crate, in the order of [`PARTS`].
+/// All chips of this crate, in the order of [`MCS51_PARTS`].
 pub fn chips() -> impl Iterator<Item = &'static Chip> {
     MCS51_PARTS.iter().map(|p| &p.chip)
 }

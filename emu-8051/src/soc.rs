@@ -160,7 +160,7 @@ impl Mcs51Soc {
         self.run(now);
     }
 
-    /// Level of a pin after everything that was run so far; [`Level::Float`] for one that does not exist.
+    /// Level of a pin after everything that was run so far; [`PinLevel::Float`] for one that does not exist.
     #[must_use]
     pub fn level(&self, pin: PinId) -> PinLevel {
         self.ports.pin(pin).level()

@@ -1,6 +1,6 @@
 //! The hot loop: what one instruction does to the machine.
 //!
-//! [`Turn`] holds the registers as plain locals whose address never escapes, so that they live in host registers; memory lies
+//! [`Executor`] holds the registers as plain locals whose address never escapes, so that they live in host registers; memory lies
 //! beside it.
 
 use emu_core::countdown::Countdown;

@@ -121,7 +121,7 @@ pub struct Ap101Module {
     advanced_in: Option<u64>,
 }
 
-/// That it has advanced counts only in the program cycle that has begun at [`Tape::now`].
+/// That it has advanced counts only in the program cycle that has begun at [`StateTape::now`].
 impl SnapshotState for Ap101Module {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         let Ap101Module {

@@ -8,7 +8,7 @@
 //!   arguments.rs  arguments of macros, put in
 //!   matching.rs   operands against the forms              table.rs   an instruction table made ready for that
 //!   expr.rs       expressions     names.rs   what names stand for in them
-//!   number.rs     numbers         symbols.rs names from pass to pass   known.rs  the chip's names
+//!   number.rs     numbers         symbols.rs names from pass to pass   chip_names.rs  the chip's names
 //!   sections.rs   which there are, and their order
 //!   output.rs     bytes into memories                     listing.rs the listing     codes.rs  the codes of complaints
 //! ```
@@ -80,7 +80,7 @@ pub struct AssembleOptions {
 /// An assembled program.
 #[derive(Debug, Clone)]
 pub struct AssembledProgram {
-    /// The image: its bytes, its names (labels in their memories, others as [`CONSTANT`]) and its lines.
+    /// The image: its bytes, its names (labels in their memories, others as [`CONSTANT_SPACE`]) and its lines.
     pub image: Image,
     /// The listing.
     pub listing: AsmListing,

@@ -1,5 +1,7 @@
 //! Which line comes next: files, macros and repetitions within each other, and conditions.
 
+mod included_files;
+
 use std::ops::Range;
 use std::rc::Rc;
 
@@ -442,82 +444,6 @@ impl Assembler<'_> {
             self.conditions.truncate(frame.open_conditions);
             if matches!(frame.at_end, FrameEnd::Macro) {
                 break;
-            }
-        }
-    }
-
-    /// There is a file of this name for the text that is being read.
-    pub fn can_open(&mut self, name: &str) -> bool {
-        let from = self.line.as_ref().map_or(0, |line| line.file);
-        self.files.open(name, self.texts.name(from)).is_ok()
-    }
-
-    /// The bytes of a file that is no source; told where it cannot be read.
-    pub fn binary(&mut self, name: &str, at: Range<usize>) -> Option<Rc<[u8]>> {
-        let from = self.line.as_ref().map_or(0, |line| line.file);
-        let key = (name.to_owned(), from);
-        if let Some(found) = self.binaries.get(&key) {
-            return Some(found.clone());
-        }
-        match self.files.open(name, self.texts.name(from)) {
-            Ok((path, bytes)) => {
-                // Known by its name, so that no output takes its place.
-                self.texts.add(&path, &[], false);
-                let bytes: Rc<[u8]> = bytes.into();
-                self.binaries.insert(key, bytes.clone());
-                Some(bytes)
-            }
-            Err(error) => {
-                let cause = format!("`{name}` cannot be read: {error}");
-                self.report(LineFault::new(
-                    "ASM015",
-                    at,
-                    cause,
-                    "check the path: it counts from the file that includes it",
-                ));
-                None
-            }
-        }
-    }
-
-    /// Reads a file at this place.
-    pub fn include(&mut self, name: &str, call: &DirectiveCall<'_>) {
-        let from = self.line.as_ref().map_or(0, |line| line.file);
-        let depth = self.frames.iter().filter(|frame| matches!(frame.at_end, FrameEnd::File)).count();
-        if depth >= MAX_INCLUDES {
-            let cause = format!("`{name}` is reached through {MAX_INCLUDES} includes within each other");
-            let hint = "a file that includes itself needs a condition around it";
-            self.report(LineFault::new("ASM016", call.rest.clone(), cause, hint));
-            return self.unwind(1);
-        }
-        let key = (name.to_owned(), from);
-        let found = match self.opened_includes.get(&key) {
-            Some(found) => found.clone(),
-            None => {
-                let opened = self.files.open(name, self.texts.name(from));
-                let found = match opened {
-                    Ok((path, bytes)) => Ok(self.texts.add(&path, &bytes, self.dialect.block_comments)),
-                    Err(error) => Err((format!("`{name}` cannot be read"), error.to_string())),
-                };
-                self.opened_includes.insert(key, found.clone());
-                found
-            }
-        };
-        match found {
-            Ok(file) => {
-                if !self.check_encoding(file, call.rest.clone()) {
-                    return;
-                }
-                let lines = self.lines_of(file);
-                self.push_frame(lines, FrameEnd::File, None);
-            }
-            Err((cause, why)) => {
-                self.report(LineFault::new(
-                    "ASM015",
-                    call.rest.clone(),
-                    format!("{cause}: {why}"),
-                    "check the path: it counts from the file that includes it",
-                ));
             }
         }
     }

@@ -1,14 +1,14 @@
 //! One line: its labels, its word, and what is done with it.
 
+mod definitions;
+
 use std::ops::Range;
 
 use crate::dialect::{AsmDialect, AsmDirective, DirectiveAction, LabelUse, ReadFlow};
 use crate::engine::{Assembler, DirectiveCall};
-use crate::expression::AsmValue;
 use crate::fault::LineFault;
 use crate::lines::{AsmLine, RewrittenText, behind_name, byte, skip_space, step, trim};
 use crate::output::ListedLine;
-use crate::symbols::AsmSymbolKind;
 
 /// The front of a line.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -459,48 +459,5 @@ impl Assembler<'_> {
             return StatementHead { label: Some(name), ..next };
         }
         StatementHead { label: Some(name), is_address: true, word: behind..behind, rest: behind..end }
-    }
-
-    /// The line of the listing shows this value.
-    pub fn list_value(&mut self, value: AsmValue) {
-        if let Some(last) = self.out.list.last_mut() {
-            last.value = Some(value.number);
-        }
-    }
-
-    /// Gives the name `label` of a directive a value.
-    pub fn define_from_directive(&mut self, call: &DirectiveCall<'_>, kind: AsmSymbolKind) {
-        let Some(label) = call.label.clone() else {
-            let word = call.get(call.word.clone());
-            let cause = format!("`{word}` needs a name in front of it");
-            return self.report(LineFault::new("ASM023", call.word.clone(), cause, "write `name equ value`"));
-        };
-        let rest = trim(call.text, call.rest.clone());
-        let name = call.get(label.clone());
-        self.define_value(name, label, call.text, rest, kind);
-    }
-
-    /// Gives a name the value of `text[rest]`, or makes it another name of a register of the core.
-    pub fn define_value(&mut self, name: &str, at: Range<usize>, text: &str, rest: Range<usize>, kind: AsmSymbolKind) {
-        let rest = trim(text, rest);
-        let written = text.get(rest.clone()).unwrap_or_default();
-        if self.dialect.zones && self.is_register(name) {
-            return self.report(self.name_taken_fault(name, at, "given with equ, set or ="));
-        }
-        if self.symbols.get(written, self.dialect.ignores_case).is_none()
-            && self.chip_names.get(written).is_none()
-            && self.chip_register(written)
-        {
-            let again = kind == AsmSymbolKind::Set;
-            return self.define_symbol(
-                name,
-                AsmValue::default(),
-                AsmSymbolKind::Alias { of: written.into(), redefinable: again },
-                at,
-            );
-        }
-        let Some(value) = self.evaluate(text, rest) else { return };
-        self.list_value(value);
-        self.define_symbol(name, value, kind, at);
     }
 }

@@ -1,6 +1,6 @@
 //! The hot loop: what one instruction does to the machine.
 //!
-//! [`Turn`] holds the hot state as plain locals whose address never escapes, so that it lives in host registers; data
+//! [`Executor`] holds the hot state as plain locals whose address never escapes, so that it lives in host registers; data
 //! memory (registers of the core included) lies beside it. Everything a body calls is inlined; slow paths get scalars.
 
 use emu_core::countdown::Countdown;

@@ -1,6 +1,6 @@
 //! The diagnostics of the family: no part of the machine that a program could see, and kept only while a probe asks for them.
 //!
-//! Before an instruction its body runs on a machine of its own ([`shadow::Shadow`]) that computes with what is known and what is
+//! Before an instruction its body runs on a machine of its own ([`shadow::ShadowMachine`]) that computes with what is known and what is
 //! not: registers and RAM that nobody has written, bits of ports whose pins float. A copy of what is unknown is no use of it
 //! (registers that are saved, structures that are copied whole); a branch or a skip that depends on it is, an address made of it,
 //! and a register of the chip that gets it. So a port that is read whole counts only for the bits that matter in the end.

@@ -8,7 +8,6 @@ use emu_avr::{Avr, Options};
 use emu_core::chip::{Chip, PinDef};
 use emu_core::cpu::{Bus, ResetCause};
 use emu_core::image::{Image, Segment};
-use emu_core::rng::Rng;
 use emu_core::{Cpu, PinLevel, RamInit, StopReason};
 
 /// Chip, document, KB of flash, bytes of page, bytes of the largest boot section, first address of RAM, bytes of RAM, of
@@ -442,56 +441,6 @@ fn resets_go_where_the_fuses_say() {
         let chip = chip(name).expect("a chip");
         let avr = Avr::with(chip, &Image::default(), RamInit::Zero, Options { fuses: Some(fuses), ..options(chip) });
         assert_eq!(avr.pc(), wanted, "{name}: {fuses:x?}");
-    }
-}
-
-/// Anything written anywhere in any order on any chip.
-#[test]
-fn nothing_written_breaks_a_chip() {
-    let rounds = if cfg!(debug_assertions) { 300 } else { 20_000 };
-    for part in AVR_PARTS {
-        let mut soc = soc(part.chip);
-        let (seed, mut now) = (0xC41F + part.chip.flash_bytes as u64, 0);
-        let mut rng = Rng::new(seed);
-        for _ in 0..rounds {
-            now += rng.below(300);
-            soc.fire(now);
-            let reg = 0x20 + rng.below(0xE0) as u16;
-            let value = rng.next_u64() as u8;
-            match rng.below(12) {
-                0 => {
-                    let bit = 1 << rng.below(8);
-                    soc.write_bits(0x20 + reg % 0x20, bit, value, now);
-                }
-                1 => {
-                    let pin = rng.below(part.chip.pins.len() as u64) as u16;
-                    soc.drive(now, now, pin, PinLevel::from_bit(value & 1 == 1));
-                }
-                2 => {
-                    soc.sleep(now);
-                    soc.wake_up(now);
-                }
-                3 if value < 4 => soc.reset(ResetCause::External, now),
-                4 => {
-                    if let Some(vector) = soc.pending_interrupt(now) {
-                        soc.acknowledge_interrupt(vector, now);
-                    }
-                }
-                5..7 => {
-                    let shown = soc.peek(reg, now);
-                    let steady = soc.steady_until(reg, now);
-                    assert!(steady >= now, "{}: seed {seed:#x}", part.chip.name);
-                    let read = soc.read(reg, now).0;
-                    assert_eq!(shown, read, "{}: seed {seed:#x}: {reg:#x} at {now}", part.chip.name);
-                }
-                _ => {
-                    soc.write(reg, value, now);
-                }
-            }
-            while soc.next_request().is_some() {}
-            let _ = soc.requested_reset(now);
-            now += 1;
-        }
     }
 }
 

@@ -70,7 +70,7 @@ pub struct ClassCoverage {
     /// How many can do everything that counts, as far as is known.
     pub total: u32,
     /// How many more there are, that cannot do everything that counts: a contact behind OPEN, a coil on a rung that is
-    /// always true. What they can do is not counted here; [`Coverage::missing`] names what of it was not seen.
+    /// always true. What they can do is not counted here; [`LadderCoverage::missing`] names what of it was not seen.
     pub impossible: u32,
 }
 

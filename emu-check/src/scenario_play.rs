@@ -1,7 +1,7 @@
 //! Scenarios on ladder programs: what the steps do to inputs and symbols, and the scenario played on the reference evaluator.
 //!
 //! A tick is a moment between two scans: moment n lies behind scan n and before scan n + 1. What is given in a moment counts in the
-//! scan behind it, what is read is what the scan before it has left. The same holds on the chip (`play_chip.rs`), which is why the
+//! scan behind it, what is read is what the scan before it has left. The same holds on the chip (`scenario_on_chip.rs`), which is why the
 //! verdicts must be the same.
 
 use std::collections::{HashMap, VecDeque};
@@ -391,7 +391,7 @@ impl EvaluatorPlay {
         self.scan_with_chip(None)
     }
 
-    /// [`Rehearsal::scan`] beside a chip that somebody else runs: symbols, by their position in the evaluator, are what `chip` says.
+    /// [`EvaluatorPlay::scan`] beside a chip that somebody else runs: symbols, by their position in the evaluator, are what `chip` says.
     pub fn scan_with_chip(&mut self, chip: Option<&dyn Fn(usize) -> i32>) -> bool {
         let eval = &self.eval;
         let read = |symbol: usize| chip.map_or_else(|| eval.get(symbol), |read| read(symbol));

@@ -13,7 +13,7 @@ use crate::value_hints::ValueHints;
 /// What is done around one scan.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(crate) struct ScanStimulus {
-    /// Levels of the inputs, in the order of [`Hints::inputs`].
+    /// Levels of the inputs, in the order of [`ValueHints::inputs`].
     pub inputs: Vec<bool>,
     /// Inputs whose level is inverted once they must have been latched; empty when none is.
     pub flips: Vec<bool>,

@@ -106,7 +106,7 @@ pub(crate) fn verdict_line(outcomes: &[CheckOutcome]) -> String {
     format!("{all}: {} agree, {differ} differ; {} refused", checked - differ, outcomes.len() - checked)
 }
 
-/// The cells of a report, one for each of [`HEADS`].
+/// The cells of a report, one for each of [`COLUMN_HEADS`].
 pub(crate) fn report_cells(report: &CheckReport) -> Vec<String> {
     let figures = &report.figures;
     let clocks = |cycles: u64| cycles.saturating_mul(figures.clocks_per_cycle).to_string();

@@ -197,11 +197,11 @@ pub trait Cpu: Clone {
     fn stack_depth(&self) -> u32 {
         0
     }
-    /// No instruction comes now: the core sleeps, or is held. A family that tells of its rest by [`Stop::Halted`] alone says false.
+    /// No instruction comes now: the core sleeps, or is held. A family that tells of its rest by [`StopReason::Halted`] alone says false.
     fn is_asleep(&self) -> bool {
         false
     }
-    /// With `on` time passes up to the limit of a run even where nothing can wake the chip: [`Stop::Halted`] does not come. No part of the
+    /// With `on` time passes up to the limit of a run even where nothing can wake the chip: [`StopReason::Halted`] does not come. No part of the
     /// machine that a program could see, nor of its saved state.
     fn set_run_while_halted(&mut self, on: bool);
     /// Only something from outside can still change what the program does, though it does not count as halted: it waits for a pin in a
@@ -209,7 +209,7 @@ pub trait Cpu: Clone {
     fn is_blocked_on_input(&mut self) -> bool {
         false
     }
-    /// Runs until machine cycle `until` (at most [`END_OF_TIME`]) is reached or something stops it; always to an instruction
+    /// Runs until machine cycle `until` (at most [`LAST_CYCLE`]) is reached or something stops it; always to an instruction
     /// boundary. A run cut in two by its limit gives the same machine. Where it has halted in a jump to itself, another run executes
     /// that jump once more.
     fn run<P: Probe>(&mut self, until: u64, probe: &mut P) -> StopReason;
@@ -286,14 +286,14 @@ pub fn rewrite_bit<C: Cpu>(cpu: &mut C, space: &str, addr: u32, bit: u8, value: 
 
 /// Looks at a run. The constants switch the hooks on at compile time; `()` looks at nothing and costs nothing.
 pub trait Probe {
-    /// [`Probe::insn`] is called.
+    /// [`Probe::on_instruction`] is called.
     const INSN: bool = false;
-    /// [`Probe::insn`] is called at every turn of a loop that only waits. Where it need not be, turns that are like the one before are
+    /// [`Probe::on_instruction`] is called at every turn of a loop that only waits. Where it need not be, turns that are like the one before are
     /// jumped over, and a turn that is not is seen.
     const EVERY_ITERATION: bool = Self::INSN;
     /// [`Probe::data`] is called.
     const DATA: bool = false;
-    /// [`Probe::goes`], [`Probe::enters`] and [`Probe::breaks`] are called.
+    /// [`Probe::goes`], [`Probe::on_flow_start`] and [`Probe::breaks`] are called.
     const FLOW: bool = false;
     /// [`Probe::data`] is called for reads too. Where it need not be, turns of a loop that only waits are jumped over.
     const DATA_READS: bool = Self::DATA;
@@ -301,7 +301,7 @@ pub trait Probe {
     const EVENTS: bool = false;
     /// [`Probe::lint`] is called, on machines that have diagnostics.
     const LINT: bool = false;
-    /// [`Probe::subcycle`] is called, on machines that have subcycles.
+    /// [`Probe::on_subcycle`] is called, on machines that have subcycles.
     const SUBCYCLE: bool = false;
 
     /// Before the instruction at program word `pc` starts at machine cycle `at`. True stops the run before it.
@@ -325,7 +325,7 @@ pub trait Probe {
     fn on_flow_start(&mut self, pc: u32) {
         let _ = pc;
     }
-    /// The program does not go on at the program word `pc`, where it stands: the run ends, or [`Probe::enters`] tells where it does.
+    /// The program does not go on at the program word `pc`, where it stands: the run ends, or [`Probe::on_flow_start`] tells where it does.
     fn on_flow_end(&mut self, pc: u32) {
         let _ = pc;
     }

@@ -1,7 +1,7 @@
 //! The loop around every hot loop: what happens between two instructions. Due events, resets, interrupts, sleep, stops, traps,
 //! and loops of the program that only wait, which are jumped over.
 //!
-//! A family gives its machine as an [`Engine`] and calls [`run`] and [`step_until`]; its own burst executes instructions up to the
+//! A family gives its machine as an [`CpuEngine`] and calls [`run`] and [`step_until`]; its own burst executes instructions up to the
 //! deadline that is set here.
 
 use crate::countdown::Countdown;
@@ -150,7 +150,7 @@ pub fn step_until<E: CpuEngine, P: Probe>(cpu: &mut E, until: u64, probe: &mut P
 }
 
 /// Only something from outside can still change what the program does, though it does not count as halted: nothing is due, and it
-/// sleeps, or goes round in a loop that only looks, or will within some [`BLIND`] cycles ([`Cpu::waits_for_ever`]).
+/// sleeps, or goes round in a loop that only looks, or will within some [`RETRY_AFTER_CYCLES`] cycles ([`Cpu::is_blocked_on_input`]).
 pub fn is_blocked_on_input<E: CpuEngine>(cpu: &mut E) -> bool {
     let now = cpu.cycle();
     if cpu.fire(now) != NEVER {

@@ -100,7 +100,7 @@ impl ChipEvent {
 
 /// One pin: who drives it from both sides, and the level that follows.
 ///
-/// The chip wins where both sides drive (the fight is reported by [`Pin::contention`]; a resistor fights nobody); a floating
+/// The chip wins where both sides drive (the fight is reported by [`Pin::has_contention`]; a resistor fights nobody); a floating
 /// pin with the chip's pull-up on reads high; a floating pin without one keeps the level it had last, as a charged input does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PinState {

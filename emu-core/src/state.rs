@@ -1,10 +1,10 @@
 //! The state of a machine as bytes, and back ([`Cpu::save`](crate::Cpu::save), [`Cpu::restore`](crate::Cpu::restore)).
 //!
-//! A [`Tape`] writes or reads, and a [`State`] goes past it field by field: one text for both ways, so they cannot part. It reads into
+//! A [`StateTape`] writes or reads, and a [`SnapshotState`] goes past it field by field: one text for both ways, so they cannot part. It reads into
 //! a machine that is there already; what the machine was built of (its chip, options, image) is not on the tape and stays. The macro
 //! [`state!`](crate::state!) names every field of a type, those that stay too, so that a new one cannot be forgotten.
 //!
-//! Numbers take as few bytes as they need, seven bits in each. Whatever bytes are read, reading ends in a value or in [`Damaged`].
+//! Numbers take as few bytes as they need, seven bits in each. Whatever bytes are read, reading ends in a value or in [`SnapshotDamaged`].
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -66,7 +66,7 @@ impl StateTape<'_> {
         self.input.is_some()
     }
 
-    /// The moment to which the state belongs, in the time of the parts that follow on the tape; 0 before [`Tape::set_now`].
+    /// The moment to which the state belongs, in the time of the parts that follow on the tape; 0 before [`StateTape::set_now`].
     #[must_use]
     pub const fn now(&self) -> u64 {
         self.now
@@ -186,7 +186,7 @@ impl StateTape<'_> {
     }
 }
 
-/// Bytes of a page of [`Tape::memory`].
+/// Bytes of a page of [`StateTape::memory`].
 const PAGE_BYTES: usize = 256;
 
 impl SnapshotState for u8 {

@@ -169,7 +169,7 @@ impl<'a> DebugAdapter<'a> {
         self.stage == ConversationStage::Disconnected
     }
 
-    /// The machine runs: [`Adapter::proceed`] is to be called until it does not.
+    /// The machine runs: [`DebugAdapter::run_slice`] is to be called until it does not.
     #[must_use]
     pub fn is_running(&self) -> bool {
         self.run.is_some() && !self.is_finished()

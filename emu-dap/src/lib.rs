@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   frame.rs    messages in their frames           running.rs   steps and runs, forwards and back
-//!   wire.rs     requests, errors, arguments        stops.rs     why the machine stands, as events
+//!   protocol.rs     requests, errors, arguments        stop_events.rs     why the machine stands, as events
 //!   serve.rs    the transport, one client          points.rs    breakpoints of all kinds
 //!   adapter.rs  requests to answers                frames.rs    the stack
 //!   ladder.rs   rungs and elements by word         steps.rs     requests for them
@@ -11,8 +11,8 @@
 //!                                                  evaluate.rs  expressions and the console
 //! ```
 //!
-//! [`Adapter::handle`] takes a request and gives responses and events at once, without input or output; a run that was asked for goes
-//! on in [`Adapter::proceed`], in slices. [`serve`] is the thin layer that reads and writes.
+//! [`DebugAdapter::handle`] takes a request and gives responses and events at once, without input or output; a run that was asked for goes
+//! on in [`DebugAdapter::run_slice`], in slices. [`serve`] is the thin layer that reads and writes.
 
 #![forbid(unsafe_code)]
 

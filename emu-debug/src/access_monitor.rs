@@ -63,7 +63,7 @@ pub(crate) struct UnwrittenRam {
 
 /// What of a chip's RAM is looked at.
 pub struct RamCheck<'a> {
-    /// Where bytes of RAM are kept: [`Cpu::ram_at`](emu_core::Cpu::ram_at).
+    /// Where bytes of RAM are kept: [`Cpu::canonical_ram_address`](emu_core::Cpu::ram_at).
     pub canonical_address: &'a dyn Fn(u32) -> Option<u32>,
     /// Stretches of data memory that count as written.
     pub initialized: &'a [AddressRange],

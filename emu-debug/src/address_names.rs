@@ -215,7 +215,7 @@ impl AddressNames<'_> {
     }
 
     /// The end of a stretch of program memory, which is excluded, so that the address behind the last word will do; else
-    /// as [`Names::program_word`].
+    /// as [`AddressNames::parse_program_word`].
     ///
     /// # Errors
     /// No address, not the start of a word, or beyond the end of program memory.

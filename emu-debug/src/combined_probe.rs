@@ -13,11 +13,11 @@ use crate::trace::TraceProbe;
 pub(crate) trait DynRunProbe: crate::dyn_probe::DynProbe {
     /// [`Probe::goes`].
     fn on_branch(&mut self, next: u32, to: u32, taken: bool);
-    /// [`Probe::enters`].
+    /// [`Probe::on_flow_start`].
     fn on_flow_start(&mut self, pc: u32);
     /// [`Probe::breaks`].
     fn on_flow_end(&mut self, pc: u32);
-    /// [`Along::passes`].
+    /// [`RunProbe::passes`].
     fn on_breakpoint_passed(&mut self, memory: ReadMemory<'_>, pc: u32);
 }
 

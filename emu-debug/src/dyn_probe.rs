@@ -20,7 +20,7 @@ pub enum ObserveLevel {
 
 /// What is told of a run: a [`Probe`] whose type is not known. Which of it is told says the [`Look`].
 pub trait DynProbe {
-    /// [`Probe::insn`].
+    /// [`Probe::on_instruction`].
     fn on_instruction(&mut self, at: u64, pc: u32) -> bool;
     /// [`Probe::data`].
     fn on_data_access(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool;
@@ -58,7 +58,7 @@ pub(crate) fn probe_writes(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveL
     LevelProbe(seer)
 }
 
-/// For [`Look::Insns`].
+/// For [`Look::Instructions`].
 pub(crate) fn probe_instructions(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Instructions as u8 }> {
     LevelProbe(seer)
 }

@@ -4,18 +4,18 @@
 //!   time.rs      "10ms", "16MHz" to whole cycles and Hz     run.rs    the runner: until what, why it ended
 //!   place.rs     "data:0x100..0x120", "main" to addresses   tools.rs  all probes of a run as one
 //!   stimulus.rs  "10ms:PB0=1" to drives of pins             uart.rs   what the chip sends, and texts waited for in it
-//!   until.rs     "pin PB5=1" to conditions                  close.rs  accesses waited for, RAM read before written
+//!   stop_condition.rs     "pin PB5=1" to conditions                  access_monitor.rs  accesses waited for, RAM read before written
 //!   text.rs      "\n\x41" to bytes and back                 wave.rs   pins and bytes as a VCD file
 //!   cod/         programs that check themselves, as gpsim does
 //!   sender.rs    bytes to the edges of a serial line
-//!   devices/     devices at the pins             board.rs  the chip run with them
+//!   devices/     devices at the pins             attached_devices.rs  the chip run with them
 //!   snapshot.rs  the state of a machine as a file
 //!   source.rs    addresses as symbols and source lines, and back
 //!   lints.rs     what programs do that is seldom meant, collected
 //!   coverage/    what of a program was executed      profile.rs  where the cycles went
 //!   lockstep/    beside a simulator of somebody else
-//!   seer.rs      probes behind a pointer         closer.rs all that looks closely as one probe
-//!   host.rs     who has a run in hand: a scenario, or the patience of the user
+//!   dyn_probe.rs      probes behind a pointer         combined_probe.rs all that looks closely as one probe
+//!   run_controller.rs     who has a run in hand: a scenario, or the patience of the user
 //!   scene.rs    names and times of scenarios on a chip with its image
 //!   trace/       what every instruction does, as lines and as signals
 //!   debug/       the debugger without a face: breakpoints, steps, time travel

@@ -46,11 +46,11 @@ impl ProgramSource<'_> {
         self.lines.line_at(byte, functions.map(|s| s.addr).max().unwrap_or(0))
     }
 
-    /// The program words that a text stands for, as [`Names::program_word`] has them; also those with which the code of a source
+    /// The program words that a text stands for, as [`AddressNames::parse_program_word`] has them; also those with which the code of a source
     /// line begins, `main.c:12`, of which there may be several. Never none.
     ///
     /// # Errors
-    /// As [`Names::program_word`]; no such file, or a line without code.
+    /// As [`AddressNames::parse_program_word`]; no such file, or a line without code.
     pub fn parse_words(&self, text: &str) -> Result<Vec<u32>, String> {
         let Some((file, line)) = split_file_and_line(text) else {
             return Ok(vec![self.names.parse_program_word(text)?]);

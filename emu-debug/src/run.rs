@@ -38,18 +38,18 @@ pub struct RunPlan {
     pub lint: bool,
 }
 
-/// Why a run ended. What the program did wrong goes before what was waited for, a text of [`Plan::fail`] before others.
+/// Why a run ended. What the program did wrong goes before what was waited for, a text of [`RunPlan::fail`] before others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RunEnd {
-    /// [`Plan::limit`].
+    /// [`RunPlan::limit`].
     Limit,
     /// The program has ended: nothing can wake the chip any more.
     Halted,
-    /// A condition of [`Plan::until`], by position; with the access where it waited for one.
+    /// A condition of [`RunPlan::until`], by position; with the access where it waited for one.
     Until(usize, Option<WatchedAccess>),
-    /// The text of [`Plan::expect`].
+    /// The text of [`RunPlan::expect`].
     Expected,
-    /// The text of [`Plan::fail`].
+    /// The text of [`RunPlan::fail`].
     Failed,
     /// No instruction.
     Illegal {
@@ -82,7 +82,7 @@ pub struct RunResult {
     pub uart: Vec<u8>,
     /// Pins that chip and outside drove against each other, each with the first machine cycle of that.
     pub contention: Vec<(PinId, u64)>,
-    /// What the program did that is seldom meant, with [`Plan::lint`].
+    /// What the program did that is seldom meant, with [`RunPlan::lint`].
     pub lints: Vec<LintFinding>,
     /// Why the waveform could not be written, where one was to be.
     pub wave_error: Option<std::io::Error>,
@@ -114,7 +114,7 @@ pub fn run_with_devices<C: Cpu>(
 /// A byte of a memory, by the memory's name and address: [`Cpu::peek`].
 pub type ReadMemory<'a> = &'a dyn Fn(&str, u32) -> Option<u8>;
 
-/// A probe that a run takes along. Of its constants only [`Probe::INSN`], [`Probe::EVERY`] and
+/// A probe that a run takes along. Of its constants only [`Probe::INSN`], [`Probe::EVERY_ITERATION`] and
 /// [`Probe::FLOW`] may be true.
 pub trait RunProbe: Probe {
     /// The run stands at a trap that the plan does not wait for, before the instruction at the program word `pc`, and goes on.
@@ -125,7 +125,7 @@ pub trait RunProbe: Probe {
 
 impl RunProbe for () {}
 
-/// [`run_on`] with a probe along, and with each instruction shown to `look`.
+/// [`run_with_devices`] with a probe along, and with each instruction shown to `look`.
 pub fn run_with_probe<C: Cpu, A: RunProbe>(
     (cpu, board): (&mut C, &mut AttachedDevices),
     plan: &RunPlan,
@@ -155,7 +155,7 @@ fn run_observed<C: Cpu>(
 
 /// What looks at a run, as its loop knows it.
 trait RunObserver: Probe + Sized {
-    /// [`Along::passes`].
+    /// [`RunProbe::passes`].
     fn on_breakpoint_passed(&mut self, memory: ReadMemory<'_>, pc: u32);
     /// What it has seen that ends the run.
     fn end_reason(&self, plan: &RunPlan) -> Option<RunEnd>;
@@ -198,7 +198,7 @@ pub fn pin_levels<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<PinLevel> {
     (0..chip.pins.len() as PinId).map(|pin| cpu.pin_level(pin)).collect()
 }
 
-/// The same, and none for pins that are not shown ([`Cpu::shown_pins`]).
+/// The same, and none for pins that are not shown ([`Cpu::pins_to_show`]).
 pub fn shown_pin_levels<C: Cpu>(cpu: &C, chip: &Chip) -> Vec<Option<PinLevel>> {
     let mut levels = vec![None; chip.pins.len()];
     for pin in cpu.pins_to_show() {

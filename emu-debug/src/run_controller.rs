@@ -9,7 +9,7 @@ pub(crate) const CYCLES_BETWEEN_DECISIONS: u64 = 1 << 22;
 /// How a run goes on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RunDecision {
-    /// Up to this machine cycle, or until something in [`Watched`] moves.
+    /// Up to this machine cycle, or until something in [`StretchWatch`] moves.
     RunUntil(u64),
     /// Not at all: the host does not want to wait any longer.
     StopWaiting,

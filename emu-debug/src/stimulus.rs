@@ -113,7 +113,7 @@ pub fn parse_drive(chip: &Chip, text: &str) -> Result<ExternalDrive, String> {
     })
 }
 
-/// `10ms:PB0=0`: a time as in [`Clock::moment`] and what is done as in [`put`].
+/// `10ms:PB0=0`: a time as in [`CycleClock::moment`] and what is done as in [`put`].
 ///
 /// # Errors
 /// As those.
@@ -142,7 +142,7 @@ pub fn queue_drives<C: Cpu>(cpu: &mut C, drives: &[TimedDrive]) -> Result<(), St
 /// Queues one drive. `supply` is what the supply has been set to by those before it, in millivolts: 5,000 at first.
 ///
 /// # Errors
-/// As [`queue`].
+/// As [`queue_drives`].
 pub fn queue_drive<C: Cpu>(
     cpu: &mut C,
     TimedDrive { at, drive: put }: TimedDrive,

@@ -1,4 +1,4 @@
-//! Stimuli of scenarios as drives at fixed times (`scene::drives`): steps, and what they come to in cycles and clocks.
+//! Stimuli of scenarios as drives at fixed times (`chip_scenario::drives`): steps, and what they come to in cycles and clocks.
 
 use emu_core::chip::Chip;
 use emu_core::pins::{PinId, PinLevel};

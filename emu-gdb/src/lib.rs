@@ -1,13 +1,13 @@
-//! The debugger for gdb: its remote serial protocol over a [`Session`].
+//! The debugger for gdb: its remote serial protocol over a [`DebugSession`].
 //!
 //! ```text
-//!   wire.rs     bytes to packets: check sums, acknowledgements, Ctrl-C
+//!   packets.rs     bytes to packets: check sums, acknowledgements, Ctrl-C
 //!   layout.rs   registers and memories of each family as gdb sees them, target.xml, the map of memories
 //!   arch.rs     what the crate gdbstub wants to know of a processor, the same for all of ours
-//!   stub.rs     registers and memories
+//!   gdb_target.rs     registers and memories
 //!   points.rs   breakpoints and watchpoints
 //!   resume.rs   running, stepping, going back, and what is said of a stop
-//!   flash.rs    `load`
+//!   flash.rs    `loading`
 //!   monitor.rs  the commands behind `monitor`
 //!   serve.rs    a client from its first byte to its last
 //! ```

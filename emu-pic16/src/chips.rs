@@ -63,7 +63,7 @@ pub fn chip(name: &str) -> Option<&'static Chip> {
     part(name).map(|p| &p.chip)
 }
 
-/// All chips of this crate, in the order of [`PARTS`].
+/// All chips of this crate, in the order of [`PIC16_PARTS`].
 pub fn chips() -> impl Iterator<Item = &'static Chip> {
     PIC16_PARTS.iter().map(|p| &p.chip)
 }
@@ -74,7 +74,7 @@ pub struct Pic16Part {
     /// What all families have. `regs` lists every register once, at its lowest address, by the name of this chip's data
     /// sheet.
     pub chip: Chip,
-    /// Registers by address in data memory, every mirror included. What is neither here nor in `chip.ram_map` is unimplemented.
+    /// Registers by address in data memory, every mirror included. What is neither here nor in `chip.ram_ranges` is unimplemented.
     pub sfr: &'static [(u16, Sfr)],
     /// Bits of registers by the names of the headers, in which strokes and bars are written out (GO_NOT_DONE, NOT_TO). Where
     /// a bit has several names the first is that of the data sheet.
@@ -143,7 +143,7 @@ impl Pic16Part {
         }
     }
 
-    /// [`Part::place`] of all addresses: for those who look places up often.
+    /// [`Pic16Part::place`] of all addresses: for those who look places up often.
     #[must_use]
     pub fn file_slots(&self) -> [FileSlot; 0x200] {
         let mut addr = 0;
@@ -268,7 +268,7 @@ pub enum NonvolatileKind {
     Word,
     /// Program memory in blocks of four words, which it erases (16F87xA).
     Block4,
-    /// Program memory can only be read (16F870, 871, 872 write too: [`Memory::Word`]).
+    /// Program memory can only be read (16F870, 871, 872 write too: [`NonvolatileKind::Word`]).
     Read,
     /// Program memory is erased in rows of 32 words (FREE) and written in blocks of four (818, 819, 87, 88).
     Row32,

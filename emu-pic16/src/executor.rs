@@ -1,6 +1,6 @@
 //! The hot loop: what one instruction does to the machine.
 //!
-//! [`Turn`] holds the hot state as plain locals whose address never escapes, so that it lives in host registers; RAM lies
+//! [`Executor`] holds the hot state as plain locals whose address never escapes, so that it lives in host registers; RAM lies
 //! beside it. Everything a body calls is inlined; slow paths get scalars.
 
 use emu_core::cpu::{Bus, BusEffect, Probe};

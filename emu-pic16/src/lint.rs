@@ -31,7 +31,7 @@ pub(crate) struct LintState {
 /// Who has chosen the upper bits of targets, and what became of it.
 #[derive(Debug, Clone, Copy, Default)]
 struct PageChoice {
-    /// The page from which PCLATH was written last; [`NOBODY`] where the code that runs has had no say in it.
+    /// The page from which PCLATH was written last; [`NO_PAGE`] where the code that runs has had no say in it.
     page: u32,
     /// A call into another page has used it.
     used_by_call: bool,
@@ -48,7 +48,7 @@ struct InterruptedContext {
     chosen: PageChoice,
 }
 
-/// Names of what [`Found::context`] holds.
+/// Names of what [`InterruptedContext::context`] holds.
 const CONTEXT_NAMES: [&str; 3] = ["W", "STATUS", "PCLATH"];
 
 /// The bits that the instruction `word` means to change of a file register, when W holds `w`; all of them for one that is not

@@ -1,6 +1,6 @@
 //! What an instruction does, read off its own body.
 //!
-//! [`Record`] is a second meaning of the bodies: its values are empty, and it notes what was touched. The columns of the table
+//! [`InstructionRecord`] is a second meaning of the bodies: its values are empty, and it notes what was touched. The columns of the table
 //! are checked against it, and predecode asks it which loops only look.
 
 use emu_core::dispatch;

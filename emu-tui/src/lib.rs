@@ -3,8 +3,8 @@
 //! last picture, so that everything here is tested, and shown in documents, without a terminal.
 //!
 //! ```text
-//!   key.rs     keys, and their names in a text      look.rs   styles, with and without colours; writing into a picture
-//!   screen.rs  the terminal, given back on every way out       play.rs   keys from a text
+//!   key.rs     keys, and their names in a text      style.rs   styles, with and without colours; writing into a picture
+//!   screen.rs  the terminal, given back on every way out       key_script.rs   keys from a text
 //!   flow.rs    a rung with power flow               panel/    switches, lamps, timers: a ladder program by hand
 //!                                                   debugger/ code, registers, pins: a chip by hand
 //! ```

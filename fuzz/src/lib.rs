@@ -1,4 +1,4 @@
-//! Fuzz targets: functions of bytes that must end, without a panic, within [`SECONDS`] and [`MEMORY`], whatever the bytes are.
+//! Fuzz targets: functions of bytes that must end, without a panic, within [`MAX_SECONDS`] and [`MAX_MEMORY_BYTES`], whatever the bytes are.
 //!
 //! ```text
 //!   targets/     the functions               table.rs    one row a target: function, seeds, words, longest input

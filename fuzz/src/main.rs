@@ -65,7 +65,7 @@ fn run_command(arguments: &[&str]) -> Result<u8, String> {
     }
 }
 
-/// Flags of `run` and `work`.
+/// Flags of `run` and `run_worker`.
 struct CommandFlags<'a> {
     seed: u64,
     budget: Option<WorkerBudget>,

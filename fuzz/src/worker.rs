@@ -12,7 +12,7 @@ use crate::mutate::Mutator;
 use crate::target_table::FuzzTarget;
 use crate::{MAX_SECONDS, run};
 
-/// Exit code of a process whose execution has taken longer than [`SECONDS`].
+/// Exit code of a process whose execution has taken longer than [`MAX_SECONDS`].
 pub const HANG_EXIT_CODE: i32 = 77;
 
 /// How long a worker goes on.
@@ -30,7 +30,7 @@ static CURRENT_EXECUTION: AtomicU64 = AtomicU64::new(0);
 /// An execution that waits for something may take so many times the limit, since it is asleep, or others have the processor.
 const WALL_CLOCK_FACTOR: u64 = 6;
 
-/// The limit of an execution: [`SECONDS`], or what EMU_FUZZ_LIMIT says.
+/// The limit of an execution: [`MAX_SECONDS`], or what EMU_FUZZ_LIMIT says.
 fn time_limit() -> u64 {
     std::env::var("EMU_FUZZ_LIMIT").ok().and_then(|text| text.parse().ok()).unwrap_or(MAX_SECONDS)
 }

@@ -24,7 +24,7 @@ pub trait TargetArch {
     fn encode(&self, kind: Self::Opcode, operands: &[i32], at: u32) -> Result<Vec<u16>, String>;
 
     /// Form `level` of `jump` from word `at` to word `to`; nothing where that form does not reach. Levels are tried from 0
-    /// upwards, so the shortest come first; [`HIGHEST`] reaches everything. A form that reaches has a length that depends on
+    /// upwards, so the shortest come first; [`MAX_FORM_LEVEL`] reaches everything. A form that reaches has a length that depends on
     /// `jump` and `level` alone, so code only ever grows while levels rise.
     fn jump_form(
         &self,
@@ -277,7 +277,7 @@ impl<A: TargetArch> CodeWriter<A> {
     }
 
     /// Forms of the items and word addresses of the labels. Levels start as low as they may and only rise, at most to
-    /// [`HIGHEST`], so this ends.
+    /// [`MAX_FORM_LEVEL`], so this ends.
     fn relax(&self) -> (Vec<u8>, Vec<u32>) {
         let first = |item: &CodeItem<_, _>| if let CodeItem::Jump(.., level) = item { *level } else { 0 };
         let mut levels: Vec<u8> = self.items.iter().map(first).collect();

@@ -5,7 +5,7 @@
 //! the two means that one of them is wrong. The meaning itself is told in prose in `docs/semantics.md`; section numbers
 //! in this crate ("2.3") are those of its headings.
 //!
-//! `build` flattens the model once (`devices` the elements that use a part of the chip), `exec` runs the flat form and
+//! `flatten` flattens the model once (`devices` the elements that use a part of the chip), `flat_program` runs the flat form and
 //! `parts` holds what lies outside of the program's memory; everything that names things is resolved in between.
 
 mod flat_program;
@@ -180,7 +180,7 @@ impl Evaluator {
         }
     }
 
-    /// How many scans the EEPROM is busy, as [`Evaluator::uart_busy`] counts them.
+    /// How many scans the EEPROM is busy, as [`Evaluator::uart_busy_scans`] counts them.
     #[must_use]
     pub fn eeprom_busy_scans(&self) -> u32 {
         self.state.parts.eeprom_busy_scans

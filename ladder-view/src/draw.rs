@@ -19,7 +19,7 @@ impl LadderView {
         moment.current_element.map_or(Vec::new(), |here| self.draw_at(here.rung, &moment, color))
     }
 
-    /// A rung, from 1, as [`View::draw`] shows it: one that was not reached yet in this scan as the scan before left it.
+    /// A rung, from 1, as [`LadderView::draw`] shows it: one that was not reached yet in this scan as the scan before left it.
     #[must_use]
     pub fn draw_rung(
         &self,

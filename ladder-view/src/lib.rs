@@ -3,11 +3,11 @@
 //!
 //! ```text
 //!   lib.rs     View: program and map together, places in both directions
-//!   follow.rs  the follower: scan by scan, the reference evaluator beside the chip
-//!   moment.rs  where in a scan the chip stands, and which scan tells of what it has done so far
+//!   scan_follower.rs  the follower: scan by scan, the reference evaluator beside the chip
+//!   scan_position.rs  where in a scan the chip stands, and which scan tells of what it has done so far
 //!   flow.rs    which elements let power through, or kept it from coming
 //!   draw.rs    a rung as text with power in its wires
-//!   why.rs     what made a symbol what it is, back through scans
+//!   explain.rs     what made a symbol what it is, back through scans
 //! ```
 //!
 //! Power flow is not kept anywhere on a chip: most of it is program counter. So when the inputs of a scan are latched, the evaluator is

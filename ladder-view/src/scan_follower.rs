@@ -163,7 +163,7 @@ impl ScanFollower {
         }
     }
 
-    /// Runs a scan, and gives [`Scan::power`] and [`Scan::writes`].
+    /// Runs a scan, and gives [`FollowedScan::power`] and [`FollowedScan::writes`].
     fn trace_scan(&self, eval: &mut Evaluator) -> ScanTrace {
         let mut power = Vec::with_capacity(self.last_scan.as_ref().map_or(0, |scan| scan.power.len()));
         let mut writes = Vec::with_capacity(self.facts.writes.len());

@@ -48,11 +48,11 @@ const MAX_DIGITS: u32 = 5;
 /// The first escape that means nothing, a second number, or a character that code page 1252 lacks.
 ///
 /// ```
-/// use ladder::format::{Piece, pieces};
-/// let digit = |divisor, first, last| Piece::Digit { divisor, first, last };
-/// let wanted = [Piece::Byte(b'='), Piece::Sign, digit(10, true, false), digit(1, false, true), Piece::Byte(13)];
-/// assert_eq!(pieces("=\\-2\\r", true).as_deref(), Ok(wanted.as_slice()));
-/// assert!(pieces("\\q", true).is_err());
+/// use ladder::format::{StringPiece, split_format_string};
+/// let digit = |divisor, first, last| StringPiece::Digit { divisor, first, last };
+/// let wanted = [StringPiece::Byte(b'='), StringPiece::Sign, digit(10, true, false), digit(1, false, true), StringPiece::Byte(13)];
+/// assert_eq!(split_format_string("=\\-2\\r", true).as_deref(), Ok(wanted.as_slice()));
+/// assert!(split_format_string("\\q", true).is_err());
 /// ```
 pub fn split_format_string(text: &str, quoted: bool) -> Result<Vec<StringPiece>, BadEscape> {
     let mut out = Vec::new();

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use diag::{Diagnostic, Pos, Severity, nearest};
 
+use crate::bound_scenario::BoundScenario;
 use crate::codes::{
     IMPOSSIBLE_VALUE, NOT_A_TIME, OTHER_PROGRAM_OR_CHIP, UNKNOWN_NAME, UNSUPPORTED_STEP, WRONG_STEP, WRONG_VALUE,
 };
@@ -22,60 +23,6 @@ const MAX_RAMP_STEPS: u64 = 10_000;
 
 /// When a scenario ends that says nothing of it.
 const DEFAULT_LIMIT: &str = "60s";
-
-/// A scenario on one machine, ready to be played.
-#[derive(Debug)]
-pub struct BoundScenario {
-    pub(crate) file: String,
-    pub(crate) lines: Vec<PlayLine>,
-    pub(crate) steps: Vec<StepInfo>,
-    /// What is toggled somewhere: the inputs that make it 0 and 1.
-    pub(crate) toggled_inputs: Vec<[ScenarioInput; 2]>,
-    /// Of those the ones whose level more than one step goes by or gives.
-    pub(crate) shared_bits: Vec<bool>,
-    pub(crate) limit: u64,
-    /// Bytes are sent in it.
-    pub has_send_step: bool,
-    /// Bits per second of what is sent, where it says so.
-    pub baud: Option<u64>,
-}
-
-impl BoundScenario {
-    /// Steps, those of repetitions once.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.steps.len()
-    }
-
-    /// There are no steps.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.steps.is_empty()
-    }
-
-    /// Machine cycles that a run needs to come to its limit, where a cycle is so many ticks.
-    #[must_use]
-    pub fn max_cycles(&self, ticks: u32) -> u64 {
-        // The limit itself is the scenario's to see.
-        (self.limit / u64::from(ticks.max(1))).saturating_add(1 << 16)
-    }
-
-    /// More than one step goes by, or gives, the level of a bit that this one changes, of those that toggle.
-    pub(crate) fn acts_on_shared_bit(&self, act: &PlayAction) -> bool {
-        act.toggled_bits().any(|bit| self.shared_bits.get(bit) == Some(&true))
-    }
-
-    /// The same of a single value.
-    pub(crate) fn writes_shared_bit(&self, put: &InputWrite) -> bool {
-        put.level.is_some_and(|(bit, _)| self.shared_bits.get(bit) == Some(&true))
-    }
-
-    /// Ends at this tick at the latest, whatever the file says.
-    #[must_use]
-    pub fn with_limit(self, limit: Option<u64>) -> BoundScenario {
-        BoundScenario { limit: limit.unwrap_or(self.limit), ..self }
-    }
-}
 
 /// Looks all names and times up. `program` and `mcu`: what it is to be played on, where that is known.
 ///
@@ -346,7 +293,7 @@ impl ScenarioBinder<'_> {
         let op = match &step.repetition {
             None => PlayOp::Do(act),
             Some(Repetition { period, times, until }) => {
-                let (period, until) = (self.ticks_of(period).max(1), until.as_ref().map(|span| self.to_ticks(span)));
+                let (period, until) = (self.ticks_of(period).max(1), until.as_ref().map(|span| self.ticks_of(span)));
                 PlayOp::Every { period, times: *times, until, act }
             }
         };
@@ -362,7 +309,7 @@ impl ScenarioBinder<'_> {
         step: usize,
     ) {
         let checks = self.bind_checks(cond);
-        let window = window.map(|(from, to)| (self.ticks_of(from), self.to_ticks(to)));
+        let window = window.map(|(from, to)| (self.ticks_of(from), self.ticks_of(to)));
         if window.is_some_and(|(from, to)| from > to) {
             let hint = "give the earlier time first";
             self.report(WRONG_STEP, pos, "`between` ends before it begins".to_owned(), hint);

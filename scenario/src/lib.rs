@@ -1,13 +1,13 @@
 //! Scenarios: what is done to a machine and expected of it, step by step.
 //!
 //! ```text
-//!   parse.rs   TOML text to a checked model, each part with its place     keys.rs    the keys, one row each
+//!   parse.rs   TOML text to a checked model, each part with its place     step_keys.rs    the keys, one row each
 //!   model.rs   the model                                                   time.rs    times as people write them, and ticks
 //!   vcd.rs     a waveform as a scenario of stimuli                         record.rs  what was done, as a scenario
-//!   bind.rs    names and times of one machine: a program of ops            ops.rs     these ops
+//!   bind.rs    names and times of one machine: a program of ops            play_ops.rs     these ops
 //!   world.rs   what a machine has to do and to tell                        player.rs  the engine
-//!   timed.rs   stimuli at fixed times alone                              values.rs  values of TOML
-//!   verdict.rs how a scenario ended
+//!   timed_stimuli.rs   stimuli at fixed times alone                              values.rs  values of TOML
+//!   verdict.rs how a scenario ended                                 bound_scenario.rs  what `bind` makes, and the player plays
 //! ```
 //!
 //! The engine decides, worlds only do and tell: nothing here knows a chip or a ladder. `docs/scenario.md` has the format.
@@ -15,6 +15,7 @@
 #![forbid(unsafe_code)]
 
 mod bind;
+mod bound_scenario;
 mod codes;
 mod model;
 mod parse;
@@ -29,7 +30,8 @@ mod vcd;
 mod verdict;
 mod world;
 
-pub use bind::{BoundScenario, bind};
+pub use bind::bind;
+pub use bound_scenario::BoundScenario;
 pub use codes::*;
 pub use model::{
     Assignment, Comparison, ConditionList, LocatedBytes, LocatedText, Repetition, Scenario, ScenarioStep,

@@ -99,7 +99,7 @@ pub struct Repetition {
     pub period: TimeSpan,
     /// How often; without it and `until` as long as the scenario lasts.
     pub times: Option<u64>,
-    /// Up to when, counted as [`When::At`].
+    /// Up to when, counted as [`StepTime::At`].
     pub until: Option<TimeSpan>,
 }
 

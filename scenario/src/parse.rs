@@ -1,5 +1,7 @@
 //! TOML text to a scenario. All faults of a file are told, not only the first.
 
+mod named_values;
+
 use std::ops::Range;
 
 use diag::{Diagnostic, Pos, Severity, nearest};
@@ -7,13 +9,10 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::codes::{NOT_A_TIME, NOT_TOML, UNKNOWN_KEY, WRONG_STEP, WRONG_VALUE};
-use crate::model::{
-    Assignment, ConditionList, LocatedBytes, LocatedText, Repetition, Scenario, ScenarioStep, ScenarioValue,
-    StepAction, StepTime, ValueCondition,
-};
+use crate::model::{LocatedBytes, LocatedText, Repetition, Scenario, ScenarioStep, StepAction, StepTime};
 use crate::step_keys::{KEYS, STEP_KEYS, StepKey};
 use crate::time::{TimeSpan, message_text};
-use crate::toml_values::{kind_name, parse_comparison, parse_number};
+use crate::toml_values::{kind_name, parse_number};
 
 /// Rounds of a repetition at most, and how deep they nest.
 const MAX_ROUNDS: i64 = 1_000_000;
@@ -347,7 +346,7 @@ impl ScenarioReader<'_> {
         }
     }
 
-    /// The window of `between`; nothing at all where it has a fault.
+    /// The window of `read_window`; nothing at all where it has a fault.
     fn read_window<'i, 'd: 'i>(
         &mut self,
         get: &dyn Fn(&str) -> Option<&'i LocatedItem<'d>>,
@@ -416,116 +415,5 @@ impl ScenarioReader<'_> {
                 None
             }
         }
-    }
-
-    /// The entries of a table in braces, in the order of the file.
-    fn read_entries<'i, 'd>(
-        &mut self,
-        verb: &str,
-        item: &'i LocatedItem<'d>,
-    ) -> Option<Vec<(LocatedText, &'i LocatedItem<'d>)>> {
-        match item.get_ref() {
-            DeValue::Table(table) if !table.is_empty() => {
-                let mut entries: Vec<_> = table.iter().collect();
-                entries.sort_by_key(|(key, _)| key.span().start);
-                let mut out = Vec::new();
-                for (key, item) in entries {
-                    out.push((LocatedText { text: key.get_ref().to_string(), pos: self.pos(key.span()) }, item));
-                }
-                Some(out)
-            }
-            _ => {
-                self.report_wrong_value(
-                    item,
-                    verb,
-                    "names and values in braces",
-                    &format!("as in {verb} = {{ Xstart = 1 }}"),
-                );
-                None
-            }
-        }
-    }
-
-    fn read_assignments(&mut self, verb: &str, item: &LocatedItem<'_>) -> Option<Vec<Assignment>> {
-        let entries = self.read_entries(verb, item)?;
-        let assigns = entries.into_iter().map(|(name, item)| {
-            let value = self.read_value(&name.text, item)?;
-            Some(Assignment { name, value, pos: self.pos(item.span()) })
-        });
-        // Not stopped by the first fault, so that all are told.
-        assigns.collect::<Vec<_>>().into_iter().collect()
-    }
-
-    /// Assignments of 0 and 1 alone.
-    fn read_bit_assignments(&mut self, verb: &str, item: &LocatedItem<'_>) -> Option<Vec<Assignment>> {
-        let entries = self.read_entries(verb, item)?;
-        let assigns = self.read_assignments(verb, item)?;
-        for ((_, item), assign) in entries.iter().zip(&assigns) {
-            if !matches!(assign.value, ScenarioValue::Number(0 | 1)) {
-                self.report_wrong_value(item, &assign.name.text, "0 or 1 in a pulse", "only bits have an opposite");
-                return None;
-            }
-        }
-        Some(assigns)
-    }
-
-    fn read_value(&mut self, name: &str, item: &LocatedItem<'_>) -> Option<ScenarioValue> {
-        match item.get_ref() {
-            DeValue::Integer(_) => parse_number(item).map(ScenarioValue::Number).or_else(|| {
-                self.report_wrong_value(item, name, "a number of 64 bits", "write a smaller one");
-                None
-            }),
-            DeValue::Boolean(bit) => Some(ScenarioValue::Number((*bit).into())),
-            DeValue::String(text) => Some(ScenarioValue::Text(text.to_string())),
-            _ => {
-                let hint = match item.get_ref() {
-                    DeValue::Table(_) => QUOTES,
-                    _ => "a voltage is a text with its unit, as in \"1.25V\"",
-                };
-                self.report_wrong_value(item, name, "a whole number or a text", hint);
-                None
-            }
-        }
-    }
-
-    fn read_ramp(&mut self, item: &LocatedItem<'_>) -> Option<Vec<(LocatedText, ScenarioValue, ScenarioValue, Pos)>> {
-        let entries = self.read_entries("ramp", item)?;
-        let mut out = Vec::new();
-        for (name, item) in entries {
-            let ends = match item.get_ref() {
-                DeValue::Array(ends) if ends.len() == 2 => ends.first().zip(ends.get(1)),
-                _ => None,
-            };
-            let Some((from, to)) = ends else {
-                self.report_wrong_value(item, &name.text, "a first and a last value", "as in { Alevel = [0, 1023] }");
-                return None;
-            };
-            let (from, to) = (self.read_value(&name.text, from)?, self.read_value(&name.text, to)?);
-            out.push((name, from, to, self.pos(item.span())));
-        }
-        Some(out)
-    }
-
-    fn read_conditions(&mut self, verb: &str, item: &LocatedItem<'_>) -> Option<ConditionList> {
-        let entries = self.read_entries(verb, item)?;
-        let tests = entries.into_iter().map(|(name, item)| {
-            let value = self.read_value(&name.text, item)?;
-            let Some(compare) = parse_comparison(&value) else {
-                let wanted = "a number or a comparison";
-                self.report_wrong_value(
-                    item,
-                    &name.text,
-                    wanted,
-                    "as in 1, \"> 5\", \">= 5\", \"!= 0\", \"3..7\" or \"z\"",
-                );
-                return None;
-            };
-            let text = match &value {
-                ScenarioValue::Number(number) => number.to_string(),
-                ScenarioValue::Text(text) => text.trim().to_owned(),
-            };
-            Some(ValueCondition { name, comparison: compare, text, pos: self.pos(item.span()) })
-        });
-        tests.collect::<Vec<_>>().into_iter().collect()
     }
 }

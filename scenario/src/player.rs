@@ -1,4 +1,4 @@
-//! The engine: plays a scenario over a machine that is run by somebody else, who asks [`Player::look`] when to stop next.
+//! The engine: plays a scenario over a machine that is run by somebody else, who asks [`ScenarioPlayer::poll`] when to stop next.
 
 mod tasks;
 
@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use diag::Pos;
 
-use crate::bind::{BoundScenario, condition_text, quote_bytes};
+use crate::bind::{condition_text, quote_bytes};
+use crate::bound_scenario::BoundScenario;
 use crate::play_ops::{InputWrite, LogPiece, OutputCheck, OutputChecks, PlayAction, PlayOp};
 use crate::verdict::{ScenarioOutcome, ScenarioVerdict};
 use crate::world::ScenarioWorld;
@@ -21,7 +22,7 @@ const MAX_TASKS: usize = 4_096;
 /// What is to be done next.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum PlayerState {
-    /// Run, and look again at this tick, or as soon as something in [`Player::watched`] has changed.
+    /// Run, and look again at this tick, or as soon as something in [`ScenarioPlayer::watched_outputs`] has changed.
     WakeAt(u64),
     /// It is over.
     Done(ScenarioVerdict),

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use diag::{Diagnostic, Severity};
 
-use crate::bind::BoundScenario;
+use crate::bound_scenario::BoundScenario;
 use crate::codes::NOT_TIMED;
 use crate::play_ops::{InputWrite, PlayAction, PlayLine, PlayOp};
 use crate::player::{PlayerState, ScenarioPlayer};

@@ -8,7 +8,7 @@ use crate::time::TimeScale;
 pub struct ScenarioInput {
     /// What the site calls it.
     pub id: usize,
-    /// It can be told before its time ([`World::ahead`]).
+    /// It can be told before its time ([`ScenarioWorld::ahead`]).
     pub can_be_queued: bool,
 }
 
@@ -91,7 +91,7 @@ pub trait NameResolver {
     fn check_can_power_cycle(&mut self) -> Result<(), String>;
 }
 
-/// A machine as it runs. Identifiers are those of its [`Site`].
+/// A machine as it runs. Identifiers are those of its [`NameResolver`].
 pub trait ScenarioWorld {
     /// Now, in ticks since power-up.
     fn now(&self) -> u64;
@@ -99,7 +99,7 @@ pub trait ScenarioWorld {
     fn queue_ahead_ticks(&self) -> u64 {
         0
     }
-    /// Gives something its value at a tick: now, or at most [`World::ahead`] later.
+    /// Gives something its value at a tick: now, or at most [`ScenarioWorld::ahead`] later.
     ///
     /// # Errors
     /// The machine cannot take it, a sentence.

@@ -1,13 +1,11 @@
-//! Commands about values: print, set, x, display, assert.
+//! Commands about values: print, set, display, assert.
 
 use emu_core::pins::{CycleTime, PinId};
-use emu_debug::AddressRange;
-use emu_debug::debug::{
-    BinaryOperator, DebugExpression, DynMachine, ExpressionPlace, ExpressionValue, ObjectByteLocation, UserAction,
-};
+use emu_debug::debug::{BinaryOperator, DebugExpression, DynMachine, ExpressionPlace, ExpressionValue, UserAction};
 use emu_debug::number_formats::format_number;
 use emu_debug::stimulus::{TimedDrive, parse_drive};
 
+use super::examine;
 use super::numbers::{ExamineFormat, hex};
 use super::shell::{CommandResult, DebugShell};
 use crate::avr;
@@ -51,15 +49,6 @@ pub struct DisplayedExpression {
     expr: Option<DebugExpression>,
 }
 
-/// Where `x` goes on.
-#[derive(Debug, Clone, Copy)]
-pub struct ExamineState {
-    space: &'static str,
-    /// Address as the memory counts.
-    addr: u32,
-    format: ExamineFormat,
-}
-
 pub(super) fn print(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
     let (mut format, text) = ExamineFormat::parse_front(args)?;
     let empty = shell.session.scope.values.is_empty();
@@ -71,7 +60,7 @@ pub(super) fn print(shell: &mut DebugShell, args: &str, out: &mut String) -> Com
     if typed {
         format.letter = None;
     } else if matches!(format.letter, Some('s' | 'i')) {
-        return examine(shell, args, out);
+        return examine::examine(shell, args, out);
     }
     let (value, kept) = shell.printed(text, format, out)?;
     let number = shell.session.scope.values.push(kept);
@@ -213,159 +202,6 @@ impl DebugShell {
             }
         }
     }
-
-    /// Where an examination begins.
-    fn examine_start(&self, text: &str, format: ExamineFormat) -> Result<ExamineState, String> {
-        let chip = self.session.scope.chip();
-        if format.letter == Some('i') {
-            let word = match self.parse_location(text) {
-                Ok(words) => words.first().copied().unwrap_or_default(),
-                // The value of a pointer to a function.
-                Err(why) => {
-                    let value = self.integer_value(text).ok().and_then(|value| u32::try_from(value).ok());
-                    value.and_then(|address| self.program_word(address)).ok_or(why)?
-                }
-            };
-            return Ok(ExamineState { space: chip.code_space, addr: chip.code_address(word), format });
-        }
-        let (scope, target) = (&self.session.scope, self.session.machine());
-        let text = text.trim();
-        // Of an array it is its place, of anything else that has a type its value, as in gdb.
-        let expr = self.parse_expression(text).ok();
-        if let Some(DebugExpression::Object(object)) = &expr
-            && object.is_array()
-        {
-            return match object.byte_locations(target).first() {
-                Some(ObjectByteLocation::Memory(space, addr)) => {
-                    Ok(ExamineState { space, addr: addr / chip.bytes_per_address(space).max(1), format })
-                }
-                _ => Err(format!("`{text}` is in no memory")),
-            };
-        }
-        let typed = expr.as_ref().and_then(DebugExpression::object).is_some_and(|object| !object.is_function());
-        let text = if typed { text } else { text.trim_start_matches('&') };
-        if let Ok(AddressRange { space, start, .. }) = scope.parse_range(text)
-            && !typed
-        {
-            return Ok(ExamineState { space, addr: start, format });
-        }
-        let value = self.integer_value(text)?;
-        let addr = u32::try_from(value).map_err(|_| format!("`{text}` is no address: {value}"))?;
-        Ok(ExamineState { space: chip.ram_space, addr, format })
-    }
-
-    /// The lines of an examination, and where it goes on.
-    fn examine_lines(&self, at: ExamineState) -> Result<(String, ExamineState), String> {
-        let ExamineState { space, addr, format } = at;
-        let letter = format.letter.unwrap_or('x');
-        let count = format.count.unwrap_or(1);
-        match letter {
-            'i' => {
-                let word = self.program_word(addr).ok_or_else(|| format!("{space} ends before 0x{addr:x}"))?;
-                let (mut text, word) = self.instructions(word, count);
-                let next = ExamineState { addr: self.session.scope.chip().code_address(word), ..at };
-                if self.program_word(next.addr).is_none() && (text.lines().count() as u64) < u64::from(count) {
-                    text.push_str(&format!("{space} ends before 0x{:x}\n", next.addr));
-                }
-                Ok((text, next))
-            }
-            's' => self.text_lines(at, count),
-            _ => self
-                .number_lines((space, addr), (letter, count, format.unit))
-                .map(|(text, addr)| (text, ExamineState { addr, ..at })),
-        }
-    }
-
-    /// Numbers of a memory.
-    fn number_lines(
-        &self,
-        (space, first): (&'static str, u32),
-        (letter, count, unit): (char, u32, Option<u32>),
-    ) -> Result<(String, u32), String> {
-        let chip = self.session.scope.chip();
-        let width = chip.bytes_per_address(space);
-        let unit = unit.unwrap_or(width).max(width);
-        let (mut text, mut addr) = (String::new(), first);
-        let columns = (16 / unit).clamp(1, 8);
-        for n in 0..count {
-            let start = addr.checked_mul(width).ok_or("that is no address")?;
-            let bytes: Option<Vec<u8>> =
-                (0..unit).map(|i| self.session.machine().peek(space, start.checked_add(i)?)).collect();
-            let Some(bytes) = bytes else {
-                let there = self.session.machine().peek(space, start).is_some();
-                let end = match there {
-                    true => format!("there are no {unit} bytes at {space}:0x{addr:x}"),
-                    false => format!("there is nothing at {space}:0x{addr:x}"),
-                };
-                return match n {
-                    0 => Err(end),
-                    _ => Ok((format!("{}\n{end}\n", text.trim_end()), addr)),
-                };
-            };
-            if n % columns == 0 {
-                let end = if n == 0 { "" } else { "\n" };
-                let name = self.session.scope.source().names.containing_symbol(space, start);
-                let name = name.map_or(String::new(), |name| format!(" <{name}>"));
-                text.push_str(&format!("{end}{space}:0x{addr:04x}{name}:"));
-            }
-            let value = bytes.iter().rev().fold(0i64, |high, low| high << 8 | i64::from(*low));
-            let shown = match letter {
-                'a' => self.program_word(value as u32).map(|word| self.session.scope.source().describe_word(word)),
-                _ => format_number(value, letter, unit),
-            };
-            text.push_str(&format!(" {}", shown.unwrap_or_else(|| hex(value, 2))));
-            addr += unit / width;
-        }
-        Ok((format!("{text}\n"), addr))
-    }
-
-    /// Texts that end with a 0.
-    fn text_lines(&self, at: ExamineState, count: u32) -> Result<(String, ExamineState), String> {
-        const LONGEST: usize = 200;
-        let (mut text, mut addr) = (String::new(), at.addr);
-        for n in 0..count {
-            if self.session.machine().peek(at.space, addr).is_none() {
-                let end = format!("there is nothing at {}:0x{addr:x}", at.space);
-                if n == 0 {
-                    return Err(end);
-                }
-                text.push_str(&format!("{end}\n"));
-                break;
-            }
-            let (start, mut bytes) = (addr, Vec::new());
-            loop {
-                let byte = self.session.machine().peek(at.space, addr);
-                addr = addr.saturating_add(1);
-                match byte {
-                    None | Some(0) => break,
-                    Some(byte) => bytes.push(byte),
-                }
-                if bytes.len() >= LONGEST {
-                    break;
-                }
-            }
-            text.push_str(&format!("{}:0x{start:04x}: {}\n", at.space, emu_debug::text_escapes::escape(&bytes)));
-        }
-        Ok((text, ExamineState { addr, ..at }))
-    }
-}
-
-pub(super) fn examine(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
-    let (format, text) = ExamineFormat::parse_front(args)?;
-    let at = match (text, shell.examined) {
-        ("", Some(last)) => {
-            let or = |new: Option<u32>, old: Option<u32>| new.or(old);
-            let unit = or(format.unit, last.format.unit);
-            let format = ExamineFormat { count: format.count, letter: format.letter.or(last.format.letter), unit };
-            ExamineState { format, ..last }
-        }
-        ("", None) => return Err("where? x/8xb data:0x100, x/4i $pc".to_owned()),
-        _ => shell.examine_start(text, format)?,
-    };
-    let (text, next) = shell.examine_lines(at)?;
-    out.push_str(&text);
-    shell.examined = Some(next);
-    Ok(())
 }
 
 pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {

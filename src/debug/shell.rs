@@ -26,7 +26,7 @@ pub enum ShellFlow {
     Next,
     /// The next line, but this one has failed: why, in a sentence.
     Failed(String),
-    /// Points have commands of their own that are to be carried out now: [`Shell::proceed`] does the next one.
+    /// Points have commands of their own that are to be carried out now: [`Shell::run_next_command`] does the next one.
     PointCommands,
     /// The end, with an exit code.
     Quit(u8),
@@ -68,7 +68,7 @@ pub struct DebugShell {
     /// Where `list` goes on, and where it began.
     pub(super) listed: Option<(String, u32)>,
     /// Where `x` goes on.
-    pub(super) examined: Option<super::data::ExamineState>,
+    pub(super) examined: Option<super::examine::ExamineState>,
     /// Where `disas` goes on, and the cycle for which that holds.
     pub(super) disassembly: Option<(u64, u32)>,
     /// Notes that were told once.
@@ -149,7 +149,7 @@ impl DebugShell {
         self.interrupt.load(Ordering::SeqCst)
     }
 
-    /// Carries out a line; [`Flow::More`] where a point has commands that are to be carried out after it.
+    /// Carries out a line; [`ShellFlow::PointCommands`] where a point has commands that are to be carried out after it.
     pub fn execute_line(&mut self, line: &str, out: &mut String) -> ShellFlow {
         self.queue.clear();
         (self.queued_count, self.queued_at) = (0, self.session.machine().cycle());

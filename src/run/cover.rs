@@ -13,8 +13,8 @@ use emu_debug::{
 };
 use serde_json::{Value, json};
 
+use super::cycle_profile::CycleReport;
 use super::rungs::{ElementCounts, MappedLadder};
-use super::spent::CycleReport;
 use crate::fail::VerbFailure;
 use crate::output::{self, PendingFile};
 use crate::report::MessageStyle;
@@ -178,7 +178,7 @@ impl<'a> CoverageRun<'a> {
         })
     }
 
-    /// [`run_along`] with what looks at it.
+    /// [`run_with_probe`] with what looks at it.
     pub fn run<C: Cpu>(
         &self,
         (cpu, board): (&mut C, &mut AttachedDevices),

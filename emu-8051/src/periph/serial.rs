@@ -203,12 +203,12 @@ impl SerialPort {
         self.sender.ticks_to_next_step()
     }
 
-    /// `n` ticks of the transmit clock pass at which nothing happens: fewer than [`Serial::tx_wait`], or any number.
+    /// `n` ticks of the transmit clock pass at which nothing happens: fewer than [`SerialPort::tx_ticks_to_next_step`], or any number.
     pub fn tx_advance(&mut self, n: u64) {
         self.sender.advance(n);
     }
 
-    /// The tick that [`Serial::tx_wait`] gave, in machine cycle `cycle`.
+    /// The tick that [`SerialPort::tx_ticks_to_next_step`] gave, in machine cycle `cycle`.
     pub fn step_transmitter(&mut self, cycle: u64) -> SerialStep {
         let did = self.sender.step();
         let mut step = SerialStep { sent_byte: did.sent, ..SerialStep::default() };
@@ -227,13 +227,13 @@ impl SerialPort {
     }
 
     /// Ticks of the receive clock, the line staying as it is, to the one that matters; `None` while none does. Changed by
-    /// [`Serial::line`].
+    /// [`SerialPort::line`].
     #[must_use]
     pub fn rx_ticks_to_next_step(&self) -> Option<u64> {
         self.receiver.ticks_to_next_step(self.is_listening())
     }
 
-    /// `n` ticks of the receive clock pass, the line staying as it is: fewer than [`Serial::rx_wait`], or any number.
+    /// `n` ticks of the receive clock pass, the line staying as it is: fewer than [`SerialPort::rx_ticks_to_next_step`], or any number.
     pub fn rx_advance(&mut self, n: u64) {
         self.receiver.advance(n, self.is_listening(), self.mode() == 1);
     }
@@ -260,7 +260,7 @@ impl SerialPort {
         self.shifter.next()
     }
 
-    /// Mode 0: the machine cycle that [`Serial::shift_next`] gave, up to S5P2, where RXD has the level `rxd`. The clock's
+    /// Mode 0: the machine cycle that [`SerialPort::next_shift_cycle`] gave, up to S5P2, where RXD has the level `rxd`. The clock's
     /// rise after that is among the edges.
     pub fn step_shifter(&mut self, cycle: u64, rxd: bool) -> SerialStep {
         debug_assert!(cycle == self.next_shift_cycle(), "no shift is due in {cycle}: {self:?}");

@@ -195,7 +195,7 @@ impl Mcs51Timers {
         }
     }
 
-    /// [`Timers::sync`] at a boundary: pins may still change in cycle `now`, which is counted anew then.
+    /// [`Mcs51Timers::sync`] at a boundary: pins may still change in cycle `now`, which is counted anew then.
     pub fn advance_before(&mut self, now: u64) {
         self.advance_to(now.saturating_sub(1));
         if self.counts.synced < now {
@@ -291,7 +291,7 @@ impl Mcs51Timers {
         self.change_pin(cycle, |timers, cycle| timers.t[n & 1].drive(level, cycle));
     }
 
-    /// Pin INTn has this level at S5P2 of `cycle` and later; otherwise as [`Timers::pin_t`].
+    /// Pin INTn has this level at S5P2 of `cycle` and later; otherwise as [`Mcs51Timers::pin_t`].
     pub fn pin_int(&mut self, n: usize, level: bool, cycle: u64) {
         self.change_pin(cycle, |timers, _| timers.int[n & 1] = level);
     }
@@ -314,7 +314,7 @@ impl Mcs51Timers {
         self.counts.overflows
     }
 
-    /// The cycle of timer 1's overflow number `k`, counted as [`Timers::overflows`] counts, if nobody does anything;
+    /// The cycle of timer 1's overflow number `k`, counted as [`Mcs51Timers::overflows`] counts, if nobody does anything;
     /// [`NEVER`] where there is none, and for those that have been.
     #[must_use]
     pub fn cycle_of_overflow(&self, k: u64) -> u64 {
@@ -324,7 +324,7 @@ impl Mcs51Timers {
         }
     }
 
-    /// [`Timers::overflows`] as it will be at cycle `now` if nobody does anything.
+    /// [`Mcs51Timers::overflows`] as it will be at cycle `now` if nobody does anything.
     #[must_use]
     pub fn overflows_by(&self, now: u64) -> u64 {
         let (feed, shape) = self.counter_setup[TIMER1_COUNTER];

@@ -1,10 +1,13 @@
 //! AP101: instructions as its text has them, and directives for the block that says how the machine is put together.
 
+mod clock_and_period;
 mod configuration_checks;
 
 use std::ops::Range;
 
 use emu_core::table::InstructionRow;
+
+use clock_and_period::{clock, period};
 
 use super::common::{self, ignore_directive, required_arguments, value_of};
 use super::{
@@ -217,57 +220,6 @@ fn report_bad_argument(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, cause:
     asm.report(LineFault::new("ASM060", at, cause, hint));
 }
 
-/// A number and how often its unit holds the smallest one: `10ms`, `1.5MHz`, `n*1000c`, or a name. None where it is none, or comes to
-/// no whole number above 0.
-fn parse_quantity(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, units: &[(&str, u64)]) -> Option<(u64, usize)> {
-    let all = trim(call.text, call.rest.clone());
-    let text = call.get(all.clone());
-    let lower = text.to_ascii_lowercase();
-    // A unit stands behind a digit, a bracket or a space; else its letters are the end of a name.
-    let before =
-        |unit: &str| lower.strip_suffix(unit).filter(|n| unit.is_empty() || n.ends_with(|c: char| !is_name(c)));
-    let at = units.iter().position(|(unit, _)| before(unit).is_some())?;
-    let (unit, factor) = units.get(at).copied()?;
-    let number = before(unit)?.trim_end();
-    let (whole, part) = number.split_once('.').unwrap_or((number, ""));
-    let digits = |text: &str| text.bytes().all(|c| c.is_ascii_digit() || c == b'_');
-    let n = if digits(whole) && digits(part) {
-        let (whole, part) = (whole.replace('_', ""), part.replace('_', ""));
-        let scale = 10u64.checked_pow(part.len() as u32)?;
-        let parts = format!("{whole}{part}").parse::<u64>().ok()?.checked_mul(factor)?;
-        parts.is_multiple_of(scale).then_some(parts / scale)?
-    } else if number.starts_with(|c: char| c.is_ascii_digit()) && !number.contains(['+', '-', '*', '/', '<', '>', ' '])
-    {
-        return None;
-    } else {
-        u64::try_from(asm.evaluate_number(call.text, all.start..all.start + number.len())?).ok()?.checked_mul(factor)?
-    };
-    (n > 0).then_some((n, at))
-}
-
-/// Letters of names, which are no digits.
-fn is_name(c: char) -> bool {
-    c.is_ascii_alphabetic() || c == '_'
-}
-
-/// `clock 1000000`, `clock 1.5MHz`, `clock NAME`.
-fn clock(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    check_given_once(asm, call, call.get(call.word.clone()));
-    let units = [("mhz", 1_000_000), ("khz", 1_000), ("hz", 1), ("", 1)];
-    match parse_quantity(asm, call, &units).and_then(|(hz, _)| u32::try_from(hz).ok()) {
-        Some(hz) => state(asm).clock = hz,
-        None => {
-            let cause = format!("`{}` is no clock", call.get(trim(call.text, call.rest.clone())));
-            report_bad_argument(
-                asm,
-                call,
-                cause,
-                "write a frequency such as 1000000 or 1.5MHz, from 1 to 4294967295 Hz",
-            );
-        }
-    }
-}
-
 /// Tells that `what` was said already, and where.
 fn check_given_once(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, what: &str) {
     let what = what.trim_start_matches('.');
@@ -298,20 +250,6 @@ fn choice(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, words: [&str; 2], s
     }
 }
 
-/// `period 10ms`, `period 5000c`.
-fn period(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    check_given_once(asm, call, call.get(call.word.clone()));
-    let units = [("us", 1_000), ("ms", 1_000_000), ("s", 1_000_000_000), ("c", 1)];
-    match parse_quantity(asm, call, &units) {
-        Some((n, 3)) => state(asm).period = Some(TimeLength::Cycles(n)),
-        Some((n, _)) => state(asm).period = Some(TimeLength::Nanoseconds(n)),
-        None => {
-            let cause = format!("`{}` is no period", call.get(trim(call.text, call.rest.clone())));
-            report_bad_argument(asm, call, cause, "write a time such as 10ms, or machine cycles such as 5000c");
-        }
-    }
-}
-
 /// `channels INPUTS, OUTPUTS`.
 fn channels(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     check_given_once(asm, call, call.get(call.word.clone()));
@@ -337,7 +275,7 @@ fn program(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     };
     let start = number_in_range(asm, call, first.clone(), 0..PROGRAM_WORDS, "first word");
     let end = number_in_range(asm, call, last.clone(), 0..PROGRAM_WORDS, "last word");
-    // RX may be left out before `off`.
+    // RX may be left out before `with_bits_clear`.
     let is_word =
         |part: &&Range<usize>| matches!(call.get((*part).clone()).to_ascii_lowercase().as_str(), "on" | "off");
     let index = parts.get(2).filter(|part| parts.len() > 3 || !is_word(part));

@@ -59,7 +59,7 @@ struct ExternalChange {
 
 state! { ExternalChange { at, rose, fell, groups } }
 
-/// The external interrupts. [`Line::Int`](super::Line::Int) and [`Line::Pc`](super::Line::Pc) are their lines; what a chip does
+/// The external interrupts. [`AvrLine::Int`](super::Line::Int) and [`AvrLine::Pc`](super::Line::Pc) are their lines; what a chip does
 /// not have is ignored. All pins are low at first.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ExternalInterrupts {
@@ -116,7 +116,7 @@ impl ExternalInterrupts {
         }
     }
 
-    /// Whether INTF0 gives [`Signal::Flag`] when it is set, enabled or not (the converter's trigger source 2).
+    /// Whether INTF0 gives [`AvrSignal::Flag`] when it is set, enabled or not (the converter's trigger source 2).
     pub fn set_flag_listener(&mut self, on: bool, t: u64, out: &mut AvrOutbox) {
         self.advance(t, out);
         self.has_flag_listener = on;

@@ -117,7 +117,7 @@ impl AvrWatchdog {
     }
 
     /// WDRF is `on` from the edge `t` on: while it is set, so is WDE (11.9.2), which stays set when it goes. Chips without the
-    /// interrupt do not do this. To be told before [`Device::reset`] where a reset changes WDRF.
+    /// interrupt do not do this. To be told before [`AvrDevice::reset`] where a reset changes WDRF.
     pub fn set_forced_on(&mut self, on: bool, t: u64, out: &mut AvrOutbox) {
         self.change_setup(t, out, |watchdog| watchdog.forced = on && watchdog.kind.interrupt);
     }

@@ -11,7 +11,7 @@ pub enum SlotNumbering {
     Interpreter,
 }
 
-/// What a served program is told. It begins with nothing; [`Script::reset`] comes before anything else.
+/// What a served program is told. It begins with nothing; [`ServeScript::reset`] comes before anything else.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ServeScript {
     bytes: Vec<u8>,

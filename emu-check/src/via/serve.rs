@@ -48,7 +48,7 @@ pub fn run_native(
 /// Runs programs as byte code on this computer, each by its script.
 ///
 /// # Errors
-/// As [`native`].
+/// As [`run_native`].
 pub fn run_interpreted(programs: &[(EmittedSource, ServeScript)]) -> Result<Vec<Vec<ScanRecord>>, Diagnostic> {
     let scratch = ScratchFolder::new()?;
     scratch.write("plc.c", PLC_C)?;
@@ -74,7 +74,7 @@ pub fn run_interpreted(programs: &[(EmittedSource, ServeScript)]) -> Result<Vec<
     exchange(programs, SlotNumbering::Interpreter, &scratch, begin)
 }
 
-/// Tells `served` all scripts in turn and reads what it answers.
+/// Tells `interrupt_to_serve` all scripts in turn and reads what it answers.
 fn exchange(
     programs: &[(EmittedSource, ServeScript)],
     slots: SlotNumbering,
@@ -129,7 +129,7 @@ pub enum ServedForm {
 /// Runs one program on the emulated chip `mcu`, by its script: an ATmega48 to 328 or one of the 8051 family.
 ///
 /// # Errors
-/// As [`native`]; there is no such way to the chip.
+/// As [`run_native`]; there is no such way to the chip.
 pub fn run_on_chip(
     source: &EmittedSource,
     script: &ServeScript,

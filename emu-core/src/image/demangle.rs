@@ -23,7 +23,7 @@ pub struct DemangledName {
     pub path: String,
 }
 
-/// What a name of the linker is in the language of the program, whole as gdb prints it, and its [`Mangled::path`]; nothing for
+/// What a name of the linker is in the language of the program, whole as gdb prints it, and its [`DemangledName::path`]; nothing for
 /// names that no compiler has mangled.
 #[must_use]
 pub(super) fn demangle(name: &str) -> Option<(String, String)> {
@@ -102,7 +102,7 @@ pub(super) fn without_outer_parameters(path: &str) -> Cow<'_, str> {
     }
 }
 
-/// A path without the arguments of the templates in which its last name lies: `Stack::push` for `Stack<int>::push`.
+/// A path without the arguments of the templates in which its last name lies: `StackTracker::push` for `Stack<int>::push`.
 pub(super) fn without_outer_arguments(path: &str) -> Cow<'_, str> {
     without_ranges(path, &groups_before_names(path, ['<', '>']))
 }

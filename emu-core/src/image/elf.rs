@@ -32,7 +32,7 @@ const NAME_SHARING: usize = 4;
 /// lands in flash, behind the code, where the start-up code copies it from.
 ///
 /// # Errors
-/// All faults of the file (codes ELF001 to ELF015); at most [`super::LIMIT`] and a closing note with the number of
+/// All faults of the file (codes ELF001 to ELF015); at most [`super::MAX_REPORTED`] and a closing note with the number of
 /// others.
 pub fn load_elf(
     file: &str,

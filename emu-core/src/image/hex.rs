@@ -18,7 +18,7 @@ const COMMENT_MARK: u8 = b';';
 ///
 /// # Errors
 /// All faults of the file in the order of their places (codes HEX001 to HEX028, `docs/formats/hex.md`); at most
-/// [`super::LIMIT`] and a closing note with the number of others.
+/// [`super::MAX_REPORTED`] and a closing note with the number of others.
 pub fn load_hex(file: &str, bytes: &[u8], spaces: &[ImageSpace]) -> Result<LoadedImage, Vec<Diagnostic>> {
     let mut reader = HexReader {
         faults: FaultList::new(file, "HEX020"),

@@ -6,7 +6,7 @@
 //!
 //! ```text
 //!   hex.rs   lines to records to addresses          elf.rs   sections to load addresses, symbols
-//!   line.rs  one line and its faults                place.rs bytes into memories: outside, overlap, half words
+//!   hex_record.rs  one line and its faults                place.rs bytes into memories: outside, overlap, half words
 //!   omf51/   records of absolute object files for MCS-51
 //!   write.rs segments to HEX                        faults.rs the list of faults and its limit
 //!   codes.rs the table of codes                     symbols/ the files beside an image that SDCC and gputils write
@@ -96,7 +96,7 @@ pub struct SymbolAt {
     /// The name in the language of the program: as the linker wrote it, demangled ([`SymbolAt::mangled`]), or one of the names
     /// that [`load_symbols`] derives from it.
     pub name: String,
-    /// Name of the memory; [`CONSTANT`] for a mere number.
+    /// Name of the memory; [`CONSTANT_SPACE`] for a mere number.
     pub space: &'static str,
     /// Byte address within the memory; the value of a constant.
     pub addr: u32,
@@ -168,7 +168,7 @@ pub struct Image {
     pub segments: Vec<Segment>,
     /// The symbols in the order of the memories, then by address, weak ones first, then by name. Empty for a HEX file.
     pub symbols: Vec<SymbolAt>,
-    /// Source lines of the program; none unless a file of symbols was read, or an ELF file was given to [`Lines::of_elf`],
+    /// Source lines of the program; none unless a file of symbols was read, or an ELF file was given to [`Lines::from_elf`],
     /// which [`load`] leaves to those who want lines.
     pub lines: SourceLines,
     /// Start address that the file names, a byte address of the image file. For information: a chip starts at its
@@ -208,7 +208,7 @@ impl Image {
 pub struct LoadedImage {
     /// The image.
     pub image: Image,
-    /// Warnings in the order of their places, at most [`LIMIT`] and a closing note.
+    /// Warnings in the order of their places, at most [`MAX_REPORTED`] and a closing note.
     pub warnings: Vec<Diagnostic>,
 }
 
@@ -264,7 +264,7 @@ pub fn hex_spaces(hex: &[ImageSpace], elf: &[ImageSpace]) -> Vec<ImageSpace> {
 /// Intel HEX otherwise. `file` is the name for messages.
 ///
 /// # Errors
-/// All faults of the file in the order of their places; at most [`LIMIT`] and a closing note with the number of others.
+/// All faults of the file in the order of their places; at most [`MAX_REPORTED`] and a closing note with the number of others.
 pub fn load(
     file: &str,
     bytes: &[u8],

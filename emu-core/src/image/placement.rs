@@ -196,7 +196,7 @@ impl<'s> PlacedBytes<'s> {
         halves
     }
 
-    /// Puts an erased byte beside each that [`Placed::half_words`] finds in a memory of words of 16 bits.
+    /// Puts an erased byte beside each that [`PlacedBytes::half_words`] finds in a memory of words of 16 bits.
     pub(super) fn fill_half_words(&mut self) {
         let halves = self.half_words().into_iter().filter(|half| half.space.word_bits == WordBits::All);
         let halves: Vec<_> = halves.map(|half| (half.space.name, half.addr ^ 1, half.from)).collect();

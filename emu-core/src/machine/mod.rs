@@ -1,8 +1,8 @@
 //! The vocabulary of instruction bodies.
 //!
-//! A body is a small function, generic over a [`Machine`], in which arithmetic reads as arithmetic. Values are `Copy`; a
+//! A body is a small function, generic over a [`BodyMachine`], in which arithmetic reads as arithmetic. Values are `Copy`; a
 //! condition on an emulated value never becomes a Rust `if`. So one text of an instruction has several meanings: the
-//! interpreter computes with [`Byte`] and [`Pair`], a recorder computes with nothing and notes what was touched.
+//! interpreter computes with [`ByteValue`] and [`WideValue`], a recorder computes with nothing and notes what was touched.
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Not, Shl, Shr, Sub};
 

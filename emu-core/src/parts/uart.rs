@@ -17,7 +17,7 @@ pub struct UartSender {
     next: u64,
 }
 
-/// What a step of a [`Sender`] did.
+/// What a step of a [`UartSender`] did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SenderStep {
     /// The line has this level from now on.
@@ -46,7 +46,7 @@ impl UartSender {
         *self = UartSender { byte, bits_sent: 1, next: bits.nth_after(at, 1) };
     }
 
-    /// Takes the step that is due at [`Sender::next`].
+    /// Takes the step that is due at [`UartSender::next`].
     pub fn step(&mut self, bits: TickSeries) -> SenderStep {
         if self.bits_sent == FRAME_BITS {
             self.next = NEVER;
@@ -84,7 +84,7 @@ pub struct UartReceiver {
     next: u64,
 }
 
-/// What a [`Receiver`] found.
+/// What a [`UartReceiver`] found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReceiverEvent {
     /// A start bit was confirmed.
@@ -139,7 +139,7 @@ impl UartReceiver {
         }
     }
 
-    /// Takes the sample that is due at [`Receiver::next`]: `sample` is the line as sampled, `line` the line as it stands,
+    /// Takes the sample that is due at [`UartReceiver::next`]: `sample` is the line as sampled, `line` the line as it stands,
     /// `per_bit` the samples in a bit (16 or 8).
     pub fn step(&mut self, sample: bool, line: bool, per_bit: u8, samples: TickSeries) -> Option<ReceiverEvent> {
         let at = self.next;

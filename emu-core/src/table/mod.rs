@@ -1,7 +1,7 @@
 //! The instruction table: one row per instruction, and what can be read off it.
 //!
 //! A chip family writes its table once, as a macro in callback form: `family_table! { callback }` hands every row to
-//! `callback!`. [`define_isa!`](crate::define_isa) turns the rows into data ([`Row`], an `Op` kind per row);
+//! `callback!`. [`define_isa!`](crate::define_isa) turns the rows into data ([`Row`], an `PredecodedOp` kind per row);
 //! [`dispatch!`](crate::dispatch) turns them into the arms of the interpreter's `match`. Decoding, disassembly, assembly, encoding and
 //! the lists in the documentation all read the same rows.
 //!
@@ -13,7 +13,7 @@
 //! ```
 //!
 //! A row may name a second kind behind its body, for operands whose place predecode finds to be plain RAM: same text, same
-//! body, other operand types ([`InRam`]).
+//! body, other operand types ([`RamOperand`]).
 //!
 //! Operands that do not stand in the pattern (such as `Skip`, the length of the next instruction) are computed at
 //! predecode. Rows may overlap only in order: the first row that matches wins, and a test of each family lists the
@@ -313,7 +313,7 @@ macro_rules! define_isa {
 ///
 /// Every arm first lets the machine [`begin`](crate::machine::Machine::begin) the instruction with its length and its
 /// cycles where they are constant, so a body that touches the bus does so in the last cycle charged so far. The arm of a
-/// second shape takes the operands as their [`Operand`](crate::table::Operand)'s [`InRam`](crate::table::InRam).
+/// second shape takes the operands as their [`Operand`](crate::table::Operand)'s [`RamOperand`](crate::table::InRam).
 #[macro_export]
 macro_rules! dispatch {
     (($m:ident, $op:ident, $kind:expr, $other:expr) $word_bits:literal; extra { $($(#[doc = $xdoc:literal])* $extra:ident),* $(,)? }

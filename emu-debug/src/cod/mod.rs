@@ -4,7 +4,7 @@
 //! ```text
 //!   script.rs   messages read: commands for the start, assertions and commands at addresses      command.rs  one message
 //!   bench.rs    parts, nets, symbols, and the commands that change them                          expr.rs     expressions
-//!   net.rs      voltages of nets                                                                 value.rs    their values
+//!   nets.rs      voltages of nets                                                                 value.rs    their values
 //!   wiring.rs   the chip's pins on the nets                                                      parts/      the parts
 //!   run.rs      the run: from edge to edge, from message to message
 //! ```
@@ -13,13 +13,13 @@
 //!
 //! ```no_run
 //! # use emu_core::{Cpu, image::{SymbolAt, SymbolFile, load_messages}};
-//! # use emu_debug::{Names, cod};
+//! # use emu_debug::{AddressNames, cod};
 //! # fn show<C: Cpu>(cpu: &mut C, symbols: &[SymbolAt], bytes: &[u8]) {
 //! let messages = load_messages(&SymbolFile { name: "test.cod", bytes }).unwrap_or_default();
-//! let script = cod::Script::read(&messages).unwrap_or_default();
-//! let names = Names { chip: cpu.chip(), symbols };
-//! let limits = cod::Limits { cycle: 100_000_000, hz: script.frequency().unwrap_or(20_000_000) };
-//! let outcome = cod::run(cpu, &script, names, limits, &mut |_, _, _, _| {});
+//! let script = cod::CodScript::read(&messages).unwrap_or_default();
+//! let names = AddressNames { chip: cpu.chip(), symbols };
+//! let limits = cod::CodRunLimits { cycle: 100_000_000, hz: script.frequency().unwrap_or(20_000_000) };
+//! let outcome = cod::run_script(cpu, &script, names, limits, &mut |_, _, _, _| {});
 //! assert!(outcome.verdict.passed());
 //! # }
 //! ```

@@ -77,7 +77,7 @@ impl DebugSession {
         }
     }
 
-    /// As [`Session::back`], for many: positions are counted, not noted.
+    /// As [`DebugSession::back`], for many: positions are counted, not noted.
     fn step_back_far(&mut self, n: u64, go_on: KeepRunning<'_>) -> HaltResult {
         let (now, first) = (self.current.cycle(), self.history.first_cycle());
         let starts: Vec<u64> = self.history.copies_before(now).map(FollowedMachine::cycle).collect();
@@ -163,7 +163,7 @@ impl DebugSession {
     /// The machine stays where it is.
     ///
     /// # Errors
-    /// [`Why::Interrupted`] where `go_on` said so.
+    /// [`HaltReason::Interrupted`] where `go_on` said so.
     pub fn last_access(
         &mut self,
         wanted: PointTrigger,

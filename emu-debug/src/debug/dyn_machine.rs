@@ -38,7 +38,7 @@ pub trait DynMachine {
     fn has_pin(&self, pin: PinId) -> bool;
     /// [`Cpu::level`].
     fn pin_level(&self, pin: PinId) -> PinLevel;
-    /// [`Cpu::ram_at`].
+    /// [`Cpu::canonical_ram_address`].
     fn canonical_ram_address(&self, addr: u32) -> Option<u32>;
     /// Return addresses of a stack that lies in no memory ([`Cpu::return_stack`]).
     fn return_stack(&self) -> Vec<u32>;
@@ -72,11 +72,11 @@ pub trait DynMachine {
     }
     /// [`Cpu::step_until`].
     fn step_until(&mut self, until: u64, look: ObserveLevel, seer: &mut dyn DynProbe) -> StopReason;
-    /// [`Cpu::sleeps`].
+    /// [`Cpu::is_asleep`].
     fn is_asleep(&self) -> bool;
-    /// [`Cpu::insist`].
+    /// [`Cpu::set_run_while_halted`].
     fn set_run_while_halted(&mut self, on: bool);
-    /// [`Cpu::waits_for_ever`], breakpoints considered. Devices at its pins do nothing by themselves.
+    /// [`Cpu::is_blocked_on_input`], breakpoints considered. Devices at its pins do nothing by themselves.
     fn is_blocked_on_input(&self) -> bool;
     /// A copy that goes its own way.
     fn fork(&self) -> Box<dyn DynMachine>;
@@ -84,7 +84,7 @@ pub trait DynMachine {
     fn size_in_bytes(&self) -> usize;
 }
 
-/// A machine with its board as a [`Target`].
+/// A machine with its board as a [`DynMachine`].
 #[derive(Debug, Clone)]
 pub struct MachineWithDevices<C> {
     cpu: C,

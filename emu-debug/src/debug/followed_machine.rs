@@ -12,7 +12,7 @@ use super::history::{InputEvent, UserAction};
 pub trait ProgramFollower {
     /// Program words at which it wants to be told; always the same.
     fn followed_words(&self) -> &[u32];
-    /// The machine has come to the program word `pc`, one of [`Follow::stops`]; the instruction there is next.
+    /// The machine has come to the program word `pc`, one of [`ProgramFollower::followed_words`]; the instruction there is next.
     fn on_reached(&mut self, target: &dyn DynMachine, pc: u32);
     /// The chip was switched off and on: what the program remembers is gone.
     fn on_power_cycle(&mut self) {}

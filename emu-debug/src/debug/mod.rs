@@ -1,19 +1,19 @@
 //! The debugger without a face: a machine that can be stopped, looked at, and run forwards and backwards. The command line, the gdb
-//! server, the DAP server and the screen are four faces of one [`Session`].
+//! server, the DAP server and the screen are four faces of one [`DebugSession`].
 //!
 //! ```text
 //!   target.rs   any Cpu without its type         session.rs  running forwards: steps, points, limits
 //!   place.rs    what has a value: Place          back.rs     running backwards: nearest snapshot, then replay
 //!   scope.rs    names to places                  history.rs  snapshots and what was done from outside
-//!   expr.rs     expressions over places          line.rs     a machine on its way through that history
-//!   points.rs   breakpoints and watchpoints      eyes.rs     the probe that sees what points wait for
-//!   flow.rs     calls and returns                events.rs   what the chip has done, in words
-//!   calls.rs    the calls that are not over      stroll.rs   running step by step
-//!   object.rs   variables and values of C        parse.rs    expressions out of their text
-//!   kinds.rs    questions about types of C      amount.rs   values: whole numbers, and those with a point
-//!   spots.rs    where breakpoints of functions and lines lie
+//!   expr.rs     expressions over places          followed_machine.rs     a machine on its way through that history
+//!   points.rs   breakpoints and watchpoints      breakpoint_probe.rs     the probe that sees what points wait for
+//!   flow.rs     calls and returns                event_log.rs   what the chip has done, in words
+//!   calls.rs    the calls that are not over      step_until.rs   running step by step
+//!   c_objects.rs   variables and values of C        parse.rs    expressions out of their text
+//!   c_type_queries.rs    questions about types of C      expression_value.rs   values: whole numbers, and those with a point
+//!   breakpoint_locations.rs    where breakpoints of functions and lines lie
 //!   values.rs   the value history, and variables of the user
-//!   ctext.rs    those as text                    ctype.rs    types of C as text
+//!   c_values.rs    those as text                    c_types.rs    types of C as text
 //! ```
 //!
 //! **Positions.** The debugger stands between two instructions. A step ends behind an instruction or behind the entry of an

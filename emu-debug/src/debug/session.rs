@@ -49,7 +49,7 @@ pub struct RunGoal {
     pub until: Option<u64>,
     /// Before one of these program words.
     pub words: BTreeSet<u32>,
-    /// Time passes up to that cycle even where nothing can wake the chip, instead of [`Why::Halted`].
+    /// Time passes up to that cycle even where nothing can wake the chip, instead of [`HaltReason::Halted`].
     pub runs_while_halted: bool,
 }
 
@@ -240,7 +240,7 @@ impl DebugSession {
         if self.current.machine.has_no_devices() { Ok(()) } else { Err(DEVICES.to_owned()) }
     }
 
-    /// The state of the machine now, for [`Session::load`]: of the chip alone ([`Session::bare`]).
+    /// The state of the machine now, for [`DebugSession::load`]: of the chip alone ([`DebugSession::bare`]).
     #[must_use]
     pub fn save(&self) -> Vec<u8> {
         self.current.machine.save()

@@ -86,7 +86,7 @@ impl DebugSession {
         }
     }
 
-    /// Only something from outside can change what the program does ([`Target::waits_for_ever`]), none is to come, and no point looks at the time.
+    /// Only something from outside can change what the program does ([`DynMachine::is_blocked_on_input`]), none is to come, and no point looks at the time.
     pub(super) fn is_blocked_on_input(&self) -> bool {
         let timed = |what: &PointTrigger| matches!(what, PointTrigger::Change(expr) if expr.depends_only_on_time());
         self.current.next_event_cycle(&self.history.input_events) == u64::MAX
@@ -94,7 +94,7 @@ impl DebugSession {
             && self.current.machine.is_blocked_on_input()
     }
 
-    /// What ends a search for good, as far as it can be told: within [`SHORT`] cycles the program goes round where nothing leads out.
+    /// What ends a search for good, as far as it can be told: within [`FIRST_STRETCH`] cycles the program goes round where nothing leads out.
     fn endless_loop(&self) -> Option<HaltReason> {
         if self.current.next_event_cycle(&self.history.input_events) != u64::MAX {
             return None;

@@ -36,7 +36,7 @@ impl GpsimPeer {
     /// Starts it with a program.
     ///
     /// # Errors
-    /// As [`Pipe::start`]; the chip is not known there.
+    /// As [`PeerPipe::start`]; the chip is not known there.
     pub fn new(start: &PeerStart<'_>) -> io::Result<GpsimPeer> {
         let name = equivalent_chip(start.chip).map_or_else(|| start.chip.replacen("pic", "p", 1), str::to_owned);
         let mut pipe = PeerPipe::start(start, &["-i"])?;

@@ -87,7 +87,7 @@ pub trait PeerSimulator {
     /// elsewhere or later shows where it is.
     ///
     /// # Errors
-    /// As [`Peer::step`].
+    /// As [`PeerSimulator::step`].
     fn pass_sleep(&mut self, nap: PassedSleep) -> io::Result<RegisterView>;
 }
 
@@ -143,7 +143,7 @@ pub enum LockstepOutcome {
 /// Why nothing more is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LockstepEnd {
-    /// [`Terms::until`] or [`Terms::steps`].
+    /// [`CompareOptions::until`] or [`CompareOptions::steps`].
     Limit,
     /// [`Start::interrupt`].
     Interrupted,
@@ -181,7 +181,7 @@ pub const CYCLES_NAME: &str = "cycles";
 /// Runs both until they differ, or to the end.
 ///
 /// # Errors
-/// As [`Peer::step`].
+/// As [`PeerSimulator::step`].
 pub fn compare<C: Cpu>(
     cpu: &mut C,
     peer: &mut dyn PeerSimulator,

@@ -42,7 +42,7 @@ impl S51Peer {
     /// Starts it with a program.
     ///
     /// # Errors
-    /// As [`Pipe::start`].
+    /// As [`PeerPipe::start`].
     pub fn new(start: &PeerStart<'_>) -> io::Result<S51Peer> {
         let args = ["-t", type_name_of(start.chip), "-b", "-q"];
         let mut pipe = PeerPipe::start(start, &args)?;

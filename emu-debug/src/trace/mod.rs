@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   words.rs    the program words that are looked at       lines.rs    steps as lines: text or JSON
-//!   look.rs     the probe, and the run that steps          signals.rs  registers and memory as signals
+//!   trace_probe.rs     the probe, and the run that steps          signals.rs  registers and memory as signals
 //!   sink.rs     all lines, or the last of them
 //! ```
 //!
@@ -10,7 +10,7 @@
 //! machine is run one instruction at a time where it is looked at (`go`), and at full speed elsewhere: the probe only says where it
 //! has to stop for that. Any slicing of a run gives the same machine.
 //!
-//! [`Lines`] has no probe: a debugger that steps may ask it for the line of a step of its own.
+//! [`TraceLineWriter`] has no probe: a debugger that steps may ask it for the line of a step of its own.
 
 mod line_writer;
 mod output;

@@ -57,7 +57,7 @@ pub enum OscillatorMode {
     Ec,
     /// Resistor and capacitor.
     Rc,
-    /// On the chip; what becomes of the pins is in [`Config::osc_ports`].
+    /// On the chip; what becomes of the pins is in [`ConfigLayout::osc_ports`].
     Internal,
 }
 
@@ -116,7 +116,7 @@ impl ConfigLayout {
     }
 
     /// Whether the program may write the program word at `addr` by the first word; that it can write program memory at all
-    /// is a matter of [`super::Part::memory`].
+    /// is a matter of [`super::Pic16Part::memory`].
     #[must_use]
     pub fn may_write(&self, word: u16, addr: u16) -> bool {
         let value = |(mask, list): (u16, &'static [u16])| list.get(extract_bits(word, mask)).copied();

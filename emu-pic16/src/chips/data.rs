@@ -60,7 +60,7 @@ pub(super) const fn distinct_count(sfr: &[(u16, Sfr)]) -> usize {
     n
 }
 
-/// See [`regs`]; `N` is [`distinct`].
+/// See [`regs`]; `N` is [`distinct_count`].
 pub(super) const fn named_registers<const N: usize>(
     sfr: &[(u16, Sfr)],
     names: &[(Sfr, &'static str)],

@@ -2,7 +2,7 @@
 //! registers, register pairs, destinations, and values for the configuration words.
 //!
 //! A value has all bits of its word set but those that it stands for, so that values can be joined with `&`. It is worked out from
-//! the masks of the row ([`Config`]); a chip knows every spelling that a header of the family has for what it has itself, and
+//! the masks of the row ([`ConfigLayout`]); a chip knows every spelling that a header of the family has for what it has itself, and
 //! `tests/headers.rs` reads them all.
 
 use emu_core::pins::PinId;

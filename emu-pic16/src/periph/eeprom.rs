@@ -4,7 +4,7 @@
 //! A write is let through by 55h to EECON2, AAh to EECON2 two instruction cycles later and WR set in the cycle after that, as
 //! the five instructions of the data sheets do; WREN must have been set before. It takes its time by a clock of its own, which
 //! sleep does not stop. The data sheets have two NOPs follow the start of every access to program memory: these instructions
-//! run as NOP ([`Signal::Ignore`]), on the chips with FREE only the second. Then the core stands ([`Signal::Stall`]).
+//! run as NOP ([`Pic16Signal::Ignore`]), on the chips with FREE only the second. Then the core stands ([`Pic16Signal::Stall`]).
 
 use emu_core::state::{SnapshotDamaged, SnapshotState, StateTape};
 use std::ops::Range;
@@ -170,7 +170,7 @@ impl Pic16Eeprom {
         }
     }
 
-    /// The word that [`Signal::FlashRead`] has asked for; to be given before the next call.
+    /// The word that [`Pic16Signal::FlashRead`] has asked for; to be given before the next call.
     pub fn flash_data(&mut self, word: u16) {
         if let Some((_, data)) = &mut self.read {
             *data = word;

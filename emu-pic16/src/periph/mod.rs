@@ -1,14 +1,14 @@
 //! The parts of the chip around the core, and what they share.
 //!
 //! Time is counted in clocks of the oscillator since power-up, four to an instruction cycle: Q1 of cycle `c` is the clock
-//! `4 c`. It goes on while the oscillator stands in sleep; a part that hangs on the oscillator is told by [`Device::sleep`] and
-//! [`Device::wake`]. Nothing ticks: a part answers what it is at a clock, and when it next does something by itself.
+//! `4 c`. It goes on while the oscillator stands in sleep; a part that hangs on the oscillator is told by [`Pic16Device::sleep`] and
+//! [`Pic16Device::wake`]. Nothing ticks: a part answers what it is at a clock, and when it next does something by itself.
 //!
 //! Within an instruction cycle:
 //!
-//! - an instruction reads in Q2 what has happened up to the end of Q1's first edge: [`Device::read`] of cycle `c` comes with
+//! - an instruction reads in Q2 what has happened up to the end of Q1's first edge: [`Pic16Device::read`] of cycle `c` comes with
 //!   `t = 4 c`;
-//! - it writes at the end of Q4: [`Device::write`] of cycle `c` comes with `t = 4 c + 4`. What happens at that very clock by
+//! - it writes at the end of Q4: [`Pic16Device::write`] of cycle `c` comes with `t = 4 c + 4`. What happens at that very clock by
 //!   the settings before the write still happens (a timer that is stopped counts a last time, one that is started counts first
 //!   at `t + 4`); a counter that is itself written takes the value instead of the count;
 //! - counters of instruction cycles count at the end of a cycle, at clocks that four divides;
@@ -135,7 +135,7 @@ pub type Pic16Outbox = Vec<Pic16Signal>;
 pub trait Pic16Device {
     /// Does everything that is due at or before `t`. Nothing that has been done is done again.
     fn run_due(&mut self, t: u64, out: &mut Pic16Outbox);
-    /// The clock at which [`Device::run`] will next do something that can be noticed outside of the part (a flag, a line, a
+    /// The clock at which [`Pic16Device::run`] will next do something that can be noticed outside of the part (a flag, a line, a
     /// signal), if no register is written and no line changes before; `NEVER` where there is none. While the oscillator stands
     /// only what goes on without it counts.
     fn next_clock(&self) -> u64;

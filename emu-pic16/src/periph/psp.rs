@@ -136,7 +136,7 @@ impl ParallelSlavePort {
         self.input
     }
 
-    /// What [`Psp::read_port`] would give.
+    /// What [`ParallelSlavePort::read_port`] would give.
     #[must_use]
     pub const fn peek_port(&self) -> u8 {
         self.input

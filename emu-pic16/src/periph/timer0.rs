@@ -136,7 +136,7 @@ impl Timer0 {
         self.watchdog.is_running() && self.has(PSA) && self.tap()
     }
 
-    /// Instruction cycles to a count, from a moment at which the chain is [`Timer0::regular`]; `counts` at least 1.
+    /// Instruction cycles to a count, from a moment at which the chain is [`Timer0::is_regular`]; `counts` at least 1.
     fn cycles(&self, counts: u64) -> u64 {
         if self.has(PSA) {
             return counts;

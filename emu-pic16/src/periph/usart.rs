@@ -169,7 +169,7 @@ impl Pic16Usart {
         }
     }
 
-    /// TRMT is set as the stop bit begins, not in its middle ([`Readings::trmt_as_stop_begins`](crate::Readings)).
+    /// TRMT is set as the stop bit begins, not in its middle ([`Pic16Readings::trmt_as_stop_begins`](crate::Readings)).
     #[must_use]
     pub fn with_early_trmt(mut self, early: bool) -> Pic16Usart {
         self.early_trmt = early;
@@ -177,7 +177,7 @@ impl Pic16Usart {
     }
 
     /// A reset at clock `t`: every kind has the same effect here. (DS30292, table 12-6.) It says nothing about the
-    /// oscillator: a reset out of sleep takes a [`Device::wake`] as well.
+    /// oscillator: a reset out of sleep takes a [`Pic16Device::wake`] as well.
     pub fn reset(&mut self, power_on: bool, t: u64, out: &mut Pic16Outbox) {
         let _ = power_on;
         self.run_due(t, out);
@@ -221,7 +221,7 @@ impl Pic16Usart {
         self.txif
     }
 
-    /// The byte whose stop bit is on the line: all that a receiver needs of it has been sent, and its [`Signal::Sent`] is
+    /// The byte whose stop bit is on the line: all that a receiver needs of it has been sent, and its [`Pic16Signal::Sent`] is
     /// still to come.
     #[must_use]
     pub fn byte_in_stop_bit(&self) -> Option<u8> {

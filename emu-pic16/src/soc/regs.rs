@@ -23,7 +23,7 @@ const IOFS: u8 = 1 << 2;
 const OSTS: u8 = 1 << 3;
 
 /// The part that keeps a register; none for those of ports, interrupts, power and oscillators. Inlined, so that it and the match of
-/// [`with_part`] become one.
+/// [`with_unit`] become one.
 #[inline(always)]
 #[rustfmt::skip]
 const fn unit_of(reg: Sfr) -> Option<usize> {

@@ -16,7 +16,7 @@ pub struct Rig {
     /// Flags set, with their clocks.
     pub flags: Vec<(u64, InterruptFlag)>,
     out: Pic16Outbox,
-    /// What [`Device::steady`] has promised: a register, its value, and the clock before which it stays.
+    /// What [`Pic16Device::steady`] has promised: a register, its value, and the clock before which it stays.
     promised: Option<(Sfr, u8, u64)>,
 }
 

@@ -247,7 +247,7 @@ impl AvrSelector<'_> {
         }
     }
 
-    /// Stores the byte that [`Self::fetch`] loaded.
+    /// Stores the byte that [`Self::fetch_bit`] loaded.
     fn store_fetched_bit(&mut self, bit: BitId) {
         if let (AvrCellPlace::Ram(addr), _) = self.layout.bit(bit) {
             self.layout.store(self.asm, addr, BYTE);

@@ -50,7 +50,7 @@ mod code {
     pub(super) const SHORT_STORE: u8 = 0xE0;
 }
 
-/// A program as byte code: `Source::image` holds the bytes, the text is the same bytes as the inside of a C initialiser.
+/// A program as byte code: `EmittedSource::image` holds the bytes, the text is the same bytes as the inside of a C initialiser.
 ///
 /// # Errors
 /// As [`lowered`].

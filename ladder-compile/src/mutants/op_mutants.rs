@@ -17,7 +17,7 @@ pub(super) fn op_mutants(ir: &Ir, op: &IrOp) -> Vec<(IrOp, Option<IrOp>)> {
     all
 }
 
-/// `op` with its `n`-th fault, in the order of [`variants`].
+/// `op` with its `n`-th fault, in the order of [`op_mutants`].
 pub(super) fn nth_mutant(ir: &Ir, op: &IrOp, n: usize) -> Option<IrOp> {
     let own = own_mutants(ir, op);
     if let Some(new) = own.get(n) {

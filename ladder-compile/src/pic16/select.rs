@@ -1,6 +1,6 @@
 //! Operations to instructions.
 //!
-//! The accumulator is a formula ([`Expr`]) that is only computed where something needs it: a coil takes it straight into its
+//! The accumulator is a formula ([`RungFormula`]) that is only computed where something needs it: a coil takes it straight into its
 //! bit, a branch into jumps. Temporaries that are read once are formulas too. Before a cell is written, formulas that read
 //! it and are still needed are computed: the accumulator into FSR<0>, a temporary into its cell.
 

@@ -101,7 +101,7 @@ fn every_chip() {
 }
 
 /// Rungs in which code that is not always executed stands behind formulas that nobody has computed yet; see
-/// `Select::before_ways`.
+/// `Select::compute_before_branch`.
 #[rustfmt::skip]
 const WAITING: &[(&str, &str)] = &[
     ("what a branch left in the accumulator's own bit, and a counter",

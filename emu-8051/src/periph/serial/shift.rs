@@ -95,7 +95,7 @@ impl ShiftRegister {
         self.send.is_some_and(|t| t.done > 0) || self.receive.is_some_and(|t| t.done > 0)
     }
 
-    /// The machine cycle that [`Shifter::next`] gave.
+    /// The machine cycle that [`ShiftRegister::next`] gave.
     pub(super) fn step(&mut self, cycle: u64, rxd: bool) -> ShiftStep {
         let mut did = ShiftStep::default();
         if let Some(mut transfer) = ShiftTransfer::if_due(self.send, cycle) {

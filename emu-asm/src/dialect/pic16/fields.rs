@@ -13,7 +13,7 @@ const FILE_ADDRESSES: i64 = 0x200;
 /// Words that CALL and GOTO reach with the page that PCLATH selects.
 const REACHABLE_WORDS: i64 = 0x2000;
 
-/// See [`crate::dialect::Cut`].
+/// See [`crate::dialect::CutToField`].
 pub(super) fn cut_to_field(chip: &Chip, kind: &str, value: i64) -> Option<(i64, Option<AsmRefusal>)> {
     // 32 bits with a sign: 0xFFFFFFFF is -1.
     let n = i64::from(value as i32);

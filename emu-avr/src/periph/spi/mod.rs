@@ -1,7 +1,7 @@
 //! SPI (section 19), master and slave.
 //!
-//! What is on SCK, MOSI, MISO and SS comes by `Device::line`; that SS is an output, and so none that selects, by
-//! `Device::direction`.
+//! What is on SCK, MOSI, MISO and SS comes by `AvrDevice::line`; that SS is an output, and so none that selects, by
+//! `AvrDevice::direction`.
 
 mod device;
 

@@ -179,7 +179,7 @@ impl AvrTimer {
         self.select_clock(t);
     }
 
-    /// Interrupts (bit `n` is the interrupt `n`) whose flags give [`Signal::Flag`] when they are set, enabled or not.
+    /// Interrupts (bit `n` is the interrupt `n`) whose flags give [`AvrSignal::Flag`] when they are set, enabled or not.
     pub fn set_listened_interrupts(&mut self, irqs: u8, t: u64, out: &mut AvrOutbox) {
         self.on_setup_changed(t, out);
         self.listened_interrupts = self.shape.flags_of(irqs);

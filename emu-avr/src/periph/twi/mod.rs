@@ -1,7 +1,7 @@
 //! Two-wire interface (section 22), bit by bit on a bus that others share.
 //!
 //! The part pulls a line low ([`Drive::Output`] of a 0) or lets it go ([`Drive::Input`]); what the wires are comes back by
-//! `Device::line`, at the same edge where it is the part's own doing. It sees them two cycles later. The two halves of a period
+//! `AvrDevice::line`, at the same edge where it is the part's own doing. It sees them two cycles later. The two halves of a period
 //! of SCL count from the edges of the wire, so that several masters and those who stretch the clock agree on it.
 
 mod bus;
@@ -111,7 +111,7 @@ state! { enum TwiAction { 0 = PullScl, 1 = FreeScl, 2 = Start, 3 = Stop } }
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AvrTwi {
     rate: u8,
-    /// TWSR<7:3>; [`NOTHING`] while TWINT is 0.
+    /// TWSR<7:3>; [`NO_STATUS`] while TWINT is 0.
     status: u8,
     prescaler: u8,
     address: u8,

@@ -1,7 +1,7 @@
 //! USART (sections 20 and 21): asynchronous, synchronous, and as master of SPI.
 //!
-//! The wires really move: TXD and XCK are told of by [`Signal::Drive`], RXD and XCK are heard by `Device::line`, and the bit of
-//! XCK in DDR, which chooses between master and slave, by `Device::direction`. Between what `Device::next` tells of and now the
+//! The wires really move: TXD and XCK are told of by [`AvrSignal::Drive`], RXD and XCK are heard by `AvrDevice::line`, and the bit of
+//! XCK in DDR, which chooses between master and slave, by `AvrDevice::direction`. Between what `AvrDevice::next` tells of and now the
 //! port may be as late as it likes: it catches up when it is asked.
 
 mod baud;

@@ -4,6 +4,8 @@
 //! around it. Whatever the bytes are, reading ends: each entry is read once, and location lists and ranges have a budget of the order
 //! of the file's size.
 
+mod attributes;
+
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -12,17 +14,15 @@ use gimli::{
     UnitOffset,
 };
 
+use attributes::{constant_bytes, encoding, lossy_text, range, signed_value, unsigned_attribute};
+
 use super::{
-    BaseEncoding, BlockInfo, CType, DebugInfo, FunctionInfo, StructMember, TypeId, UnitInfo, VariableInfo,
-    VariableLocation,
+    BlockInfo, CType, DebugInfo, FunctionInfo, StructMember, TypeId, UnitInfo, VariableInfo, VariableLocation,
 };
 use crate::image::{dwarf, elf};
 
 type DwarfSlice<'b> = EndianSlice<'b, Le>;
 type DwarfEntry<'b> = DebuggingInformationEntry<DwarfSlice<'b>>;
-
-/// Longest name.
-const MAX_NAME: usize = 1024;
 
 /// Deepest nesting of blocks.
 const MAX_DEPTH: usize = 200;
@@ -453,54 +453,4 @@ impl UnitContext<'_, '_> {
             _ => 0,
         }
     }
-}
-
-fn unsigned_attribute(entry: &DwarfEntry<'_>, name: DwAt) -> Option<u32> {
-    let number = match entry.attr_value(name)? {
-        AttributeValue::FileIndex(index) => index,
-        value => value.udata_value()?,
-    };
-    u32::try_from(number).ok()
-}
-
-/// A constant: compilers write one below 0 in the form that has a sign, so in the others nothing is one.
-fn signed_value(value: &AttributeValue<DwarfSlice<'_>>) -> Option<i64> {
-    Some(match value {
-        AttributeValue::Sdata(value) => *value,
-        AttributeValue::Udata(value) | AttributeValue::Data8(value) => *value as i64,
-        AttributeValue::Data1(value) => i64::from(*value),
-        AttributeValue::Data2(value) => i64::from(*value),
-        AttributeValue::Data4(value) => i64::from(*value),
-        _ => return None,
-    })
-}
-
-/// The bytes of a constant; of a number as many as any object of it has, with its sign.
-fn constant_bytes(value: &AttributeValue<DwarfSlice<'_>>) -> Option<Vec<u8>> {
-    if let AttributeValue::Block(bytes) = value {
-        return Some(bytes.slice().to_vec());
-    }
-    signed_value(value).map(|number| number.to_le_bytes().to_vec())
-}
-
-fn encoding(value: Option<AttributeValue<DwarfSlice<'_>>>) -> BaseEncoding {
-    match value {
-        Some(AttributeValue::Encoding(gimli::DW_ATE_signed)) => BaseEncoding::Signed,
-        Some(AttributeValue::Encoding(gimli::DW_ATE_signed_char)) => BaseEncoding::SignedChar,
-        Some(AttributeValue::Encoding(gimli::DW_ATE_unsigned_char | gimli::DW_ATE_UTF)) => BaseEncoding::UnsignedChar,
-        Some(AttributeValue::Encoding(gimli::DW_ATE_boolean)) => BaseEncoding::Boolean,
-        Some(AttributeValue::Encoding(gimli::DW_ATE_float)) => BaseEncoding::Float,
-        _ => BaseEncoding::Unsigned,
-    }
-}
-
-/// A range that has bytes and lies in program memory.
-fn range(range: Range<u64>) -> Option<Range<u32>> {
-    let (start, end) = (u32::try_from(range.start).ok()?, u32::try_from(range.end).ok()?);
-    (start < end).then_some(start..end)
-}
-
-fn lossy_text(text: DwarfSlice<'_>) -> String {
-    let bytes = text.slice();
-    diag::text::printable(&String::from_utf8_lossy(bytes.get(..bytes.len().min(MAX_NAME)).unwrap_or_default())).into()
 }

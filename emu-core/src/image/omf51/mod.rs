@@ -92,7 +92,7 @@ impl OmfRecord<'_> {
 /// Loads an absolute object file. `file` is the name for messages, `spaces` are the memories of the chip, of which one is `code`.
 ///
 /// # Errors
-/// All faults of the file (codes in [`OMF_CODES`]); at most [`super::LIMIT`] and a closing note with the number of others.
+/// All faults of the file (codes in [`OMF_CODES`]); at most [`super::MAX_REPORTED`] and a closing note with the number of others.
 pub fn load_omf51(file: &str, bytes: &[u8], spaces: &[ImageSpace]) -> Result<LoadedImage, Vec<Diagnostic>> {
     let mut faults = FaultList::new(file, "OMF010");
     match guess_format(bytes) {

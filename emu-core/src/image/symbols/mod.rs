@@ -74,7 +74,7 @@ impl Symbols {
 ///
 /// # Errors
 /// All faults of all files (codes in [`super::SYMBOL_CODES`]), file by file in the order of their places, at most
-/// [`super::LIMIT`] of each; then the names on which the files disagree.
+/// [`super::MAX_REPORTED`] of each; then the names on which the files disagree.
 pub fn load_symbols(files: &[SymbolFile], spaces: SymbolSpaces) -> Result<Symbols, Vec<Diagnostic>> {
     let mut found = CollectedSymbols::default();
     let (mut refused, mut warnings) = (Vec::new(), Vec::new());

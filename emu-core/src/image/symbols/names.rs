@@ -19,7 +19,7 @@ use crate::image::SymbolAt;
 pub(in crate::image) type RankedName = (NameRank, String);
 
 /// How strong the claim of a place on a name is. The strongest has it; of several equal ones none has it, except that
-/// two places for one [`Rank::Exact`] name are an error.
+/// two places for one [`NameRank::Exact`] name are an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::image) enum NameRank {
     /// A name as the linker knows it.

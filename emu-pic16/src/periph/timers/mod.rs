@@ -81,7 +81,7 @@ impl Pic16Timers {
         self.update_deadlines();
     }
 
-    /// While `on`, every end of a period of timer 2 after `t` gives [`Signal::Timer2`]: the clock of the SSP is half that.
+    /// While `on`, every end of a period of timer 2 after `t` gives [`Pic16Signal::Timer2`]: the clock of the SSP is half that.
     pub fn set_timer2_listener(&mut self, on: bool, t: u64, out: &mut Pic16Outbox) {
         self.run_due(t, out);
         self.settle(t);

@@ -2,7 +2,7 @@
 //!
 //! The linker's map and the absolute object file say the same things in the same order, one in text and one in records: modules open
 //! and close, functions in them, blocks in those, and each name and line belongs to what is open. So both readers feed one
-//! [`Scopes`], which makes names and lines of it.
+//! [`ScopeTracker`], which makes names and lines of it.
 //!
 //! ```text
 //!   m51.rs    the map, of BL51 and of LX51

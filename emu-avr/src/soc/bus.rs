@@ -1,0 +1,112 @@
+//! The chip as its core sees it: reads and writes of registers, interrupts, and what keeps it awake.
+
+use emu_core::cpu::{Bus, BusEffect, NEVER};
+
+use super::AvrSoc;
+use crate::chips::{RegisterSlot, unit_index};
+use crate::periph::usart::AvrUsart;
+use crate::periph::{AvrDevice, timers, watchdog};
+
+impl Bus for AvrSoc {
+    #[inline]
+    fn read(&mut self, reg: u16, now: u64) -> (u8, BusEffect) {
+        // What programs wait for goes the short way.
+        if now < self.due
+            && let RegisterSlot::Timer(n, timers::TimerRegister::TIFR) = self.register_slot(reg)
+            && self.prr == 0
+            && let Some(flags) = self.timers[usize::from(n) % 4].flags_if_quiet(now)
+        {
+            return (flags, BusEffect::NONE);
+        }
+        self.read_any(reg, now)
+    }
+
+    fn peek(&self, reg: u16, now: u64) -> u8 {
+        if self.due <= now {
+            let mut soc = self.clone();
+            soc.run(now);
+            return soc.peek_register(soc.register_slot(reg), now);
+        }
+        self.peek_register(self.register_slot(reg), now)
+    }
+
+    fn write(&mut self, reg: u16, value: u8, now: u64) -> BusEffect {
+        if let RegisterSlot::Low(addr) = self.register_slot(reg) {
+            self.set_low_byte(addr, value);
+            return BusEffect::NONE;
+        }
+        self.write_bits(reg, 0xFF, value, now)
+    }
+
+    fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> BusEffect {
+        let due = self.due <= now;
+        let (mask, value) = self.merge_whole_register(reg, mask, value, now);
+        self.run(now);
+        let (logged, asks) = (self.log.len(), self.unit_requests);
+        self.write_register(self.register_slot(reg), mask, value, now + 1);
+        if self.touched_units != 0 {
+            self.update_deadlines();
+        }
+        // The instruction behind a write of IVSEL runs before any interrupt (12.5.1).
+        if std::mem::take(&mut self.power.moved_vectors) {
+            return BusEffect::HOLD_INTERRUPTS;
+        }
+        if due { BusEffect::RECHECK } else { self.bus_effect(logged, asks) }
+    }
+
+    fn fire(&mut self, now: u64) -> u64 {
+        self.run(now);
+        self.core_deadline = self.due;
+        self.due
+    }
+
+    fn steady_until(&self, reg: u16, now: u64) -> u64 {
+        if self.due <= now { now } else { self.register_steady_until(self.register_slot(reg), now).min(self.due) }
+    }
+
+    fn pending_interrupt(&self, now: u64) -> Option<u8> {
+        if self.due <= now {
+            let mut soc = self.clone();
+            soc.run(now);
+            return soc.first_vector;
+        }
+        self.first_vector
+    }
+
+    fn acknowledge_interrupt(&mut self, vector: u8, now: u64) {
+        self.run(now);
+        let source = usize::from(vector).checked_sub(1).and_then(|at| self.part.interrupt_sources.get(at));
+        if let Some(&(number, irq)) = source {
+            with_unit!(self, number, unit => unit.on_interrupt_taken(irq, now, &mut self.out));
+            self.mark_touched(number);
+            self.apply_signals(number);
+            self.notify_trigger(number, now);
+        }
+        self.update_deadlines();
+    }
+
+    fn can_wake(&self, interrupts_enabled: bool) -> bool {
+        let deaf = self.power.asleep.map_or(0, |asleep| asleep.0.units_unable_to_wake());
+        let waits = (0..unit_index::COUNT)
+            .any(|n| deaf >> n & 1 == 0 && (self.unit_deadlines[n] != NEVER || self.unit_requests[n] != 0));
+        let listens = self.usarts.iter().any(AvrUsart::is_receiver_enabled);
+        self.watchdog.peek(watchdog::WatchdogRegister::WDTCSR, 0) & WDE != 0
+            || self.power.next() != NEVER
+            || self.stall != 0
+            || interrupts_enabled && (waits || listens)
+    }
+
+    fn is_busy(&self) -> bool {
+        // What moves pins by itself: units that have something to do and no interrupt enabled for it.
+        let moves =
+            |n: usize| self.unit_deadlines[n] != NEVER && self.timers[n].peek(timers::TimerRegister::TIMSK, 0) == 0;
+        let units = [unit_index::SPI, unit_index::TWI, unit_index::ADC, unit_index::EEPROM];
+        self.drives.next_cycle() != NEVER
+            || self.usarts.iter().any(AvrUsart::is_sending)
+            || (0..4).any(moves)
+            || units.iter().any(|&n| self.unit_deadlines[n] != NEVER)
+    }
+}
+
+/// WDE in WDTCSR.
+const WDE: u8 = 1 << 3;

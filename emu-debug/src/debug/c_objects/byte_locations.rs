@@ -1,0 +1,129 @@
+//! Where each byte of an object of C is on a machine, and what the byte is now.
+
+use std::ops::Range;
+
+use emu_core::image::{AVR_DATA, ByteLocation};
+
+use super::{ObjectBase, ObjectExpr};
+use crate::debug::call_stack::{CallFrame, MachineFrame, memory_at};
+use crate::debug::dyn_machine::DynMachine;
+
+/// Where a byte of an object is on a machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ObjectByteLocation {
+    /// In a memory.
+    Memory(&'static str, u32),
+    /// Nowhere, but its value is known.
+    Value(u8),
+    /// The compiler has optimized it away.
+    OptimizedAway,
+    /// No memory has such an address, or no call is in the function that has it.
+    Missing,
+}
+
+impl ObjectExpr {
+    /// The frame in which a variable is known.
+    pub(super) fn frame(&self, target: &dyn DynMachine, known: &[Range<u32>], level: usize) -> Option<CallFrame> {
+        let is_known = |frame: &CallFrame| {
+            let byte = emu_core::image::FrameView::pc_byte(&MachineFrame { target, frame });
+            known.iter().any(|range| range.contains(&byte))
+        };
+        if level == 0
+            && let Some(frame) = self.calls.frame(target, 0).filter(is_known)
+        {
+            return Some(frame);
+        }
+        self.calls.frames(target).into_iter().skip(level).find(is_known)
+    }
+
+    /// Where its bytes are.
+    #[must_use]
+    pub fn byte_locations(&self, target: &dyn DynMachine) -> Vec<ObjectByteLocation> {
+        const MOST: u32 = 1 << 16;
+        let bytes = self.bytes().unwrap_or(0).min(MOST);
+        let missing = || vec![ObjectByteLocation::Missing; bytes as usize];
+        let index = self.indices.iter().try_fold(i64::from(self.offset), |sum, (index, size)| {
+            sum.checked_add(index.value(target)?.checked_mul(i64::from(*size))?)
+        });
+        let Some(first) = index else { return missing() };
+        let chip = target.chip();
+        let in_memory = |address: u32| match memory_at(chip, address) {
+            Some((space, addr)) if target.peek(space, addr).is_some() => ObjectByteLocation::Memory(space, addr),
+            _ => ObjectByteLocation::Missing,
+        };
+        match &self.base {
+            ObjectBase::At(addr) => {
+                let addr = addr.value(target).and_then(|addr| addr.checked_add(first));
+                let Some(addr) = addr.and_then(|addr| u32::try_from(addr).ok()) else { return missing() };
+                let addr = if addr < 0x1_0000 { addr | AVR_DATA } else { addr };
+                (0..bytes).map(|n| in_memory(addr.saturating_add(n))).collect()
+            }
+            ObjectBase::Value(_) | ObjectBase::AddressOf(_) => {
+                let Some(value) = self.number(target) else { return missing() };
+                let value = value.to_le_bytes();
+                (0..bytes as usize)
+                    .map(|n| value.get(n).copied().map_or(ObjectByteLocation::Missing, ObjectByteLocation::Value))
+                    .collect()
+            }
+            ObjectBase::Function(_) => missing(),
+            ObjectBase::Kept(all) => {
+                let at = |n: u32| all.get(usize::try_from(first.checked_add(n.into())?).ok()?);
+                (0..bytes).map(|n| at(n).copied().unwrap_or(ObjectByteLocation::Missing)).collect()
+            }
+            ObjectBase::Variable { variable, known, level } => {
+                let frame = match known.is_empty() {
+                    true => self.calls.frame(target, 0),
+                    false => self.frame(target, known, *level),
+                };
+                let Some(frame) = frame else { return missing() };
+                let view = MachineFrame { target, frame: &frame };
+                let byte = emu_core::image::FrameView::pc_byte(&view);
+                let all = self.info().locate_bytes(variable, self.info().function_at(byte), &view);
+                let cell = |at: ByteLocation| match at {
+                    ByteLocation::Memory(address) => in_memory(address),
+                    ByteLocation::Register(number) => match frame.saved_registers.get(usize::from(number)) {
+                        Some(saved) => ObjectByteLocation::Memory(chip.ram_space, saved.unwrap_or(number.into())),
+                        None => ObjectByteLocation::Missing,
+                    },
+                    ByteLocation::Value(value) => ObjectByteLocation::Value(value),
+                    ByteLocation::OptimizedOut => ObjectByteLocation::OptimizedAway,
+                };
+                // What lies behind the end of an array in memory is memory too.
+                let at = |n: u32| {
+                    let n = first.checked_add(n.into())?;
+                    match (usize::try_from(n).ok().and_then(|n| all.get(n)), all.first()) {
+                        (Some(at), _) => Some(cell(*at)),
+                        (None, Some(ByteLocation::Memory(address))) => {
+                            let n = i32::try_from(n).ok()?;
+                            Some(in_memory(address.checked_add_signed(n)?))
+                        }
+                        _ => None,
+                    }
+                };
+                (0..bytes).map(|n| at(n).unwrap_or(ObjectByteLocation::Missing)).collect()
+            }
+        }
+    }
+}
+
+impl ObjectByteLocation {
+    /// The byte now, for good.
+    pub(super) fn frozen(self, target: &dyn DynMachine) -> ObjectByteLocation {
+        match self {
+            ObjectByteLocation::Memory(space, addr) => {
+                target.peek(space, addr).map_or(ObjectByteLocation::Missing, ObjectByteLocation::Value)
+            }
+            other => other,
+        }
+    }
+
+    /// The byte now.
+    #[must_use]
+    pub fn value(self, target: &dyn DynMachine) -> Option<u8> {
+        match self {
+            ObjectByteLocation::Memory(space, addr) => target.peek(space, addr),
+            ObjectByteLocation::Value(value) => Some(value),
+            ObjectByteLocation::OptimizedAway | ObjectByteLocation::Missing => None,
+        }
+    }
+}
