@@ -24,7 +24,7 @@ pub struct Ap101Flags {
     inputs: Option<InputReading>,
 }
 
-/// See [`Inputs`].
+/// See [`InputSampling`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum InputReading {
     /// As a program cycle begins.

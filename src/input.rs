@@ -60,7 +60,7 @@ pub fn read_bytes_twice(file: &str) -> Result<Vec<u8>, VerbFailure> {
     Ok(bytes)
 }
 
-/// The same as [`bytes`], with the system's word where it fails.
+/// The same as [`read_bytes`], with the system's word where it fails.
 pub fn read_file(file: &str) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     if let Ok(mut kept) = PEEKED.lock()

@@ -8,7 +8,7 @@ use emu_core::machine::{BitOps, BodyMachine, WideOps, WordOps};
 pub(crate) use crate::operand_place::{AccPlace, BitOperandPlace, CarryPlace, OperandPlace, OperandSource};
 use crate::operands::{Imm16, RamBit, Rel, Ri};
 
-/// What MCS-51 bodies need beyond [`Machine`].
+/// What MCS-51 bodies need beyond [`BodyMachine`].
 pub(crate) trait Mcs51Machine: BodyMachine {
     /// The accumulator.
     fn acc(&self) -> Self::Word;

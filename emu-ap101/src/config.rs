@@ -18,7 +18,7 @@ pub use crate::modules::{ModuleKind, ModuleSettings, ModuleTimeUnit};
 
 /// Byte address of the block in an image file, and its length.
 pub const CONFIG_ADDRESS: u32 = 0x1000;
-/// See [`BLOCK`].
+/// See [`CONFIG_ADDRESS`].
 pub const CONFIG_BYTES: u32 = 0x300;
 
 /// Programs in the table.
@@ -234,7 +234,7 @@ impl Ap101Config {
         if reader.damages.is_empty() { Ok(config) } else { Err(reader.damages) }
     }
 
-    /// The block that says so, [`LENGTH`] bytes. Programs stand at their positions in the table.
+    /// The block that says so, [`CONFIG_BYTES`] bytes. Programs stand at their positions in the table.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         let (outputs, inputs) = (self.output_channels.to_le_bytes(), self.input_channels.to_le_bytes());

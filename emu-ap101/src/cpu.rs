@@ -53,7 +53,7 @@ pub struct Ap101 {
 
 impl Ap101 {
     /// A machine at its first cold start with the program of `image`, configured as the image says. A block that is damaged, of
-    /// which [`Config::of`] tells, counts as none.
+    /// which [`Config::read_config`] tells, counts as none.
     #[must_use]
     pub fn new(image: &Image) -> Ap101 {
         Ap101::with(image, Options::default())

@@ -35,7 +35,7 @@ pub(crate) trait Ap101Machine {
 pub(crate) trait BitOperand: Copy {
     /// Reads the bit.
     fn read<M: Ap101Machine>(self, m: &mut M) -> M::Bit;
-    /// Stores a bit; `orders` as in [`Ap101::store`].
+    /// Stores a bit; `orders` as in [`Ap101::store_bit`].
     fn store<M: Ap101Machine>(self, m: &mut M, bit: M::Bit, orders: bool);
     /// Writes a bit where `condition` holds.
     fn write_if<M: Ap101Machine>(self, m: &mut M, condition: M::Bit, bit: M::Bit);

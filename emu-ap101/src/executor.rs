@@ -26,7 +26,7 @@ const R_SPACE: u8 = 4;
 pub(crate) struct CoreRegisters {
     pub clock: Countdown,
     pub a: bool,
-    /// Up to [`OPS`]: behind the end of program memory the hot loop is left.
+    /// Up to [`OP_COUNT`]: behind the end of program memory the hot loop is left.
     pub next_address: u32,
     /// The address of the last instruction.
     pub last: u32,

@@ -15,14 +15,14 @@ pub const CELL_COUNT: usize = 1024;
 
 /// The first cell of M, and the first one of the images.
 pub const M_START: u16 = 512;
-/// See [`M`].
+/// See [`M_START`].
 pub const IMAGE_START: u16 = M_START + 256;
 
 /// What an address is on a machine with its channels and modules.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BitAddress(pub u16);
 
-/// What a [`Place`] is, taken apart.
+/// What a [`BitAddress`] is, taken apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BitLocation {
     /// A cell: below 512 an input latch, from 512 on M.

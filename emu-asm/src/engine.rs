@@ -105,7 +105,7 @@ pub(crate) struct Assembler<'a> {
     faults: Vec<(Diagnostic, Option<String>)>,
     /// Errors among them.
     errors: usize,
-    /// Errors beyond [`LIMIT`].
+    /// Errors beyond [`MAX_REPORTED`].
     unreported_errors: usize,
     /// Warnings and notes beyond it.
     unreported_remarks: usize,

@@ -15,7 +15,7 @@ pub(crate) const Y: u8 = 28;
 /// Number of the lower register of the pointer Z.
 pub(crate) const Z: u8 = 30;
 
-/// What AVR bodies need beyond [`Machine`]. Accesses fall in the last cycle charged so far.
+/// What AVR bodies need beyond [`BodyMachine`]. Accesses fall in the last cycle charged so far.
 pub(crate) trait AvrMachine: BodyMachine {
     /// A register.
     fn reg(&self, r: u8) -> Self::Word;

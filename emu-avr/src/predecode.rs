@@ -48,7 +48,7 @@ pub(crate) struct CodeMemory {
 }
 
 impl CodeMemory {
-    /// Program memory with these bytes, a power of two of them that is at most twice [`WORDS`]; erased words do nothing, or are no
+    /// Program memory with these bytes, a power of two of them that is at most twice [`MAX_WORDS`]; erased words do nothing, or are no
     /// instruction.
     pub(crate) fn new(bytes: Vec<u8>, part: &'static AvrPart, erased_is_nop: bool) -> CodeMemory {
         let erased = if erased_is_nop { Kind::Nop } else { Kind::Illegal };

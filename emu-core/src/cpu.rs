@@ -41,7 +41,7 @@ pub enum StopReason {
         /// What it was.
         fault: ProgramFault,
     },
-    /// A trap set by [`Cpu::trap`] was reached; its instruction was not executed yet.
+    /// A trap set by [`Cpu::set_breakpoint`] was reached; its instruction was not executed yet.
     Breakpoint {
         /// Program word address.
         pc: u32,
@@ -168,7 +168,7 @@ pub trait Cpu: Clone {
         let _ = (at, millivolts);
         false
     }
-    /// Where the byte of RAM is kept that the program reaches at `addr` of the memory [`Chip::ram`]: an address of that memory,
+    /// Where the byte of RAM is kept that the program reaches at `addr` of the memory [`Chip::ram_space`]: an address of that memory,
     /// below 64 K, the same for all mirrors. None where there is no RAM.
     fn canonical_ram_address(&self, addr: u32) -> Option<u32> {
         let chip = self.chip();
@@ -291,15 +291,15 @@ pub trait Probe {
     /// [`Probe::on_instruction`] is called at every turn of a loop that only waits. Where it need not be, turns that are like the one before are
     /// jumped over, and a turn that is not is seen.
     const EVERY_ITERATION: bool = Self::INSN;
-    /// [`Probe::data`] is called.
+    /// [`Probe::on_data_access`] is called.
     const DATA: bool = false;
-    /// [`Probe::goes`], [`Probe::on_flow_start`] and [`Probe::breaks`] are called.
+    /// [`Probe::on_branch`], [`Probe::on_flow_start`] and [`Probe::on_flow_end`] are called.
     const FLOW: bool = false;
-    /// [`Probe::data`] is called for reads too. Where it need not be, turns of a loop that only waits are jumped over.
+    /// [`Probe::on_data_access`] is called for reads too. Where it need not be, turns of a loop that only waits are jumped over.
     const DATA_READS: bool = Self::DATA;
-    /// [`Probe::event`] is called, and the chip logs edges and bytes.
+    /// [`Probe::on_event`] is called, and the chip logs edges and bytes.
     const EVENTS: bool = false;
-    /// [`Probe::lint`] is called, on machines that have diagnostics.
+    /// [`Probe::on_lint`] is called, on machines that have diagnostics.
     const LINT: bool = false;
     /// [`Probe::on_subcycle`] is called, on machines that have subcycles.
     const SUBCYCLE: bool = false;

@@ -249,7 +249,7 @@ pub fn nearest_standard_baud(baud: u32) -> u32 {
 }
 
 impl Lint {
-    /// Its row of [`CODES`].
+    /// Its row of [`LINT_CODES`].
     #[must_use]
     pub const fn code_row(&self) -> &'static DiagnosticCode {
         let row = match self {

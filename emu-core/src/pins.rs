@@ -48,7 +48,7 @@ impl PinLevel {
 /// A pin: position in the chip's list of pins ([`crate::chip::Chip::pins`]).
 pub type PinId = u16;
 
-/// Something that a chip did or saw, with its time; handed to [`Probe::event`](crate::cpu::Probe::event) in order of time.
+/// Something that a chip did or saw, with its time; handed to [`Probe::event`](crate::cpu::Probe::on_event) in order of time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ChipEvent {
     /// The level of a pin changed.

@@ -15,7 +15,7 @@ pub enum RandomInput {
     Poke(&'static str, u32, u8),
     /// [`Cpu::set_pc`].
     Pc(u32),
-    /// [`Cpu::trap`].
+    /// [`Cpu::set_breakpoint`].
     Trap(u32, bool),
     /// [`Cpu::drive`], at once.
     Drive(PinId, PinLevel),

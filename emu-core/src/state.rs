@@ -186,7 +186,7 @@ impl StateTape<'_> {
     }
 }
 
-/// Bytes of a page of [`StateTape::memory`].
+/// Bytes of a page of [`StateTape::pass_memory`].
 const PAGE_BYTES: usize = 256;
 
 impl SnapshotState for u8 {

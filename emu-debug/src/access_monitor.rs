@@ -63,7 +63,7 @@ pub(crate) struct UnwrittenRam {
 
 /// What of a chip's RAM is looked at.
 pub struct RamCheck<'a> {
-    /// Where bytes of RAM are kept: [`Cpu::canonical_ram_address`](emu_core::Cpu::ram_at).
+    /// Where bytes of RAM are kept: [`Cpu::canonical_ram_address`](emu_core::Cpu::canonical_ram_address).
     pub canonical_address: &'a dyn Fn(u32) -> Option<u32>,
     /// Stretches of data memory that count as written.
     pub initialized: &'a [AddressRange],
@@ -141,7 +141,7 @@ impl UnwrittenRam {
         }
     }
 
-    /// Notes an access as [`Probe::data`] tells of it; the byte of RAM that it reads without that having been written: the
+    /// Notes an access as [`Probe::on_data_access`] tells of it; the byte of RAM that it reads without that having been written: the
     /// address under which it is kept.
     pub(crate) fn note_access(&mut self, chip: &Chip, space: u8, addr: u16, write: bool) -> Option<u32> {
         let (space, addr) = (chip.spaces.get(usize::from(space))?.0, u32::from(addr));

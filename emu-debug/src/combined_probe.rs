@@ -11,13 +11,13 @@ use crate::trace::TraceProbe;
 
 /// A probe along whose type is not known.
 pub(crate) trait DynRunProbe: crate::dyn_probe::DynProbe {
-    /// [`Probe::goes`].
+    /// [`Probe::on_branch`].
     fn on_branch(&mut self, next: u32, to: u32, taken: bool);
     /// [`Probe::on_flow_start`].
     fn on_flow_start(&mut self, pc: u32);
-    /// [`Probe::breaks`].
+    /// [`Probe::on_flow_end`].
     fn on_flow_end(&mut self, pc: u32);
-    /// [`RunProbe::passes`].
+    /// [`RunProbe::on_breakpoint_passed`].
     fn on_breakpoint_passed(&mut self, memory: ReadMemory<'_>, pc: u32);
 }
 

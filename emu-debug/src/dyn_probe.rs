@@ -18,15 +18,15 @@ pub enum ObserveLevel {
     All,
 }
 
-/// What is told of a run: a [`Probe`] whose type is not known. Which of it is told says the [`Look`].
+/// What is told of a run: a [`Probe`] whose type is not known. Which of it is told says the [`ObserveLevel`].
 pub trait DynProbe {
     /// [`Probe::on_instruction`].
     fn on_instruction(&mut self, at: u64, pc: u32) -> bool;
-    /// [`Probe::data`].
+    /// [`Probe::on_data_access`].
     fn on_data_access(&mut self, at: u64, space: u8, addr: u16, value: u8, write: bool) -> bool;
-    /// [`Probe::irq`].
+    /// [`Probe::on_interrupt`].
     fn on_interrupt(&mut self, at: u64, vector: u8);
-    /// [`Probe::event`].
+    /// [`Probe::on_event`].
     fn on_event(&mut self, event: ChipEvent) -> bool;
 }
 
@@ -48,22 +48,22 @@ impl<P: Probe> DynProbe for P {
 /// The probes of the looks that tell something: `N` is the look's number.
 pub(crate) struct LevelProbe<'a, const N: u8>(&'a mut dyn DynProbe);
 
-/// For [`Look::Events`].
+/// For [`ObserveLevel::Events`].
 pub(crate) fn probe_events(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Events as u8 }> {
     LevelProbe(seer)
 }
 
-/// For [`Look::Writes`].
+/// For [`ObserveLevel::Writes`].
 pub(crate) fn probe_writes(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Writes as u8 }> {
     LevelProbe(seer)
 }
 
-/// For [`Look::Instructions`].
+/// For [`ObserveLevel::Instructions`].
 pub(crate) fn probe_instructions(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::Instructions as u8 }> {
     LevelProbe(seer)
 }
 
-/// For [`Look::All`].
+/// For [`ObserveLevel::All`].
 pub(crate) fn probe_everything(seer: &mut dyn DynProbe) -> LevelProbe<'_, { ObserveLevel::All as u8 }> {
     LevelProbe(seer)
 }

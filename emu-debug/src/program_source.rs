@@ -65,7 +65,7 @@ impl ProgramSource<'_> {
     /// A condition, as [`until`] reads it, and `pc=main.c:12`.
     ///
     /// # Errors
-    /// As [`until`] and [`Source::words`].
+    /// As [`until`] and [`ProgramSource::parse_words`].
     pub fn parse_condition(&self, text: &str) -> Result<StopCondition, String> {
         let place = text.trim().strip_prefix("pc").map(|rest| rest.trim_start_matches([' ', '=']).trim());
         match place.filter(|place| split_file_and_line(place).is_some()) {
@@ -74,7 +74,7 @@ impl ProgramSource<'_> {
         }
     }
 
-    /// What the operands of a disassembled instruction ([`Line::operands`](emu_core::table::Line::operands)) mean in the
+    /// What the operands of a disassembled instruction ([its `operands`](emu_core::table::DisassembledInstruction)) mean in the
     /// program: the places that it goes to (`main+0x4`), and the objects in RAM that it names by address (`buf+0x1`).
     #[must_use]
     pub fn describe_operands(&self, operands: &[(&'static str, i32)]) -> Vec<String> {

@@ -24,7 +24,7 @@ pub struct RunPlan {
     pub limit: u64,
     /// Conditions; any of them ends it.
     pub until: Vec<StopCondition>,
-    /// A text in the serial output that ends it well, unless the host still waits ([`Host::waits`]).
+    /// A text in the serial output that ends it well, unless the host still waits ([`Host::is_waiting`]).
     pub expect: Option<Vec<u8>>,
     /// A text in the serial output that ends it badly.
     pub fail: Option<Vec<u8>>,
@@ -155,7 +155,7 @@ fn run_observed<C: Cpu>(
 
 /// What looks at a run, as its loop knows it.
 trait RunObserver: Probe + Sized {
-    /// [`RunProbe::passes`].
+    /// [`RunProbe::on_breakpoint_passed`].
     fn on_breakpoint_passed(&mut self, memory: ReadMemory<'_>, pc: u32);
     /// What it has seen that ends the run.
     fn end_reason(&self, plan: &RunPlan) -> Option<RunEnd>;

@@ -88,7 +88,7 @@ impl SerialLineSender {
     /// The line at rest and the edges of `texts`, in the order of their times.
     ///
     /// # Errors
-    /// Those of [`SerialLineSender::send`].
+    /// Those of [`SerialLineSender::edges_of_bytes`].
     pub fn edges_of_texts(
         mut self,
         clock: CycleClock,

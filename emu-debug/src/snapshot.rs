@@ -61,7 +61,7 @@ pub const CODES: &[DiagnosticCode] = &[
 pub struct SnapshotHeader {
     /// Name of the chip.
     pub chip: String,
-    /// [`program`] of the image.
+    /// [`image_hash`] of the image.
     pub program: u64,
     /// What configures the machine: the flags of the command line that do, with their values, as `--clock 8000000 --x2`.
     pub options: String,

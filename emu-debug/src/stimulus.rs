@@ -12,7 +12,7 @@ const SUPPLY_NAMES: [&str; 2] = ["VDD", "VCC"];
 /// The supply before anything else is said of it, in millivolts.
 pub const INITIAL_SUPPLY_MV: u32 = 5_000;
 
-/// Counts of the converter that [`Put::Counts`] speaks of.
+/// Counts of the converter that [`ExternalDrive::Counts`] speaks of.
 const ADC_COUNTS: u16 = 1024;
 
 /// Highest voltage, in millivolts: above what any pin of these chips bears.
@@ -65,7 +65,7 @@ pub fn parse_pin_level(chip: &Chip, text: &str) -> Result<(PinId, PinLevel), Str
     Ok((pin, level))
 }
 
-/// What is done to a pin: a level as [`pin_level`] reads it, where `z` lets it go, a resistor (`RC3=pullup`, `RC3=pulldown`), or
+/// What is done to a pin: a level as [`parse_pin_level`] reads it, where `z` lets it go, a resistor (`RC3=pullup`, `RC3=pulldown`), or
 /// a voltage (`RA0=1.25V`, `RA0=800mV`, or `RA0=512counts` of the 1024 in which a converter divides the supply); `VDD=4.5V` sets
 /// the supply, and `VCC` is another name for it.
 ///
@@ -113,7 +113,7 @@ pub fn parse_drive(chip: &Chip, text: &str) -> Result<ExternalDrive, String> {
     })
 }
 
-/// `10ms:PB0=0`: a time as in [`CycleClock::moment`] and what is done as in [`put`].
+/// `10ms:PB0=0`: a time as in [`CycleClock::parse_moment`] and what is done as in [`put`].
 ///
 /// # Errors
 /// As those.

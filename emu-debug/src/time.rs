@@ -30,11 +30,11 @@ impl CycleClock {
         self.parse_moment(text).map(|time| time.cycle)
     }
 
-    /// The moment `text` after power-up, as [`CycleClock::cycles`] reads it, but to the clock: a time that lies within a clock counts
+    /// The moment `text` after power-up, as [`CycleClock::parse_cycles`] reads it, but to the clock: a time that lies within a clock counts
     /// as its start.
     ///
     /// # Errors
-    /// As [`CycleClock::cycles`].
+    /// As [`CycleClock::parse_cycles`].
     pub fn parse_moment(self, text: &str) -> Result<CycleTime, String> {
         let wanted = || format!("`{text}` is no time; write 2s, 10ms, 2.5us, 100ns or 1000c (cycles)");
         let (number, unit) = split_unit(text);

@@ -1,4 +1,4 @@
-//! What gdbstub wants to know of a processor. Ours are data ([`GdbLayout`](crate::layout::Layout)), so one type stands for all.
+//! What gdbstub wants to know of a processor. Ours are data ([`GdbLayout`](crate::layout::GdbLayout)), so one type stands for all.
 
 use std::num::NonZeroUsize;
 

@@ -1,6 +1,6 @@
 //! The chips of the family, one row each.
 //!
-//! Sources: the data sheet that [`Chip::source`] names, its sections "Memory organization", "Special features of the CPU",
+//! Sources: the data sheet that [`Chip::data_sheet`] names, its sections "Memory organization", "Special features of the CPU",
 //! "Electrical characteristics" and its pin descriptions; device IDs by the programming specifications (DS39025 16F87X,
 //! DS39589 16F87XA, DS30262 16F84A, DS41196 16F62XA, DS39603 16F81X, DS39607 16F87 and 88). The clock that is assumed when
 //! none is given is 4 MHz everywhere, at which an instruction cycle takes a microsecond: no data sheet names a usual clock.
@@ -143,7 +143,7 @@ impl Pic16Part {
         }
     }
 
-    /// [`Pic16Part::place`] of all addresses: for those who look places up often.
+    /// [`Pic16Part::file_slot`] of all addresses: for those who look places up often.
     #[must_use]
     pub fn file_slots(&self) -> [FileSlot; 0x200] {
         let mut addr = 0;

@@ -9,7 +9,7 @@ use emu_core::machine::{BodyMachine, WordOps};
 use crate::operands::{B, F, FileAddress, JumpTarget, K, RamCell};
 use crate::periph::map::Sfr;
 
-/// What PIC16 bodies need beyond [`Machine`].
+/// What PIC16 bodies need beyond [`BodyMachine`].
 pub(crate) trait Pic16Machine: BodyMachine {
     /// W.
     fn w(&self) -> Self::Word;

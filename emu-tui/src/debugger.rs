@@ -1,6 +1,6 @@
 //! The debugger's screen: code, registers, pins, a waveform, and the rung with power flow, memory or symbols.
 //!
-//! It knows no machine. A [`Machine`] tells what is to be seen as plain data ([`DebuggerSnapshot`]) and obeys the commands that
+//! It knows no machine. A [`DebuggedMachine`] tells what is to be seen as plain data ([`DebuggerSnapshot`]) and obeys the commands that
 //! `docs/debug.md` lists; keys are short for such commands. `update` is what keys do, `view` what it looks like.
 
 mod panes;

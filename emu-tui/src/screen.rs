@@ -36,7 +36,7 @@ static TERMINAL_TAKEN: AtomicBool = AtomicBool::new(false);
 pub enum ScreenEnd {
     /// It was left.
     Quit,
-    /// The process is to end by this signal. Pass it to [`obey`] once everything is put away.
+    /// The process is to end by this signal. Pass it to [`exit_by_signal`] once everything is put away.
     Signal(i32),
 }
 

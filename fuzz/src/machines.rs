@@ -6,7 +6,7 @@ use emu_core::image::{Image, Segment};
 use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions};
 use emu_debug::{AttachedDevices, CycleClock};
 
-/// The families, in the order of [`chips`].
+/// The families, in the order of [`family_chips`].
 pub(crate) const FAMILIES: [ChipFamily; 4] = [ChipFamily::Avr, ChipFamily::Mcs51, ChipFamily::Pic16, ChipFamily::Ap101];
 
 /// The chip that stands for a family.

@@ -138,7 +138,7 @@ impl<A: TargetArch> CodeWriter<A> {
         CodeWriter { arch, items: Vec::new(), labels: 0 }
     }
 
-    /// A new label, placed later by [`Asm::place`].
+    /// A new label, placed later by [`CodeWriter::place_label`].
     pub fn new_label(&mut self) -> CodeLabel {
         self.labels += 1;
         CodeLabel(self.labels - 1)

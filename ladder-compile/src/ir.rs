@@ -280,7 +280,7 @@ pub enum IrOp {
         scans: i32,
     },
     /// acc := what a timer or counter gives whose in is acc; the word is its integer, all other state is the operation's own. Only for
-    /// chips that have such modules ([`CompileTarget::has_modules`](crate::target::Target::has_modules)); for others it is lowered to the operations above.
+    /// chips that have such modules ([`CompileTarget::has_modules`](crate::target::CompileTarget::has_modules)); for others it is lowered to the operations above.
     Module {
         /// What it is.
         module: TimedModule,

@@ -4,7 +4,7 @@ use std::fmt;
 
 use ladder::{CounterKind, TimerKind};
 
-/// What an [`Op::Module`](crate::ir::Op::Module) is.
+/// What an [`Op::Module`](crate::ir::Op::TimedModule) is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TimedModule {
     /// A timer; the limit is its P.

@@ -59,7 +59,7 @@ impl Evaluator {
         Ok(Evaluator { code: Arc::new(EvaluatorProgram { symbols, by_name, flat }), state })
     }
 
-    /// All symbols, in the order of [`Program::symbols`]; the position is the index that `get` and `set` take.
+    /// All symbols, in the order of [`LadderProgram::symbols`]; the position is the index that `get` and `set` take.
     #[must_use]
     pub fn symbols(&self) -> &[LadderSymbol] {
         &self.code.symbols

@@ -119,7 +119,7 @@ pub(crate) enum PlayOp {
         wanted: bool,
         window: Option<(u64, u64)>,
     },
-    /// So many rounds up to the next [`PlayOp::Again`] of this depth.
+    /// So many rounds up to the next [`PlayOp::RepeatEnd`] of this depth.
     Repeat(u64),
     RepeatEnd,
 }

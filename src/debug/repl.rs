@@ -1,4 +1,4 @@
-//! Lines from a terminal, from a pipe, from scripts and from the command line, handed to the [`Shell`] one by one.
+//! Lines from a terminal, from a pipe, from scripts and from the command line, handed to the [`DebugShell`] one by one.
 
 use std::io::{self, BufRead};
 use std::sync::Arc;

@@ -280,7 +280,7 @@ impl DebugShell {
         out.push_str(&format!("Value returned is ${number} = {value}\n"));
     }
 
-    /// The same as [`Shell::location`], but that a number alone is a line where the program has lines, as in gdb.
+    /// The same as [`Shell::parse_location`], but that a number alone is a line where the program has lines, as in gdb.
     pub(super) fn parse_line_location(&self, text: &str) -> Result<Vec<u32>, String> {
         let text = text.trim();
         let named = text.rsplit_once(':').and_then(|(file, line)| Some((self.source_file(file)?, line.parse().ok()?)));

@@ -1,4 +1,4 @@
-//! `emu debug --tui`: the session on a full screen. Keys and command lines go to the [`Shell`] that the prompt uses too.
+//! `emu debug --tui`: the session on a full screen. Keys and command lines go to the [`DebugShell`] that the prompt uses too.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;

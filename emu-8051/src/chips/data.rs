@@ -2,7 +2,7 @@
 
 use emu_core::chip::{NamedAddress, PinDef};
 
-/// Rows of [`Reg`]: address and name.
+/// Rows of [`NamedAddress`]: address and name.
 macro_rules! rows {
     ($($addr:literal $name:literal)*) => { &[ $( NamedAddress { name: $name, addr: $addr } ),* ] };
 }

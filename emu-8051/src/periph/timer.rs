@@ -195,7 +195,7 @@ impl Mcs51Timers {
         }
     }
 
-    /// [`Mcs51Timers::sync`] at a boundary: pins may still change in cycle `now`, which is counted anew then.
+    /// [`Mcs51Timers::advance_to`] at a boundary: pins may still change in cycle `now`, which is counted anew then.
     pub fn advance_before(&mut self, now: u64) {
         self.advance_to(now.saturating_sub(1));
         if self.counts.synced < now {

@@ -144,7 +144,7 @@ impl Mcs51Timer2 {
         }
     }
 
-    /// [`Timer2::sync`] at a boundary: pins may still change in cycle `now`, which is counted anew then.
+    /// [`Timer2::advance_to`] at a boundary: pins may still change in cycle `now`, which is counted anew then.
     pub fn advance_before(&mut self, now: u64) {
         self.advance_to(now.saturating_sub(1));
         if self.counts.synced < now {
@@ -268,13 +268,13 @@ impl Mcs51Timer2 {
         self.counts.tf2_since.min(self.counts.exf2_since)
     }
 
-    /// The first cycle at whose S5P2 the request stood: [`Timer2::since`], but the cycle of the overflow where one set TF2.
+    /// The first cycle at whose S5P2 the request stood: [`Timer2::flags_set_since`], but the cycle of the overflow where one set TF2.
     #[must_use]
     pub fn request_active_since(&self) -> u64 {
         self.counts.tf2_since.saturating_add(u64::from(self.counts.tf2_early)).min(self.counts.exf2_since)
     }
 
-    /// The next x, as in [`Timer2::since`], at which TF2 or a requesting EXF2 is set by hardware if nobody does anything,
+    /// The next x, as in [`Timer2::flags_set_since`], at which TF2 or a requesting EXF2 is set by hardware if nobody does anything,
     /// also while it is set; [`NEVER`] where there is none.
     #[must_use]
     pub fn next_flag(&self) -> u64 {

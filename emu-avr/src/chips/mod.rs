@@ -1,6 +1,6 @@
 //! The chips of the family, one row each.
 //!
-//! Source: the data sheet that [`Chip::source`] names: register summary, interrupt vectors, memories, pin configuration,
+//! Source: the data sheet that [`Chip::data_sheet`] names: register summary, interrupt vectors, memories, pin configuration,
 //! alternate port functions, fuses, boot loader parameters.
 
 mod bits;

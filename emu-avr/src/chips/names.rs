@@ -16,7 +16,7 @@ pub struct HeaderNames {
     pub(super) fuse_names: [&'static str; 3],
     /// The fuse bytes of a chip as it is delivered.
     pub(super) factory_fuses: [u8; 3],
-    /// How many of [`SLEEP`] there are.
+    /// How many of [`SLEEP_MODES`] there are.
     pub(super) sleep_modes: usize,
     /// Bytes in a page of EEPROM.
     pub(super) eeprom_page: i32,

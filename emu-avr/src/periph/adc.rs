@@ -136,7 +136,7 @@ impl AvrAdc {
     }
 
     /// The flag of the trigger source `source` (1 to 7) is `set` from the edge `t` on. To be told whenever the flag of the
-    /// source that [`Adc::listens`] names changes, and of all sources before a write of ADCSRA or ADCSRB.
+    /// source that [`Adc::listened_trigger`] names changes, and of all sources before a write of ADCSRA or ADCSRB.
     pub fn trigger(&mut self, source: u8, set: bool, t: u64) {
         self.advance(t);
         let bit = 1u8.checked_shl(source.into()).unwrap_or(0);

@@ -119,7 +119,7 @@ impl AvrComparator {
     }
 
     /// The channel of the converter that is compared in place of AIN1 from the edge `t` on, as
-    /// [`Adc::comparator_channel`](super::adc::Adc::comparator_channel) says.
+    /// [`Adc::comparator_channel`](super::adc_kind::Adc::comparator_channel) says.
     pub fn select(&mut self, channel: Option<u8>, t: u64, out: &mut AvrOutbox) {
         self.run_due(t, out);
         self.channel = channel;

@@ -4,8 +4,8 @@
 //! and the third are compared, of the pins of a group the first with what comes in (figure 13-1); either way what changes at the
 //! edge `t` sets its flag at `t + 3`. Levels, and the edges that the data sheet calls asynchronous, do without a clock.
 //!
-//! While the I/O clock stands, [`requests`](super::Device::requests) says what asks to wake: levels, edges without a clock or by
-//! [`Kind::edges_wake`], and changes of pins that count. It is to be asked again at the end of the start-up time, after [`wake`](super::Device::wake):
+//! While the I/O clock stands, [`requests`](super::AvrDevice::requests) says what asks to wake: levels, edges without a clock or by
+//! [`Kind::edges_wake`], and changes of pins that count. It is to be asked again at the end of the start-up time, after [`wake`](super::AvrDevice::wake):
 //! a level that is gone by then, or a pin that is back, leaves no interrupt (13.1). The flag of a pin that is not back comes
 //! within the four cycles for which the core is halted then (10.2).
 
@@ -59,7 +59,7 @@ struct ExternalChange {
 
 state! { ExternalChange { at, rose, fell, groups } }
 
-/// The external interrupts. [`AvrLine::Int`](super::Line::Int) and [`AvrLine::Pc`](super::Line::Pc) are their lines; what a chip does
+/// The external interrupts. [`AvrLine::Int`](super::AvrLine::Int) and [`AvrLine::Pc`](super::AvrLine::Pc) are their lines; what a chip does
 /// not have is ignored. All pins are low at first.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ExternalInterrupts {

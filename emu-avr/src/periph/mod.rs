@@ -2,7 +2,7 @@
 //!
 //! Time is counted in cycles of the core's clock since power-on, `t`; cycle `t` lies between the edges `t` and `t + 1`. It goes
 //! on while clocks stand in sleep, at the rate they had. The I/O clock is the core's, so a part on it counts cycles; a part that
-//! hangs on another oscillator (watchdog, EEPROM, timer 2 on its crystal) is told by [`AvrDevice::rate`] how many cycles there are
+//! hangs on another oscillator (watchdog, EEPROM, timer 2 on its crystal) is told by [`AvrDevice::set_clock_hz`] how many cycles there are
 //! to a second. Nothing ticks: a part answers what it is in a cycle, and when it next does something by itself.
 //!
 //! Within a cycle:
@@ -12,11 +12,11 @@
 //! - what it writes in cycle `t` takes effect at the edge that ends the cycle: [`AvrDevice::write`] comes with `t + 1`. What
 //!   happens at that very edge by the settings before the write still happens, and the flags that it sets stay set; then the
 //!   write counts (a counter that is written takes the value in place of the step);
-//! - pins change at edges; [`AvrDevice::line`] comes with the edge. Synchronisers are the part's own: what samples a line at the
+//! - pins change at edges; [`AvrDevice::on_line_changed`] comes with the edge. Synchronisers are the part's own: what samples a line at the
 //!   edge `t` sees it as it was in cycle `t - 1`.
 //!
 //! Flags of interrupts stand in the registers of the part. It works out flags that nobody waits for only when they are
-//! looked at: [`AvrDevice::next`] tells of those alone that are enabled, or that another part listens to.
+//! looked at: [`AvrDevice::next_cycle`] tells of those alone that are enabled, or that another part listens to.
 
 use emu_core::state;
 
@@ -148,7 +148,7 @@ pub trait AvrDevice {
 
     /// Does everything that is due at or before `t`. Nothing that has been done is done again.
     fn run_due(&mut self, t: u64, out: &mut AvrOutbox);
-    /// The cycle at which [`AvrDevice::run`] will next do something that can be noticed outside of the part (an enabled
+    /// The cycle at which [`AvrDevice::run_due`] will next do something that can be noticed outside of the part (an enabled
     /// interrupt, a line, a signal), if no register is written and no line changes before; `NEVER` where there is none.
     fn next_cycle(&self) -> u64;
     /// Interrupts that are asked for, flag and enable both set, after everything that was run: bit `n` is the interrupt `n` of

@@ -46,7 +46,7 @@ pub struct ForeignImage<'a> {
     pub image: &'a Image,
     /// Where its symbols are, if that is known, with the name of the file that tells it.
     pub map: Option<(&'a str, &'a ImageMap)>,
-    /// Scans to compare, at least 1; else as many as `docs/foreign.md` says, at most [`MOST`].
+    /// Scans to compare, at least 1; else as many as `docs/foreign.md` says, at most [`MAX_SCANS`].
     pub scans: Option<u64>,
 }
 

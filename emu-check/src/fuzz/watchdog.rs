@@ -13,7 +13,7 @@ use std::time::Duration;
 pub(super) struct Cancellation(Arc<AtomicBool>);
 
 impl Cancellation {
-    /// Ends the work, by unwinding to [`within`], where nobody waits for it any more.
+    /// Ends the work, by unwinding to [`run_with_limit`], where nobody waits for it any more.
     pub(super) fn unwind_if_cancelled(&self) {
         if self.0.load(Ordering::Relaxed) {
             resume_unwind(Box::new(()));

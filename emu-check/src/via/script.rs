@@ -5,7 +5,7 @@ use ladder_compile::emit::{EmittedSource, SourceCell};
 /// How a program's cells are numbered where it is served.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SlotNumbering {
-    /// In the order of [`Source::cells`].
+    /// In the order of [`EmittedSource::eeprom`].
     InOrder,
     /// Bits by their numbers, then integers by theirs: the interpreter's.
     Interpreter,
@@ -36,12 +36,12 @@ impl ServeScript {
         self.bytes.extend([b'R', garbage]);
     }
 
-    /// The level of an input, by its place in [`Source::inputs`].
+    /// The level of an input, by its place in [`EmittedSource::inputs`].
     pub fn input(&mut self, input: u16, on: bool) {
         self.command(b'I', input, &[u8::from(on)]);
     }
 
-    /// What an analog input converts to, 0 to 1023, by its place in [`Source::analog`].
+    /// What an analog input converts to, 0 to 1023, by its place in [`EmittedSource::analog`].
     pub fn analog(&mut self, input: u16, value: u16) {
         self.command(b'A', input, &value.to_le_bytes());
     }
@@ -89,9 +89,9 @@ impl ServeScript {
 /// What a scan has left behind.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct ScanRecord {
-    /// Cells, in the order of [`Source::cells`].
+    /// Cells, in the order of [`EmittedSource::eeprom`].
     pub cells: Vec<i32>,
-    /// Outputs as they were written, in the order of [`Source::outputs`].
+    /// Outputs as they were written, in the order of [`EmittedSource::outputs`].
     pub outputs: Vec<bool>,
     /// How many bytes were sent, and the last of them.
     pub sent: (u8, u8),

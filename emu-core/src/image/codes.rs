@@ -140,7 +140,7 @@ pub const IMAGE_CODES: &[DiagnosticCode] = &[
          -R removes the section."),
 ];
 
-/// All codes of the warnings of [`super::Lines`], for `emu explain`.
+/// All codes of the warnings of [`super::SourceLines`], for `emu explain`.
 #[rustfmt::skip]
 pub const LINE_CODES: &[DiagnosticCode] = &[
     row("ELF012", "damaged debugging information",

@@ -153,7 +153,7 @@ fn write_limited(write: impl FnOnce(&mut LimitedString) -> fmt::Result) -> Optio
     (!out.0.is_empty()).then_some(out.0)
 }
 
-/// A text that refuses to become longer than [`LONGEST`].
+/// A text that refuses to become longer than [`MAX_NAME`].
 struct LimitedString(String);
 
 impl Write for LimitedString {

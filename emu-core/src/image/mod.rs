@@ -1,7 +1,7 @@
 //! Images: what a HEX or ELF file puts into the memories of a chip.
 //!
 //! [`load`] looks at the first bytes and hands on to [`load_elf`], [`load_omf51`] or [`load_hex`]. A file is either taken or refused
-//! with all its faults, each with a place, a stable code (see [`CODES`]) and a hint; what of it is left out is noted. What is
+//! with all its faults, each with a place, a stable code (see [`IMAGE_CODES`]) and a hint; what of it is left out is noted. What is
 //! accepted is in `docs/formats/hex.md`, `elf.md` and `omf51.md`. [`write_hex`] is the way back.
 //!
 //! ```text

@@ -1,7 +1,7 @@
 //! The instruction table: one row per instruction, and what can be read off it.
 //!
 //! A chip family writes its table once, as a macro in callback form: `family_table! { callback }` hands every row to
-//! `callback!`. [`define_isa!`](crate::define_isa) turns the rows into data ([`Row`], an `PredecodedOp` kind per row);
+//! `callback!`. [`define_isa!`](crate::define_isa) turns the rows into data ([`InstructionRow`], an `PredecodedOp` kind per row);
 //! [`dispatch!`](crate::dispatch) turns them into the arms of the interpreter's `match`. Decoding, disassembly, assembly, encoding and
 //! the lists in the documentation all read the same rows.
 //!
@@ -104,13 +104,13 @@ pub struct OperandKind {
 }
 
 impl OperandKind {
-    /// No name is known: [`OperandKind::named`] of most kinds.
+    /// No name is known: [`OperandKind::parse_name`] of most kinds.
     #[must_use]
     pub fn never_a_name(_: &str) -> Option<i32> {
         None
     }
 
-    /// A number means itself: [`OperandKind::number`] of most kinds.
+    /// A number means itself: [`OperandKind::check_number`] of most kinds.
     ///
     /// # Errors
     /// None.
@@ -118,7 +118,7 @@ impl OperandKind {
         Ok(value)
     }
 
-    /// A register stands for its address: [`OperandKind::register`] of most kinds.
+    /// A register stands for its address: [`OperandKind::check_register`] of most kinds.
     ///
     /// # Errors
     /// None.
@@ -311,9 +311,9 @@ macro_rules! define_isa {
 
 /// Expands to the `match` that runs the body of `$op` on `$m`: `dispatch!{ (m, op, Kind, else_arm) rows.. }`.
 ///
-/// Every arm first lets the machine [`begin`](crate::machine::Machine::begin) the instruction with its length and its
+/// Every arm first lets the machine [`begin`](crate::machines::BodyMachine::begin) the instruction with its length and its
 /// cycles where they are constant, so a body that touches the bus does so in the last cycle charged so far. The arm of a
-/// second shape takes the operands as their [`Operand`](crate::table::Operand)'s [`RamOperand`](crate::table::InRam).
+/// second shape takes the operands as their [`Operand`](crate::table::Operand)'s [`RamOperand`](crate::table::RamOperand).
 #[macro_export]
 macro_rules! dispatch {
     (($m:ident, $op:ident, $kind:expr, $other:expr) $word_bits:literal; extra { $($(#[doc = $xdoc:literal])* $extra:ident),* $(,)? }

@@ -250,7 +250,7 @@ impl<'n> CodCircuit<'n> {
     /// The value of an expression now.
     ///
     /// # Errors
-    /// As [`Expr::eval`].
+    /// As [`CodExpression::eval`].
     pub fn eval<C: Cpu>(&self, expr: &CodExpression, cpu: &C) -> Result<CodValue, String> {
         expr.eval(&CodMachineView { bench: self, cpu })
     }

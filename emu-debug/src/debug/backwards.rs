@@ -77,7 +77,7 @@ impl DebugSession {
         }
     }
 
-    /// As [`DebugSession::back`], for many: positions are counted, not noted.
+    /// As [`DebugSession::step_back_counted`], for many: positions are counted, not noted.
     fn step_back_far(&mut self, n: u64, go_on: KeepRunning<'_>) -> HaltResult {
         let (now, first) = (self.current.cycle(), self.history.first_cycle());
         let starts: Vec<u64> = self.history.copies_before(now).map(FollowedMachine::cycle).collect();

@@ -36,13 +36,13 @@ pub trait DynMachine {
     fn poke_bit(&mut self, space: &str, addr: u32, bit: u8, value: bool) -> bool;
     /// [`Cpu::has_pin`].
     fn has_pin(&self, pin: PinId) -> bool;
-    /// [`Cpu::level`].
+    /// [`Cpu::pin_level`].
     fn pin_level(&self, pin: PinId) -> PinLevel;
     /// [`Cpu::canonical_ram_address`].
     fn canonical_ram_address(&self, addr: u32) -> Option<u32>;
     /// Return addresses of a stack that lies in no memory ([`Cpu::return_stack`]).
     fn return_stack(&self) -> Vec<u32>;
-    /// [`Cpu::depth`].
+    /// [`Cpu::stack_depth`].
     fn stack_depth(&self) -> u32;
     /// [`Cpu::interrupt_flags`].
     fn interrupt_flags(&self) -> Vec<&'static str>;

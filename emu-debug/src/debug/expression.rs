@@ -40,7 +40,7 @@ impl DebugExpression {
         self.evaluate(target).map(ExpressionValue::to_integer)
     }
 
-    /// The value now; nothing as for [`Expr::value`].
+    /// The value now; nothing as for [`DebugExpression::evaluate`].
     #[must_use]
     pub fn evaluate(&self, target: &dyn DynMachine) -> Option<ExpressionValue> {
         let truth = |of: &DebugExpression| Some(of.evaluate(target)?.is_true());

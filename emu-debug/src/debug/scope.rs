@@ -270,7 +270,7 @@ impl NameScope {
         Some(ObjectExpr::at(calls.clone(), DebugExpression::Number(0), kind))
     }
 
-    /// Bytes of a memory as [`AddressNames::range`] reads them; a symbol of the ladder program or a bit of a byte stands for its bytes.
+    /// Bytes of a memory as [`AddressNames::parse_range`] reads them; a symbol of the ladder program or a bit of a byte stands for its bytes.
     ///
     /// # Errors
     /// No such memory or place.
@@ -285,7 +285,7 @@ impl NameScope {
         }
     }
 
-    /// Memory of whose accesses the machine tells, as [`NameScope::range`] reads it, and what that is called. Of a bit that has no address of
+    /// Memory of whose accesses the machine tells, as [`NameScope::parse_range`] reads it, and what that is called. Of a bit that has no address of
     /// its own it is its byte.
     ///
     /// # Errors

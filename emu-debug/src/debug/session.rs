@@ -240,7 +240,7 @@ impl DebugSession {
         if self.current.machine.has_no_devices() { Ok(()) } else { Err(DEVICES.to_owned()) }
     }
 
-    /// The state of the machine now, for [`DebugSession::load`]: of the chip alone ([`DebugSession::bare`]).
+    /// The state of the machine now, for [`DebugSession::load`]: of the chip alone ([`DebugSession::check_snapshot_possible`]).
     #[must_use]
     pub fn save(&self) -> Vec<u8> {
         self.current.machine.save()

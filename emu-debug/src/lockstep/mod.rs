@@ -143,9 +143,9 @@ pub enum LockstepOutcome {
 /// Why nothing more is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LockstepEnd {
-    /// [`CompareOptions::until`] or [`CompareOptions::steps`].
+    /// [`CompareOptions::until`] or [`CompareOptions::max_steps`].
     Limit,
-    /// [`Start::interrupt`].
+    /// [`Start::interrupt_name`].
     Interrupted,
     /// Our machine has ended, or what it stands at is no instruction.
     Stopped(StopReason),

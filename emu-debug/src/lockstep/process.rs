@@ -1,5 +1,5 @@
 //! A peer's process. Whatever it has started ends with it, so on Unix it leads a process group of its own: a signal of the terminal does
-//! not reach it there, and [`super::Start::interrupt`] ends the run instead.
+//! not reach it there, and [`super::Start::interrupt_name`] ends the run instead.
 
 use std::io;
 use std::process::{Child, Command};

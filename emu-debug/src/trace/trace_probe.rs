@@ -140,7 +140,7 @@ impl Probe for TraceProbe<'_> {
     }
 }
 
-/// Runs the machine as [`Cpu::run`] does, and shows it to the [`Look`] of the tools. It may also stop without being asked to, so that
+/// Runs the machine as [`Cpu::run`] does, and shows it to the [`TraceProbe`] of the tools. It may also stop without being asked to, so that
 /// the tools are asked what they have seen.
 pub(crate) fn run_traced<C: Cpu>(
     cpu: &mut C,
@@ -187,7 +187,7 @@ pub(crate) fn run_traced<C: Cpu>(
     StopReason::Probe
 }
 
-/// Lets the [`Look`] end its step, and then writes what has changed into the waveform.
+/// Lets the [`TraceProbe`] end its step, and then writes what has changed into the waveform.
 fn finish_step<C: Cpu>(
     cpu: &C,
     tools: &mut RunProbes<&mut CombinedProbe<'_, '_>>,

@@ -1,8 +1,8 @@
 //! The parts of the chip around the core, and what they share.
 //!
 //! Time is counted in clocks of the oscillator since power-up, four to an instruction cycle: Q1 of cycle `c` is the clock
-//! `4 c`. It goes on while the oscillator stands in sleep; a part that hangs on the oscillator is told by [`Pic16Device::sleep`] and
-//! [`Pic16Device::wake`]. Nothing ticks: a part answers what it is at a clock, and when it next does something by itself.
+//! `4 c`. It goes on while the oscillator stands in sleep; a part that hangs on the oscillator is told by [`Pic16Device::stop_clock`] and
+//! [`Pic16Device::restart_clock`]. Nothing ticks: a part answers what it is at a clock, and when it next does something by itself.
 //!
 //! Within an instruction cycle:
 //!
@@ -135,7 +135,7 @@ pub type Pic16Outbox = Vec<Pic16Signal>;
 pub trait Pic16Device {
     /// Does everything that is due at or before `t`. Nothing that has been done is done again.
     fn run_due(&mut self, t: u64, out: &mut Pic16Outbox);
-    /// The clock at which [`Pic16Device::run`] will next do something that can be noticed outside of the part (a flag, a line, a
+    /// The clock at which [`Pic16Device::run_due`] will next do something that can be noticed outside of the part (a flag, a line, a
     /// signal), if no register is written and no line changes before; `NEVER` where there is none. While the oscillator stands
     /// only what goes on without it counts.
     fn next_clock(&self) -> u64;

@@ -169,7 +169,7 @@ impl Pic16Usart {
         }
     }
 
-    /// TRMT is set as the stop bit begins, not in its middle ([`Pic16Readings::trmt_as_stop_begins`](crate::Readings)).
+    /// TRMT is set as the stop bit begins, not in its middle ([`Pic16Readings::trmt_as_stop_begins`](crate::Pic16Readings)).
     #[must_use]
     pub fn with_early_trmt(mut self, early: bool) -> Pic16Usart {
         self.early_trmt = early;

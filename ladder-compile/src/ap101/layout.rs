@@ -22,9 +22,9 @@ const FIRST_OUTPUT_IMAGE: u16 = 256;
 
 /// First addresses of the zones.
 pub(super) const E_ZONE: u16 = zone('E');
-/// See [`E`].
+/// See [`E_ZONE`].
 pub(super) const R_ZONE: u16 = zone('R');
-/// See [`E`].
+/// See [`E_ZONE`].
 pub(super) const M_ZONE: u16 = zone('M');
 
 /// Behind the address of a module: its running bit, which resets it.

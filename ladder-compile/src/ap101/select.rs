@@ -39,7 +39,7 @@ pub(super) struct Ap101Selector<'a, 'b> {
 }
 
 impl<'a, 'b> Ap101Selector<'a, 'b> {
-    /// `all`: the operations of the scan, which [`Select::next`] takes one after the other.
+    /// `all`: the operations of the scan, which [`Ap101Selector::select_next`] takes one after the other.
     pub(super) fn new(asm: &'b mut CodeWriter<Ap101Arch>, layout: &'a Ap101Layout, all: &'a [&'a IrOp]) -> Self {
         Ap101Selector {
             asm,

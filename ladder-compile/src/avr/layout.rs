@@ -71,11 +71,11 @@ pub struct AvrPortUse {
 pub struct AvrLayout {
     /// Ports in use, by letter.
     pub ports: Vec<AvrPortUse>,
-    /// Home and bit number, by [`Bit`].
+    /// Home and bit number, by [`BitId`].
     pub bits: Vec<(AvrCellPlace, u8)>,
-    /// Homes by [`Word`].
+    /// Homes by [`WordId`].
     pub words: Vec<AvrCellPlace>,
-    /// Widths in bytes, by [`Word`].
+    /// Widths in bytes, by [`WordId`].
     pub sizes: Vec<u8>,
     /// Where the timer's fraction begins.
     pub fraction: AvrCellPlace,

@@ -35,7 +35,7 @@ pub struct AvrPacing {
     pub first: u32,
 }
 
-/// A period is `rest / whole` ticks longer than [`Pace::ticks`].
+/// A period is `rest / whole` ticks longer than [`AvrPacing::tick_cycles`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AvrPeriodFraction {
     /// Numerator.
@@ -55,7 +55,7 @@ pub fn prescaler_reset_clocks(regs: &AvrRegisters) -> u64 {
     if registers::is_io(regs.addr(&["TCCR1B"])) { 1 } else { 2 }
 }
 
-/// Chooses the finest tick with which a period fits; `lead` as [`lead`] has it.
+/// Chooses the finest tick with which a period fits; `prescaler_reset_clocks` as [`prescaler_reset_clocks`] has it.
 ///
 /// # Errors
 /// Shortest and longest period in microseconds.

@@ -18,7 +18,7 @@ pub enum AvrRoutine {
     Convert(u32),
     /// A := so many bytes of EEPROM from the address in [`BYTE`] on.
     ReadEeprom(u8),
-    /// A, so many bytes, to the EEPROM from the address in [`BYTE`] on, as [`Op::Persist`](crate::ir::Op::Persist) has it.
+    /// A, so many bytes, to the EEPROM from the address in [`BYTE`] on, as [`Op::Persist`](crate::ir::Op::WriteEeprom) has it.
     WriteEeprom(u8, WordId, i32),
 }
 

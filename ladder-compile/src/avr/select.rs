@@ -1,7 +1,7 @@
 //! Intermediate code to instructions: bits, and what chooses between lists of operations.
 //!
 //! The accumulator is the T flag, so a contact is a skip over CLT and a coil is BLD: two clocks and one, whatever the
-//! values. Words are the matter of [`super::words`] and [`super::compare`], peripherals that of [`super::devices`].
+//! values. Words are the matter of [`super::words`] and [`super::compare`], peripherals that of [`super::peripheral_ops`].
 
 use emu_avr::isa::Kind;
 

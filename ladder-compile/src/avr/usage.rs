@@ -5,9 +5,9 @@ use crate::ir::{ArithmeticOp, BitId, BranchCondition, Ir, IrOp, LogicOp, WordCom
 /// Occurrences and needs of a program.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct AvrUsage {
-    /// Occurrences by [`Bit`].
+    /// Occurrences by [`BitId`].
     pub bits: Vec<u32>,
-    /// Occurrences by [`Word`].
+    /// Occurrences by [`WordId`].
     pub words: Vec<u32>,
     /// Something is divided.
     pub divides: bool,

@@ -65,7 +65,7 @@ pub struct ArduinoSketch {
 /// `program` as one sketch.
 ///
 /// # Errors
-/// As [`lowered`]; pins that the board does not have or that are given twice; a PWM frequency that it cannot make.
+/// As [`lower_and_optimise`]; pins that the board does not have or that are given twice; a PWM frequency that it cannot make.
 pub fn emit(program: &LadderProgram, options: &SketchOptions) -> Result<ArduinoSketch, Vec<Diagnostic>> {
     let ir = lower_and_optimise(program)?;
     let mut notes = Vec::new();

@@ -53,7 +53,7 @@ mod code {
 /// A program as byte code: `EmittedSource::image` holds the bytes, the text is the same bytes as the inside of a C initialiser.
 ///
 /// # Errors
-/// As [`lowered`].
+/// As [`lower_and_optimise`].
 pub fn emit(program: &LadderProgram) -> Result<EmittedSource, Vec<Diagnostic>> {
     Ok(emit_ir(program, &lower_and_optimise(program)?))
 }

@@ -13,7 +13,7 @@ use crate::ir::{BitRole, Ir};
 /// `program` as one C file that needs no other.
 ///
 /// # Errors
-/// As [`lowered`].
+/// As [`lower_and_optimise`].
 pub fn emit(program: &LadderProgram) -> Result<EmittedSource, Vec<Diagnostic>> {
     Ok(emit_ir(program, &lower_and_optimise(program)?))
 }

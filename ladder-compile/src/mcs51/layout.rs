@@ -52,9 +52,9 @@ pub struct Mcs51RamNeeds {
 pub struct Mcs51Layout {
     /// Ports in use, by address.
     pub ports: Vec<Mcs51PortUse>,
-    /// Byte and bit number, by [`Bit`].
+    /// Byte and bit number, by [`BitId`].
     bits: Vec<(u8, u8)>,
-    /// Address of the low byte and width, by [`Word`].
+    /// Address of the low byte and width, by [`WordId`].
     words: Vec<(u8, u8)>,
     /// Bytes that the arithmetic subroutines work on.
     pub scratch: Vec<u8>,

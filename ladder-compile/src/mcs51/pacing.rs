@@ -38,7 +38,7 @@ pub struct Mcs51Pacing {
     pub fraction: Option<Mcs51PeriodFraction>,
 }
 
-/// A turn is `rest / whole` cycles longer than [`Pace::length`].
+/// A turn is `rest / whole` cycles longer than [`Mcs51Pacing::round_cycles`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mcs51PeriodFraction {
     /// Numerator.

@@ -1,6 +1,6 @@
 //! Operations to instructions.
 //!
-//! The accumulator of the intermediate code is the carry; what else is known of it stands in [`State`]. Code is collected in
+//! The accumulator of the intermediate code is the carry; what else is known of it stands in [`SelectorState`]. Code is collected in
 //! lines, so that the two arms of a branch can be brought to agree before they are joined.
 
 use emu_8051::isa::Kind;

@@ -55,9 +55,9 @@ pub struct Pic16RamNeeds {
 pub struct Pic16Layout {
     /// Ports in use, by letter.
     pub ports: Vec<Pic16PortUse>,
-    /// Address and bit, by [`Bit`].
+    /// Address and bit, by [`BitId`].
     pub bits: Vec<(u16, u8)>,
-    /// Addresses of the low bytes, by [`Word`].
+    /// Addresses of the low bytes, by [`WordId`].
     pub words: Vec<u16>,
     /// First byte of scratch.
     pub scratch: u16,

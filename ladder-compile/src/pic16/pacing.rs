@@ -4,7 +4,7 @@
 //! Else timer 1, reset by the special event of CCP1. The event comes with the count after the match, so a period is
 //! CCPR1 + 1 counts (DS33023, 14.5.3). Where P is no whole number of counts, the code carries the fraction: after each
 //! match it decides whether the period that has begun has one count more, so that the error never grows beyond one.
-//! Where CCP1 makes the pulse of a PWM output, or P is longer than it counts, timer 1 alone, lengthened in RAM ([`super::extend`]).
+//! Where CCP1 makes the pulse of a PWM output, or P is longer than it counts, timer 1 alone, lengthened in RAM ([`super::timer_extension`]).
 
 use emu_pic16::isa::Kind;
 use emu_pic16::periph::map::Sfr;
@@ -59,7 +59,7 @@ impl FreeTimers {
     }
 }
 
-/// A period is `rest / whole` counts longer than [`Pace::ticks`].
+/// A period is `rest / whole` counts longer than [`Pic16Pacing::tick_cycles`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pic16PeriodFraction {
     /// Numerator.

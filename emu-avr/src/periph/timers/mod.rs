@@ -1,7 +1,7 @@
 //! The timer/counters (sections 15 to 18): counter, compare units and their pins, input capture, asynchronous operation.
 //!
 //! Between two special edges of its clock (one that moves a pin, updates a buffered OCR, or is the first after a write of TCNT)
-//! a counter is a closed form, [`orbit`]. Special edges are done one at a time by [`count`], the flags of the others are worked
+//! a counter is a closed form, [`counting_cycle`]. Special edges are done one at a time by [`count`], the flags of the others are worked
 //! out when they are looked at.
 
 mod count;

@@ -1,6 +1,6 @@
 //! Two-wire interface (section 22), bit by bit on a bus that others share.
 //!
-//! The part pulls a line low ([`Drive::Output`] of a 0) or lets it go ([`Drive::Input`]); what the wires are comes back by
+//! The part pulls a line low ([`Drive::Output`] of a 0) or lets it go ([`Drive::ComparatorInput`]); what the wires are comes back by
 //! `AvrDevice::line`, at the same edge where it is the part's own doing. It sees them two cycles later. The two halves of a period
 //! of SCL count from the edges of the wire, so that several masters and those who stretch the clock agree on it.
 

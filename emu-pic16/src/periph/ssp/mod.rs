@@ -2,8 +2,8 @@
 //! DS39598 chapter 10 of the 16F818/819, DS30487 chapter 10 of the 16F87/88).
 //!
 //! In I2C the part pulls SCL and SDA low or leaves them open ([`Drive::Low`], [`Drive::Open`]), and what they are comes back by
-//! [`Pic16Device::line`], at the same clock where it is the part's own doing. So that it sees its wires in time
-//! [`Pic16Device::run`] must be called at every clock that [`Pic16Device::next`] names, not later.
+//! [`Pic16Device::on_line_changed`], at the same clock where it is the part's own doing. So that it sees its wires in time
+//! [`Pic16Device::run_due`] must be called at every clock that [`Pic16Device::next_clock`] names, not later.
 
 mod master;
 mod regs;
@@ -53,7 +53,7 @@ impl Pic16Ssp {
         self
     }
 
-    /// SS raised within a byte leaves what was shifted in SSPSR ([`Pic16Readings::ss_keeps_bits`](crate::Readings)).
+    /// SS raised within a byte leaves what was shifted in SSPSR ([`Pic16Readings::ss_keeps_bits`](crate::Pic16Readings)).
     #[must_use]
     pub fn with_kept_bits(mut self, keeps: bool) -> Pic16Ssp {
         self.regs.keeps_bits = keeps;

@@ -70,7 +70,7 @@ impl SpiShifter {
         }
     }
 
-    /// What [`Spi::next`] is about.
+    /// What [`Spi::next_clock`] is about.
     pub(super) fn step(&mut self, regs: &mut SspRegisters, t: u64, out: &mut Pic16Outbox) {
         if self.done.0 == t {
             self.finish(regs, t, out);

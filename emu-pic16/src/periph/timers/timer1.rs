@@ -321,7 +321,7 @@ impl Timer1 {
         }
     }
 
-    /// The clock at which a rising edge of the crystal comes that is not to be counted: nothing that [`Timer1::when`] says
+    /// The clock at which a rising edge of the crystal comes that is not to be counted: nothing that [`Timer1::clock_of_count`] says
     /// holds beyond it.
     pub(super) fn uncounted(&self) -> u64 {
         if self.unarmed { self.input(1) } else { NEVER }
