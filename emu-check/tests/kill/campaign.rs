@@ -8,7 +8,7 @@ use emu_check::fuzz::{generate_program, program_seed};
 use emu_check::{CheckOptions, DifferenceKind, check_compiled};
 use emu_core::rng::Rng;
 use ladder::LadderProgram;
-use ladder_compile::{Mutant, MutantKind, compile, compile_mutant, mutant_ir, mutants, target};
+use ladder_compile::{Mutant, MutantKind, compile, compile_mutant, find_target, mutant_ir, mutants};
 
 use crate::common;
 use crate::proof::same_meaning;

@@ -4,11 +4,11 @@
 
 use std::sync::LazyLock;
 
-use emu_fuzz::Target;
+use emu_fuzz::FuzzTarget;
 
-static TARGET: LazyLock<&Target> = LazyLock::new(|| {
+static TARGET: LazyLock<&FuzzTarget> = LazyLock::new(|| {
     let name = std::env::var("EMU_FUZZ_TARGET").unwrap_or_default();
-    emu_fuzz::target(&name).unwrap_or_else(|why| {
+    emu_fuzz::find_target(&name).unwrap_or_else(|why| {
         eprintln!("EMU_FUZZ_TARGET: {why}");
         std::process::exit(2);
     })
