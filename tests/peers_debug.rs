@@ -70,8 +70,9 @@ fn gdb(elf: &Path, commands: &[String]) -> Vec<Vec<String>> {
     let told = BufReader::new(emu.0.stderr.take().expect("its standard error"));
     let address =
         told.lines().map_while(Result::ok).find_map(|line| Some(line.strip_prefix("listening on ")?.to_owned()));
-    let mut gdb = Command::new("timeout");
-    gdb.args(["100", "avr-gdb", "-nx", "-batch", "-ex", "set width 0"]);
+    // avr-gdb 13.1 may die as it ends; no core file stays behind.
+    let mut gdb = Command::new("sh");
+    gdb.args(["-c", "ulimit -c 0; exec timeout 100 \"$@\"", "sh", "avr-gdb", "-nx", "-batch", "-ex", "set width 0"]);
     gdb.args(["-ex", &format!("target remote {}", address.expect("an address"))]);
     commands.iter().for_each(|command| _ = gdb.args(["-ex", "echo (emu)\\n", "-ex", command]));
     let out = gdb.arg(elf).current_dir(folder()).output().expect("avr-gdb");

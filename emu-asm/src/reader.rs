@@ -253,7 +253,7 @@ impl Assembler<'_> {
             }
             ReadFlow::Elif(holds) => self.next_branch(Some(holds), call),
             ReadFlow::Else => self.next_branch(None, call),
-            ReadFlow::ExpansionStack(asked) | ReadFlow::WithinLine(asked) => self.within(flow, asked, call),
+            ReadFlow::Within(asked) | ReadFlow::WithinLine(asked) => self.within(flow, asked, call),
             ReadFlow::Endif => {
                 if self.conditions_of_frame() == 0 {
                     return self.report_unmatched(call, "if");
@@ -295,7 +295,7 @@ impl Assembler<'_> {
         };
         let holds = cond.outer && asked(cond.true_value);
         let before = std::mem::replace(&mut cond.holds, holds);
-        if matches!(flow, ReadFlow::ExpansionStack(_)) {
+        if matches!(flow, ReadFlow::Within(_)) {
             return;
         }
         if holds {

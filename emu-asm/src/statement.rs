@@ -180,7 +180,7 @@ impl Assembler<'_> {
                         Some(
                             ReadFlow::If(_)
                                 | ReadFlow::Elif(_)
-                                | ReadFlow::ExpansionStack(_)
+                                | ReadFlow::Within(_)
                                 | ReadFlow::WithinLine(_)
                                 | ReadFlow::Else
                                 | ReadFlow::Endif

@@ -27,7 +27,7 @@ pub(crate) const SREG: u16 = 0x5F;
 /// What the core holds of data memory. All of it is behind one pointer, so that the hot loop has registers of the host left.
 #[derive(Debug, Clone)]
 pub(crate) struct DataMemory {
-    /// The registers of the core, and from [`RAM_START`] on RAM_START, of which a chip has the first. What RAM_START there is below 100h is kept by
+    /// The registers of the core, and from [`RAM_START`] on RAM, of which a chip has the first. What RAM there is below 100h is kept by
     /// the chip.
     pub bytes: [u8; RAM_START + MAX_RAM],
     /// Bytes of RAM from the data address 100h on.

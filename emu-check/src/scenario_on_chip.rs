@@ -43,7 +43,7 @@ pub struct ScenarioReport {
     pub scenario: String,
     /// All verdicts are the same.
     pub agreed: bool,
-    /// `passed`, `failed_tries`, `no result`; of the evaluator.
+    /// `passed`, `failed`, `no result`; of the evaluator.
     pub verdict: &'static str,
     /// A row for each machine.
     pub on: Vec<ScenarioReportRow>,
@@ -54,7 +54,7 @@ pub struct ScenarioReport {
 pub struct ScenarioReportRow {
     /// `evaluator`, or the chip.
     pub on: String,
-    /// `passed`, `failed_tries`, `no result`, `differs`, or `refused`.
+    /// `passed`, `failed`, `no result`, `differs`, or `refused`.
     pub verdict: &'static str,
     /// The step that decided, from 1.
     pub step: Option<usize>,

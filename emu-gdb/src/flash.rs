@@ -1,4 +1,4 @@
-//! `loading`: gdb erases blocks, writes bytes and says when it is done. Only then the machine is changed, and only where it must be.
+//! `load`: gdb erases blocks, writes bytes and says when it is done. Only then the machine is changed, and only where it must be.
 
 use gdbstub::target::ext::flash::Flash;
 use gdbstub::target::{TargetError, TargetResult};
@@ -9,7 +9,7 @@ use crate::gdb_target::GdbTarget;
 const EFAULT: u8 = 14;
 
 impl GdbTarget<'_> {
-    /// The bytes of program memory from gdb's address on, in the picture of it that `loading` makes.
+    /// The bytes of program memory from gdb's address on, in the picture of it that `load` makes.
     fn load_bytes(&mut self, addr: u32, len: u32) -> Option<(u32, &mut [u8])> {
         let (memory, offset) = self.layout.find_memory(addr, len.try_into().ok()?)?;
         let target = self.session.machine();

@@ -40,7 +40,7 @@ pub(crate) struct GdbTarget<'a> {
     pub resume: ResumeKind,
     /// Why the program stands, for `monitor why`.
     pub last_halt: String,
-    /// Program memory as `loading` wants it, until it is done.
+    /// Program memory as `load` wants it, until it is done.
     pub loading: Option<Vec<u8>>,
 }
 

@@ -131,7 +131,7 @@ impl GdbLayout {
         xml + "  </feature>\n</target>\n"
     }
 
-    /// The map of memories: with it gdb's `loading` writes program memory as one does a flash. A block is one word, so that nothing is
+    /// The map of memories: with it gdb's `load` writes program memory as one does a flash. A block is one word, so that nothing is
     /// erased but what is loaded.
     pub(crate) fn memory_xml(&self) -> String {
         let mut xml = "<?xml version=\"1.0\"?>\n<memory-map>\n".to_owned();

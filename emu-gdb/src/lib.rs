@@ -7,7 +7,7 @@
 //!   gdb_target.rs     registers and memories
 //!   points.rs   breakpoints and watchpoints
 //!   resume.rs   running, stepping, going back, and what is said of a stop
-//!   flash.rs    `loading`
+//!   flash.rs    `load`
 //!   monitor.rs  the commands behind `monitor`
 //!   serve.rs    a client from its first byte to its last
 //! ```

@@ -1,6 +1,6 @@
 //! Bodies of the instructions, one per meaning.
 //!
-//! Source: DS33023, section 29. A file register is a [`FileOperand`]: `at` finds out once where the access goes (INDF through FSR),
+//! Source: DS33023, section 29. A file register is a [`FileOperand`]: `resolved` finds out once where the access goes (INDF through FSR),
 //! then it is read and written there. Results go there by `put`, those of instructions with flags by `put_alu`: where the target is
 //! STATUS its flags are left to the arithmetic ("Status Register" in section 5). Flags are set after the result is put.
 

@@ -65,7 +65,7 @@ fn run_command(arguments: &[&str]) -> Result<u8, String> {
     }
 }
 
-/// Flags of `run` and `run_worker`.
+/// Flags of `run` and `work`.
 struct CommandFlags<'a> {
     seed: u64,
     budget: Option<WorkerBudget>,

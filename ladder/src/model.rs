@@ -229,7 +229,7 @@ pub enum Element {
     },
     /// `SHORT`: passes.
     Short,
-    /// `OPEN_ADDRESSES`: blocks.
+    /// `OPEN`: blocks.
     Open,
     /// `PLACEHOLDER`: an empty place of the editor; a program that holds one is not complete.
     Placeholder,

@@ -346,7 +346,7 @@ impl ScenarioReader<'_> {
         }
     }
 
-    /// The window of `read_window`; nothing at all where it has a fault.
+    /// The window of `between`; nothing at all where it has a fault.
     fn read_window<'i, 'd: 'i>(
         &mut self,
         get: &dyn Fn(&str) -> Option<&'i LocatedItem<'d>>,

@@ -106,38 +106,38 @@ impl Position {
 }
 
 /// What a position is to a step within one function.
-enum CodVerdict {
+enum StepVerdict {
     GoOn,
     /// It goes on, and leaves this line from now on.
-    From(Origin),
+    LeaveFrom(Origin),
     /// It ends, before so many calls of functions that were put in their place.
-    StopReason(usize),
+    Stop(usize),
 }
 
 impl Origin {
-    fn verdict(&self, now: &Position, kind: LineStep, same_frame: bool) -> CodVerdict {
+    fn verdict(&self, now: &Position, kind: LineStep, same_frame: bool) -> StepVerdict {
         let over = kind != LineStep::Into;
         let entered = now.entered(now.hidden);
         if same_frame && entered == self.inlined && now.hidden > 0 {
             // A function put in place of its call begins.
             let is_own = self.line.as_ref().map(|line| line.1) == now.call(now.hidden);
             return match (over, is_own) {
-                (true, true) => CodVerdict::GoOn,
-                (false, true) => CodVerdict::StopReason(now.hidden - 1),
-                (_, false) => CodVerdict::StopReason(now.hidden),
+                (true, true) => StepVerdict::GoOn,
+                (false, true) => StepVerdict::Stop(now.hidden - 1),
+                (_, false) => StepVerdict::Stop(now.hidden),
             };
         }
         if same_frame && entered.len() > self.inlined.len() && entered.starts_with(&self.inlined) {
-            return if over { CodVerdict::GoOn } else { CodVerdict::StopReason(now.hidden) };
+            return if over { StepVerdict::GoOn } else { StepVerdict::Stop(now.hidden) };
         }
-        let Some((file, _)) = &now.line else { return CodVerdict::StopReason(now.hidden) };
+        let Some((file, _)) = &now.line else { return StepVerdict::Stop(now.hidden) };
         match now.line != self.line && now.begins {
-            true if now.is_statement => CodVerdict::StopReason(now.hidden),
-            true if same_frame && entered == self.inlined => CodVerdict::GoOn,
+            true if now.is_statement => StepVerdict::Stop(now.hidden),
+            true if same_frame && entered == self.inlined => StepVerdict::GoOn,
             // It is in another function, but at no place to stop: any line will do from now on.
-            true => CodVerdict::From(Origin { line: Some((file.clone(), 0)), ..now.origin(now.hidden) }),
+            true => StepVerdict::LeaveFrom(Origin { line: Some((file.clone(), 0)), ..now.origin(now.hidden) }),
             // In the middle of a line it goes on to the end of that, as in gdb.
-            false => CodVerdict::From(now.origin(now.hidden)),
+            false => StepVerdict::LeaveFrom(now.origin(now.hidden)),
         }
     }
 }
@@ -200,14 +200,12 @@ pub(super) fn line_step(
             return false;
         }
         match origin.verdict(&now, kind, depth.calls == 0) {
-            CodVerdict::GoOn => false,
-            CodVerdict::From(next) => {
+            StepVerdict::GoOn => false,
+            StepVerdict::LeaveFrom(next) => {
                 (origin, depth.calls) = (next, 0);
                 false
             }
-            CodVerdict::StopReason(sites) => {
-                (kind != LineStep::Forward || left || pc > from) && stop(session, Some(sites))
-            }
+            StepVerdict::Stop(sites) => (kind != LineStep::Forward || left || pc > from) && stop(session, Some(sites)),
         }
     })
 }

@@ -275,7 +275,7 @@ fn program(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     };
     let start = number_in_range(asm, call, first.clone(), 0..PROGRAM_WORDS, "first word");
     let end = number_in_range(asm, call, last.clone(), 0..PROGRAM_WORDS, "last word");
-    // RX may be left out before `with_bits_clear`.
+    // RX may be left out before `off`.
     let is_word =
         |part: &&Range<usize>| matches!(call.get((*part).clone()).to_ascii_lowercase().as_str(), "on" | "off");
     let index = parts.get(2).filter(|part| parts.len() > 3 || !is_word(part));

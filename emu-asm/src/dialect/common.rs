@@ -401,17 +401,17 @@ fn times(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations 
     RepeatIterations { name: None, texts: Vec::new(), count: n.max(0) as u64 }
 }
 
-fn each(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations {
+/// The name that a repetition gives its texts, and the arguments behind it.
+fn name_and_arguments(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> (String, Vec<Range<usize>>) {
     required_arguments(asm, call);
-    let mut parts = split_arguments(
-        asm.dialect,
-        call.text,
-        call.rest.clone(),
-        ArgumentJoin::of(asm.dialect, call.get(call.word.clone())),
-    )
-    .into_iter();
+    let join = ArgumentJoin::of(asm.dialect, call.get(call.word.clone()));
+    let mut parts = split_arguments(asm.dialect, call.text, call.rest.clone(), join).into_iter();
     let name = parts.next().map_or("", |part| call.get(part)).to_owned();
-    let list: Vec<Range<usize>> = parts.collect();
+    (name, parts.collect())
+}
+
+fn each(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations {
+    let (name, list) = name_and_arguments(asm, call);
     // `irp x, <1, 2>`: the list in angles.
     let list = match list.as_slice() {
         [all] if asm.dialect.hooks.angle_arguments && byte(call.text, all.start.wrapping_sub(1)) == b'<' => {
@@ -424,15 +424,7 @@ fn each(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations {
 }
 
 fn each_character(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) -> RepeatIterations {
-    required_arguments(asm, call);
-    let mut parts = split_arguments(
-        asm.dialect,
-        call.text,
-        call.rest.clone(),
-        ArgumentJoin::of(asm.dialect, call.get(call.word.clone())),
-    )
-    .into_iter();
-    let name = parts.next().map_or("", |part| call.get(part)).to_owned();
-    let text = parts.next().map_or("", |part| call.get(part)).trim_matches('"');
+    let (name, parts) = name_and_arguments(asm, call);
+    let text = parts.into_iter().next().map_or("", |part| call.get(part)).trim_matches('"');
     RepeatIterations { name: Some(name), texts: text.chars().map(String::from).collect(), count: 0 }
 }

@@ -19,7 +19,7 @@ mod text;
 use emu_core::chip::Chip;
 
 use super::common::{constant, if_true, ignore_directive, include, is_blank, is_defined, report_no_effect};
-use class::{Classes, SegmentClass, typed};
+use class::{AddressClass, Classes, typed};
 use text::{DataSize, TextEnd};
 
 use super::{
@@ -123,7 +123,7 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
         AsmDirective::named("set", |asm, call| equate(asm, call, AsmSymbolKind::Set)),
         AsmDirective::flow("if", ReadFlow::If(condition)),
         AsmDirective::flow("elseif", ReadFlow::Elif(condition)),
-        AsmDirective::named("flag", |asm, call| typed(asm, call, SegmentClass::Bit)),
+        AsmDirective::named("flag", |asm, call| typed(asm, call, AddressClass::Bit)),
         AsmDirective::run("inc", include),
         AsmDirective::run("blkw", |asm, call| super::common::reserve_room(asm, call, 2)),
         AsmDirective::run("rs", super::common::space),
@@ -145,14 +145,14 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
         AsmDirective::flow("elseifb", ReadFlow::Elif(|_, call| is_blank(call))),
         AsmDirective::flow("elseifnb", ReadFlow::Elif(|_, call| !is_blank(call))),
         AsmDirective::run("mexit", |asm, call| asm.leave_macro(call)),
-        AsmDirective::named("bit", |asm, call| typed(asm, call, SegmentClass::Bit)),
-        AsmDirective::named("data", |asm, call| typed(asm, call, SegmentClass::Byte)),
-        AsmDirective::named("idata", |asm, call| typed(asm, call, SegmentClass::Byte)),
+        AsmDirective::named("bit", |asm, call| typed(asm, call, AddressClass::Bit)),
+        AsmDirective::named("data", |asm, call| typed(asm, call, AddressClass::Byte)),
+        AsmDirective::named("idata", |asm, call| typed(asm, call, AddressClass::Byte)),
         AsmDirective::named("xdata", |asm, call| segment::place(asm, call, "xdata")),
         AsmDirective::named("code", |asm, call| segment::place(asm, call, "code")),
-        AsmDirective::named("sfr", |asm, call| typed(asm, call, SegmentClass::Byte)),
+        AsmDirective::named("sfr", |asm, call| typed(asm, call, AddressClass::Byte)),
         AsmDirective::named("sfr16", |asm, call| constant(asm, call, AsmSymbolKind::Equ)),
-        AsmDirective::named("sbit", |asm, call| typed(asm, call, SegmentClass::Bit)),
+        AsmDirective::named("sbit", |asm, call| typed(asm, call, AddressClass::Bit)),
         AsmDirective::run("cseg", |asm, call| segment::absolute(asm, call, "code")),
         AsmDirective::run("dseg", |asm, call| segment::absolute(asm, call, "idata")),
         AsmDirective::run("iseg", |asm, call| segment::absolute(asm, call, "idata")),

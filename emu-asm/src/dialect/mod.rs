@@ -356,7 +356,7 @@ pub(crate) enum ReadFlow {
     /// The lines where none held.
     Else,
     /// Lines of the same condition, read by whether it holds.
-    ExpansionStack(fn(bool) -> bool),
+    Within(fn(bool) -> bool),
     /// A statement on the same line, read by whether the condition around it holds.
     WithinLine(fn(bool) -> bool),
     /// Ends a condition.

@@ -47,7 +47,7 @@ pub struct SourceCheckReport {
     pub program: String,
     /// The way.
     pub via: SourceRoute,
-    /// The chip; `run_native` where there is none.
+    /// The chip; `native` where there is none.
     pub mcu: String,
     /// Seed of everything random.
     pub seed: u64,

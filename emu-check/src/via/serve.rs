@@ -74,7 +74,7 @@ pub fn run_interpreted(programs: &[(EmittedSource, ServeScript)]) -> Result<Vec<
     exchange(programs, SlotNumbering::Interpreter, &scratch, begin)
 }
 
-/// Tells `interrupt_to_serve` all scripts in turn and reads what it answers.
+/// Tells `served` all scripts in turn and reads what it answers.
 fn exchange(
     programs: &[(EmittedSource, ServeScript)],
     slots: SlotNumbering,

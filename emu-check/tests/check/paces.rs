@@ -109,7 +109,7 @@ fn pic16_source(way: WaitStyle, count: u32, scan: &str) -> String {
 }
 
 /// A scan of `TON 5 ms` from Xa to Ya: it counts true scans to `limit`, and its output is on from there, or off if
-/// `invert_set`.
+/// `inverted`.
 fn scan_source(mcu: &str, limit: u32, inverted: bool) -> String {
     let text = match mcu {
         "at89s52" => {

@@ -8,7 +8,7 @@ use crate::lines::trim;
 pub(super) fn clock(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     check_given_once(asm, call, call.get(call.word.clone()));
     let units = [("mhz", 1_000_000), ("khz", 1_000), ("hz", 1), ("", 1)];
-    match parse_quantity(asm, call, &units).and_then(|(hz, _)| u32::try_from(hz).ok()) {
+    match define_quantity(asm, call, &units).and_then(|(hz, _)| u32::try_from(hz).ok()) {
         Some(hz) => state(asm).clock = hz,
         None => {
             let cause = format!("`{}` is no clock", call.get(trim(call.text, call.rest.clone())));
@@ -26,7 +26,7 @@ pub(super) fn clock(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 pub(super) fn period(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     check_given_once(asm, call, call.get(call.word.clone()));
     let units = [("us", 1_000), ("ms", 1_000_000), ("s", 1_000_000_000), ("c", 1)];
-    match parse_quantity(asm, call, &units) {
+    match define_quantity(asm, call, &units) {
         Some((n, 3)) => state(asm).period = Some(TimeLength::Cycles(n)),
         Some((n, _)) => state(asm).period = Some(TimeLength::Nanoseconds(n)),
         None => {
@@ -38,7 +38,7 @@ pub(super) fn period(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 
 /// A number and how often its unit holds the smallest one: `10ms`, `1.5MHz`, `n*1000c`, or a name. None where it is none, or comes to
 /// no whole number above 0.
-fn parse_quantity(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, units: &[(&str, u64)]) -> Option<(u64, usize)> {
+fn define_quantity(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, units: &[(&str, u64)]) -> Option<(u64, usize)> {
     let all = trim(call.text, call.rest.clone());
     let text = call.get(all.clone());
     let lower = text.to_ascii_lowercase();

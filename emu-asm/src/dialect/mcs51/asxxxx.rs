@@ -17,13 +17,13 @@ pub(super) const DIRECTIVES: &[AsmDirective] = &[
     AsmDirective::named("==:", |asm, call| constant(asm, call, AsmSymbolKind::Set)),
     AsmDirective::run("bndry", boundary),
     AsmDirective::run("mdelete", purge),
-    AsmDirective::run("narg", |asm, call| parse_quantity(asm, call, |asm, _| asm.arguments_given())),
-    AsmDirective::run("nchr", |asm, call| parse_quantity(asm, call, |_, text| Some(inside(text).chars().count() as i64))),
+    AsmDirective::run("narg", |asm, call| define_quantity(asm, call, |asm, _| asm.arguments_given())),
+    AsmDirective::run("nchr", |asm, call| define_quantity(asm, call, |_, text| Some(inside(text).chars().count() as i64))),
     AsmDirective::run("ntyp", measure_type),
     AsmDirective::run("nval", |asm, call| measure_value(asm, call, |value| value.number)),
-    AsmDirective::flow("ift", ReadFlow::ExpansionStack(|holds| holds)),
-    AsmDirective::flow("iff", ReadFlow::ExpansionStack(|holds| !holds)),
-    AsmDirective::flow("iftf", ReadFlow::ExpansionStack(|_| true)),
+    AsmDirective::flow("ift", ReadFlow::Within(|holds| holds)),
+    AsmDirective::flow("iff", ReadFlow::Within(|holds| !holds)),
+    AsmDirective::flow("iftf", ReadFlow::Within(|_| true)),
     AsmDirective::flow("iift", ReadFlow::WithinLine(|holds| holds)),
     AsmDirective::flow("iiff", ReadFlow::WithinLine(|holds| !holds)),
     AsmDirective::flow("iiftf", ReadFlow::WithinLine(|_| true)),
@@ -69,7 +69,7 @@ fn inside(text: &str) -> &str {
 }
 
 /// `.narg name` and `.nchr name, text`: the name gets a number.
-fn parse_quantity(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, of: fn(&Assembler<'_>, &str) -> Option<i64>) {
+fn define_quantity(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, of: fn(&Assembler<'_>, &str) -> Option<i64>) {
     let parts = cut(call.text, call.rest.clone());
     let Some(name) = parts.first().cloned() else {
         required_arguments(asm, call);

@@ -1,4 +1,4 @@
-//! Names of bytes where a bit is required_arguments, and of bits where a byte is: `cpl P1`, `mov a,TI`.
+//! Names of bytes where a bit is wanted, and of bits where a byte is: `cpl P1`, `mov a,TI`.
 //!
 //! as31 and sdas8051 take the address as it is; AX51 and ASEM-51 refuse it (A51, "Type mismatch"). It is taken here, with a warning,
 //! but in sources for sdas8051, whose names have no class.
@@ -13,17 +13,17 @@ use crate::symbols::AsmSymbolKind;
 
 /// What an address counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum SegmentClass {
+pub(super) enum AddressClass {
     Byte,
     Bit,
 }
 
 /// Names that `bit`, `data` and their like give, in lower case.
-pub(super) type Classes = BTreeMap<String, SegmentClass>;
+pub(super) type Classes = BTreeMap<String, AddressClass>;
 
 /// `name bit address` and `name data address`; without a name in front, as Raisonance's assembler has it, `data at 30h` begins a section.
-pub(super) fn typed(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, class: SegmentClass) {
-    let section = if class == SegmentClass::Bit { "bit" } else { "idata" };
+pub(super) fn typed(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, class: AddressClass) {
+    let section = if class == AddressClass::Bit { "bit" } else { "idata" };
     if segment::begins(asm, call, section) {
         return;
     }
@@ -34,42 +34,42 @@ pub(super) fn typed(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, class: Se
 }
 
 /// What the name counts, and what it is in words.
-fn class_of(asm: &Assembler<'_>, name: &str) -> Option<(Option<SegmentClass>, String)> {
+fn class_of(asm: &Assembler<'_>, name: &str) -> Option<(Option<AddressClass>, String)> {
     if let Some(symbol) = asm.symbols.get(name, asm.dialect.ignores_case) {
         return match symbol.kind {
-            AsmSymbolKind::Label { space: "bit", .. } => Some((Some(SegmentClass::Bit), format!("`{name}` is a bit"))),
+            AsmSymbolKind::Label { space: "bit", .. } => Some((Some(AddressClass::Bit), format!("`{name}` is a bit"))),
             AsmSymbolKind::Label { space: "xdata", .. } => {
                 Some((None, format!("`{name}` is an address of external RAM")))
             }
             AsmSymbolKind::Label { space, .. } if space == asm.chip.code_space => {
                 Some((None, format!("`{name}` is an address of the program")))
             }
-            AsmSymbolKind::Label { .. } => Some((Some(SegmentClass::Byte), format!("`{name}` is a byte"))),
+            AsmSymbolKind::Label { .. } => Some((Some(AddressClass::Byte), format!("`{name}` is a byte"))),
             AsmSymbolKind::Equ => match asm.family_state.mcs51.classes.get(&name.to_ascii_lowercase())? {
-                SegmentClass::Bit => Some((Some(SegmentClass::Bit), format!("`{name}` is a bit"))),
-                SegmentClass::Byte => Some((Some(SegmentClass::Byte), format!("`{name}` is a byte"))),
+                AddressClass::Bit => Some((Some(AddressClass::Bit), format!("`{name}` is a bit"))),
+                AddressClass::Byte => Some((Some(AddressClass::Byte), format!("`{name}` is a byte"))),
             },
             _ => None,
         };
     }
     if asm.chip_names.get(name)?.is_register {
-        return Some((Some(SegmentClass::Byte), format!("`{name}` is a register of 8 bits")));
+        return Some((Some(AddressClass::Byte), format!("`{name}` is a register of 8 bits")));
     }
     let is_bit = asm.chip.bits.iter().any(|bit| bit.name.eq_ignore_ascii_case(name));
-    is_bit.then(|| (Some(SegmentClass::Bit), format!("`{name}` is a bit")))
+    is_bit.then(|| (Some(AddressClass::Bit), format!("`{name}` is a bit")))
 }
 
 /// The warning for the name as an operand of a kind with this value.
 pub(super) fn mismatch(asm: &Assembler<'_>, name: &str, kind: &str, n: i32) -> Option<AsmRefusal> {
     let wanted = match kind {
         _ if asm.dialect.hooks.is_sdas => return None,
-        "bit address" => SegmentClass::Bit,
-        "direct address" => SegmentClass::Byte,
+        "bit address" => AddressClass::Bit,
+        "direct address" => AddressClass::Byte,
         _ => return None,
     };
     let (class, what) = class_of(asm, name).filter(|(class, _)| *class != Some(wanted))?;
     let (cause, hint) = match (wanted, class) {
-        (SegmentClass::Bit, Some(_)) => {
+        (AddressClass::Bit, Some(_)) => {
             let byte = if n < 0x80 { 0x20 + n / 8 } else { n & 0xF8 };
             let bit = n % 8;
             (
@@ -77,7 +77,7 @@ pub(super) fn mismatch(asm: &Assembler<'_>, name: &str, kind: &str, n: i32) -> O
                 format!("write `{name}.{bit}`, or the bit that is meant"),
             )
         }
-        (SegmentClass::Byte, Some(_)) => {
+        (AddressClass::Byte, Some(_)) => {
             let hint = "use the byte that holds the bit, or an instruction for bits, as `mov c,bit`";
             (format!("{what}, and a byte is wanted: the byte 0x{n:02X} is taken"), hint.to_owned())
         }

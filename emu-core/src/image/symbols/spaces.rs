@@ -8,7 +8,7 @@ pub enum SymbolSpaces {
     /// `pdata`), `bit` (bit addresses 0 to 0xFF).
     Mcs51,
     /// gputils for mid-range PICs: `flash` (byte addresses, two to a word, 0 to 0x3FFF), `data` (0 to 0x1FF), `eeprom` (bytes,
-    /// from the word address 0x2100 on), `configuration` (bytes, from the word address 0x2000 on).
+    /// from the word address 0x2100 on), `config` (bytes, from the word address 0x2000 on).
     Pic16,
 }
 

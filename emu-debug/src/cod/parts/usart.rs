@@ -136,7 +136,7 @@ impl CodUsart {
         }
     }
 
-    /// Sets `txbaud`, `rxbaud`, `loop`, or sends by `tx_level` a byte or a text. False where there is none of that name or the value
+    /// Sets `txbaud`, `rxbaud`, `loop`, or sends by `tx` a byte or a text. False where there is none of that name or the value
     /// is of another kind.
     pub fn assign(&mut self, attribute: &str, value: &CodValue, t: u64, hz: u64) -> bool {
         match (attribute, value, value.to_integer()) {
