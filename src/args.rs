@@ -4,9 +4,9 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use emu_core::chip::Chip;
 use ladder::LadderDialect;
 
-use crate::{
-    asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, family, fuzz, lockstep, run, shell, sim,
-    waveform,
+use crate::shared::family;
+use crate::verbs::{
+    asm, check, chips, compile, dap, debug, diff, disasm, draw, explain, fuzz, lockstep, run, shell, sim, wave,
 };
 
 const TOUR: &str = "\
@@ -74,7 +74,7 @@ pub enum CliVerb {
     /// Run a ladder program on the reference evaluator, scan by scan.
     Sim(sim::SimArgs),
     /// Draw a waveform (VCD), as text or as a picture.
-    Wave(waveform::WaveArgs),
+    Wave(wave::WaveArgs),
     /// Find the first difference of two traces.
     Diff(diff::DiffArgs),
     /// Print the instructions of an image.

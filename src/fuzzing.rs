@@ -8,11 +8,13 @@ use std::time::Duration;
 use clap::Parser;
 
 use crate::args::{ColorChoice, CommandLine};
-use crate::debug::commands;
-use crate::debug::open::{DebugSubject, open_session};
-use crate::debug::shell::{DebugShell, ShellFlow};
-use crate::report::MessageStyle;
-use crate::{diff, waveform};
+use crate::shared::report::MessageStyle;
+use crate::verbs::debug::commands;
+use crate::verbs::debug::open::DebugSubject;
+use crate::verbs::debug::open::open_session;
+use crate::verbs::debug::shell::DebugShell;
+use crate::verbs::debug::shell::ShellFlow;
+use crate::verbs::{diff, wave};
 
 /// How long a command of the debugger runs before it is interrupted, as by Ctrl-C.
 const COMMAND_TIME_LIMIT: Duration = Duration::from_millis(5);
@@ -29,7 +31,7 @@ pub fn read_trace(bytes: &[u8]) -> Option<u64> {
 /// Reads a waveform as `emu wave` does and draws it, as text and as SVG. Returns the text, or `None` where it is refused.
 #[must_use]
 pub fn draw_wave(bytes: &[u8]) -> Option<String> {
-    waveform::draw_as_text(bytes).ok()
+    wave::draw_as_text(bytes).ok()
 }
 
 /// Parses the arguments of `emu` and carries out nothing. Returns whether they are accepted.

@@ -1,0 +1,29 @@
+//! What several verbs use: files in and results out, chips and their flags, messages and exit codes.
+
+pub mod ap101;
+pub mod attach;
+pub mod avr;
+pub mod chip_guess;
+pub mod chip_names;
+pub mod chosen_chip;
+pub mod codes;
+pub mod fail;
+pub mod family;
+#[cfg(feature = "tui")]
+pub mod full_screen;
+pub mod image_origin;
+pub mod input;
+pub mod interrupts;
+pub mod machine;
+pub mod mcs51;
+pub mod output;
+pub mod output_target;
+pub mod pic16;
+pub mod readings;
+pub mod report;
+pub mod reset_hold;
+pub mod scan_bits;
+pub mod scenarios;
+pub mod snapshots;
+pub mod sources;
+pub mod store;

@@ -1,0 +1,254 @@
+//! `--attach`: devices at the pins of the chip, and the files that keep what they hold.
+
+use emu_avr::chips::unit_index;
+use emu_avr::periph;
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::pins::PinId;
+use emu_debug::devices::ExternalDevice;
+use emu_debug::devices::eeprom24::Eeprom24;
+use emu_debug::devices::flash25::Flash25;
+use emu_debug::stimulus::{ExternalDrive, find_pin};
+use emu_debug::{AttachedDevices, CycleClock, TimedDrive, WiredDevice, address_names};
+use emu_pic16::periph::map::Pic16Line;
+
+use crate::shared::avr;
+use crate::shared::fail::VerbFailure;
+use crate::shared::store::MemoryFile;
+use diag::nearest;
+
+/// The address of a two-wire device where none is given: A0 to A2 tied low.
+const ADDRESS: u8 = 0x50;
+
+/// A bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum AttachBus {
+    I2c,
+    Spi,
+}
+
+impl AttachBus {
+    /// What the wires of a device are called, in the order of its pins; empty names cannot be given.
+    fn wires(self) -> &'static [&'static str] {
+        match self {
+            AttachBus::I2c => &["sda", "scl", "", "", "", "wp"],
+            AttachBus::Spi => &["cs", "sck", "mosi", "miso"],
+        }
+    }
+
+    /// The pin of a wire where none is named: that of the chip's own interface.
+    fn default_pin(self, chip: &Chip, wire: &str) -> Option<PinId> {
+        let (unit, avr, pic16) = match (self, wire) {
+            (AttachBus::I2c, "sda") => (unit_index::TWI, periph::AvrLine::Sda, Pic16Line::Sdi),
+            (AttachBus::I2c, "scl") => (unit_index::TWI, periph::AvrLine::Scl, Pic16Line::Sck),
+            (AttachBus::Spi, "sck") => (unit_index::SPI, periph::AvrLine::Sck, Pic16Line::Sck),
+            (AttachBus::Spi, "mosi") => (unit_index::SPI, periph::AvrLine::Mosi, Pic16Line::Sdo),
+            (AttachBus::Spi, "miso") => (unit_index::SPI, periph::AvrLine::Miso, Pic16Line::Sdi),
+            _ => return None,
+        };
+        match chip.family {
+            ChipFamily::Avr => {
+                let lines = emu_avr::chips::part(chip.name)?.peripheral_pins;
+                lines.iter().find(|row| (row.0, row.1) == (unit, avr)).map(|row| row.2)
+            }
+            ChipFamily::Pic16 => emu_pic16::chips::part(chip.name)?.line(pic16).map(|line| line.pin),
+            ChipFamily::Mcs51 | ChipFamily::Ap101 => None,
+        }
+    }
+}
+
+/// A device as the command line gives it.
+#[derive(Debug, Clone)]
+pub struct AttachedDevice {
+    text: String,
+    bus: AttachBus,
+    device: ExternalDevice,
+    /// The file of what it holds.
+    pub file: Option<String>,
+    /// Wires by position, with the pins as typed.
+    pins: Vec<(usize, String)>,
+}
+
+/// Reads `i2c:24c64@0x50,file=x.bin` or `spi:25q32,cs=PB2`.
+pub fn parse_attach(text: &str) -> Result<AttachedDevice, String> {
+    let wanted = || "write i2c:24c64@0x50,file=data.bin or spi:25q32,cs=PB2,file=data.bin".to_owned();
+    let (head, rest) = text.split_once(',').unwrap_or((text, ""));
+    let (bus, device) = head.split_once(':').ok_or_else(wanted)?;
+    let (bus, device) = match bus {
+        "i2c" | "twi" => (AttachBus::I2c, parse_i2c(device)?),
+        "spi" => (AttachBus::Spi, parse_spi(device)?),
+        _ => return Err(format!("there is no bus `{bus}`; {}", wanted())),
+    };
+    let mut attached = AttachedDevice { text: text.to_owned(), bus, device, file: None, pins: Vec::new() };
+    for setting in rest.split(',').filter(|setting| !setting.is_empty()) {
+        let (key, value) = setting.split_once('=').ok_or_else(|| format!("`{setting}` has no value; {}", wanted()))?;
+        let wire = bus.wires().iter().position(|wire| *wire == key && !key.is_empty());
+        let twice = match wire {
+            Some(wire) => attached.pins.iter().any(|pin| pin.0 == wire),
+            None => key == "file" && attached.file.is_some(),
+        };
+        match (key, wire) {
+            _ if twice => return Err(format!("`{key}` is given twice")),
+            (_, Some(wire)) => attached.pins.push((wire, value.to_owned())),
+            ("file", None) if value.is_empty() => return Err("file= needs the name of a file".to_owned()),
+            ("file", None) => attached.file = Some(value.to_owned()),
+            _ => {
+                let keys: Vec<&str> = bus.wires().iter().copied().filter(|wire| !wire.is_empty()).collect();
+                return Err(format!("there is no `{key}` here; there are file, {}", keys.join(", ")));
+            }
+        }
+    }
+    Ok(attached)
+}
+
+fn unknown_device_message(name: &str, names: Vec<&'static str>) -> String {
+    match nearest(&name.to_ascii_lowercase(), names.iter().copied()) {
+        Some(near) => format!("there is no model of `{name}`; did you mean `{near}`?"),
+        None => format!("there is no model of `{name}`; there are {}", names.join(", ")),
+    }
+}
+
+fn parse_i2c(text: &str) -> Result<ExternalDevice, String> {
+    let (name, address) = text.split_once('@').map_or((text, None), |(name, address)| (name, Some(address)));
+    let mut eeprom = Eeprom24::new(name).ok_or_else(|| unknown_device_message(name, Eeprom24::names().collect()))?;
+    let typed = address.unwrap_or("0x50");
+    let address = address
+        .map_or(Some(u32::from(ADDRESS)), address_names::parse_number)
+        .and_then(|value| u8::try_from(value).ok());
+    match address {
+        Some(address) if eeprom.tie_address(address) => Ok(ExternalDevice::Eeprom(eeprom)),
+        _ => Err(format!(
+            "{name} cannot have the address `{typed}`: it is of seven bits, 0x50 to 0x57, without the bits that are part of the address in \
+             the memory"
+        )),
+    }
+}
+
+fn parse_spi(name: &str) -> Result<ExternalDevice, String> {
+    Flash25::new(name)
+        .map(ExternalDevice::Flash)
+        .ok_or_else(|| unknown_device_message(name, Flash25::names().collect()))
+}
+
+/// Devices with the files of those that have one, by position.
+pub struct AttachedStores {
+    devices: Vec<WiredDevice>,
+    stores: Vec<(usize, MemoryFile)>,
+}
+
+impl AttachedStores {
+    /// The devices on the pins of `chip`, holding what their files hold.
+    /// `reset` is the pin that resets the chip, which is no line of a bus.
+    pub fn new(list: &[AttachedDevice], chip: &Chip, reset: Option<PinId>) -> Result<AttachedStores, VerbFailure> {
+        let mut bench = AttachedStores { devices: Vec::new(), stores: Vec::new() };
+        for attached in list {
+            let refuse = |why: String| VerbFailure::invalid_flag_value("--attach <DEVICE>", &attached.text, &why);
+            let wires = wires(attached, chip).map_err(refuse)?;
+            if let Some(pin) = reset.filter(|pin| wires.contains(&Some(*pin))) {
+                return Err(refuse(format!("{} is the reset pin, no line of a bus", pin_name(chip, pin))));
+            }
+            let fitted = WiredDevice { device: attached.device.clone(), wires };
+            for (other, beside) in list.iter().zip(&bench.devices) {
+                conflict(chip, (attached, &fitted), (other, beside)).map_or(Ok(()), |why| Err(refuse(why)))?;
+            }
+            bench.devices.push(fitted);
+        }
+        for (at, (attached, fitted)) in list.iter().zip(&mut bench.devices).enumerate() {
+            if let Some(file) = &attached.file {
+                let (store, held) = MemoryFile::open("--attach", file, fitted.device.cells().len())?;
+                fitted.device.cells_mut().fill(&held.unwrap_or_default());
+                bench.stores.push((at, store));
+            }
+        }
+        Ok(bench)
+    }
+
+    /// The board, for a chip whose cycles are as long as `clock` says; refuses drives of pins that devices drive.
+    pub fn connect(
+        &self,
+        chip: &Chip,
+        clock: CycleClock,
+        drives: &[TimedDrive],
+    ) -> Result<AttachedDevices, VerbFailure> {
+        let board = AttachedDevices::new(self.devices.clone(), clock);
+        let taken = |drive: &&TimedDrive| match drive.drive {
+            ExternalDrive::Level(pin, _) | ExternalDrive::Volts(pin, _) | ExternalDrive::Counts(pin, _) => {
+                board.driven_pins().any(|driven| driven == pin)
+            }
+            ExternalDrive::Supply(_) => false,
+        };
+        match drives.iter().find(taken).map(|drive| drive.drive) {
+            Some(ExternalDrive::Level(pin, _) | ExternalDrive::Volts(pin, _) | ExternalDrive::Counts(pin, _)) => {
+                let name = pin_name(chip, pin);
+                Err(VerbFailure::Usage(format!(
+                    "{name} is driven by a device of --attach, so --set and --at cannot drive it"
+                )))
+            }
+            _ => Ok(board),
+        }
+    }
+
+    /// Writes what the devices of the board hold into their files.
+    pub fn write_back(self, board: &AttachedDevices) -> Result<(), VerbFailure> {
+        let devices: Vec<&ExternalDevice> = board.devices().collect();
+        for (at, store) in self.stores {
+            if let Some(device) = devices.get(at) {
+                store.keep(&device.cells().bytes())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Why two devices cannot be at the chip together: they answer at once, or a pin is wires of different kinds. Wires of one
+/// kind may share a pin, other than those that select a device.
+fn conflict(chip: &Chip, one: (&AttachedDevice, &WiredDevice), two: (&AttachedDevice, &WiredDevice)) -> Option<String> {
+    let wires = |(attached, fitted): (&AttachedDevice, &WiredDevice)| -> Vec<(PinId, &'static str)> {
+        let named = fitted.wires.iter().zip(attached.bus.wires());
+        named.filter_map(|(pin, name)| Some(((*pin)?, *name))).collect()
+    };
+    let (ours, theirs) = (wires(one), wires(two));
+    let pairs = || ours.iter().flat_map(|own| theirs.iter().map(move |other| (own, other)));
+    let clash = pairs().find(|(own, other)| own.0 == other.0 && (own.1 != other.1 || own.1 == "cs"));
+    if let Some(((pin, own), (_, other))) = clash {
+        let name = pin_name(chip, *pin);
+        return Some(match own == other {
+            true => format!("{name} selects `{}` already", two.0.text),
+            false => format!("{name} cannot be its {own}: it is the {other} of `{}`", two.0.text),
+        });
+    }
+    let (ExternalDevice::Eeprom(own), ExternalDevice::Eeprom(other)) = (&one.1.device, &two.1.device) else {
+        return None;
+    };
+    let bus = |fitted: &WiredDevice| fitted.wires.get(..2).map(<[_]>::to_vec);
+    let both = (0..0x80).find(|&address| own.is_addressed_by(address) && other.is_addressed_by(address));
+    let both = both.filter(|_| bus(one.1) == bus(two.1));
+    both.map(|address| format!("`{}` answers to the address 0x{address:02x} already; @0x51 gives another", two.0.text))
+}
+
+fn pin_name(chip: &Chip, pin: PinId) -> &'static str {
+    chip.pins.get(usize::from(pin)).map_or("?", |pin| pin.name)
+}
+
+/// The pins of the chip at the wires of a device.
+fn wires(attached: &AttachedDevice, chip: &Chip) -> Result<Vec<Option<PinId>>, String> {
+    let bus = attached.bus;
+    let wire = |(at, name): (usize, &&str)| {
+        let named = attached.pins.iter().find(|(of, _)| *of == at);
+        if let Some((_, typed)) = named {
+            return find_pin(chip, &avr::chip_pin_text(chip, typed)).map(Some);
+        }
+        let usual = bus.default_pin(chip, name);
+        let needed = !matches!(*name, "" | "wp");
+        match usual {
+            None if needed => Err(format!("which pin is {name}? {name}=PIN says it")),
+            _ => Ok(usual),
+        }
+    };
+    let wires = bus.wires().iter().enumerate().map(wire).collect::<Result<Vec<_>, String>>()?;
+    let mut pins: Vec<PinId> = wires.iter().copied().flatten().collect();
+    pins.sort_unstable();
+    match pins.windows(2).any(|two| two[0] == two[1]) {
+        true => Err("two of its lines are at one pin".to_owned()),
+        false => Ok(wires),
+    }
+}

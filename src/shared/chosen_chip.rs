@@ -1,0 +1,228 @@
+//! The chip of an image: that of `--mcu`, else the one that the file itself names; and what a program for simavr says beside it.
+
+use diag::text::readable;
+use emu_core::chip::Chip;
+use emu_core::image::{Image, SimavrSection, SimavrTrace, avr_device, avr_signature, read_simavr_section};
+
+use crate::args::McuFlags;
+use crate::shared::chip_guess::hex_signature;
+use crate::shared::chip_guess::name_chips;
+use crate::shared::fail::VerbFailure;
+use crate::shared::input::ELF_MAGIC;
+use crate::shared::{family, image_origin, input, output};
+use crate::verbs::asm;
+
+/// Where a program says to simavr what it wants.
+const SECTION: &str = "section .mmcu";
+
+/// The chip of an image.
+pub struct ChosenChip {
+    /// The chip.
+    pub chip: &'static Chip,
+    /// What the file says to simavr.
+    simavr: Option<SimavrSection>,
+    file: String,
+}
+
+/// A chip that a file names, and where.
+pub struct NamedChip {
+    /// As it stands there.
+    pub name: String,
+    /// Where it stands: `comment on line 3`.
+    pub place: String,
+    /// Its row, if there is a model of it.
+    pub chip: Option<&'static Chip>,
+}
+
+impl McuFlags {
+    /// The chip that is to run the image in `file`; where it is the file's own choice, a note says so.
+    pub fn choose_chip(&self, file: &str) -> Result<ChosenChip, VerbFailure> {
+        self.choose_chip_or(file, None)
+    }
+
+    /// The same, with a chip for files that name none.
+    pub fn choose_chip_or(&self, file: &str, default: Option<&'static Chip>) -> Result<ChosenChip, VerbFailure> {
+        // What cannot be read is told where it is loaded, if the chip is known.
+        let bytes = match (input::read_bytes_twice(file), self.chip.or(default)) {
+            (Ok(bytes), _) => bytes,
+            (Err(_), Some(_)) => Vec::new(),
+            (Err(why), None) => return Err(why),
+        };
+        let simavr = read_simavr_section(&bytes);
+        if let Some(simavr) = &simavr {
+            report_simavr_oddities(file, &bytes, simavr);
+        }
+        let chosen = |chip| ChosenChip { chip, simavr: simavr.clone(), file: file.to_owned() };
+        if let Some(chip) = self.chip {
+            return Ok(chosen(chip));
+        }
+        match (named_chip(file, &bytes), default) {
+            (Some(NamedChip { chip: Some(chip), place, .. }), _) => {
+                output::print_to_stderr(&format!(
+                    "note: the chip is {} ({file}: {place}); --mcu CHIP overrides it\n",
+                    chip.name
+                ));
+                Ok(chosen(chip))
+            }
+            (_, Some(chip)) => Ok(chosen(chip)),
+            (Some(NamedChip { name, place, .. }), None) => Err(VerbFailure::Usage(format!(
+                "{file} is for {name} ({place}), of which there is no model; --mcu CHIP runs it on another (`emu chips` lists all)"
+            ))),
+            (None, None) => Err(VerbFailure::Usage(format!(
+                "{file} does not say for which chip it is; give --mcu CHIP (`emu chips` lists all)"
+            ))),
+        }
+    }
+}
+
+/// The chip that an image or a source names: an ELF file by the note of avr-gcc, by what it says to simavr or by the signature; a HEX
+/// file in a comment, as CCS C writes it, or by the signature; a source for a PIC or an AVR by its directives and includes; a ladder
+/// program by MICRO=.
+pub fn named_chip(file: &str, bytes: &[u8]) -> Option<NamedChip> {
+    let avr =
+        |name: String, place: &str| NamedChip { chip: image_origin::find_avr(&name), name, place: place.to_owned() };
+    let signed = |signature| {
+        let (name, _) = name_chips(image_origin::avrs_with_signature(signature))?;
+        let chip = image_origin::avrs_with_signature(signature).into_iter().next();
+        Some(NamedChip { name, place: "signature".to_owned(), chip })
+    };
+    if bytes.starts_with(ELF_MAGIC) {
+        let device = avr_device(bytes).map(|name| avr(name, "note of its compiler"));
+        let told = || Some(avr(read_simavr_section(bytes)?.mcu?, SECTION));
+        return device.or_else(told).or_else(|| signed(avr_signature(bytes)?));
+    }
+    if bytes.starts_with(b"LDmicro") {
+        let parsed = ladder::parse_bytes(file, bytes, ladder::ParseOptions::default()).ok()?;
+        let name = parsed.program.settings.micro?;
+        let chip = ladder::chip_of(&name).and_then(|chip| family::parse_chip(chip).ok());
+        return Some(NamedChip { name, place: "MICRO=".to_owned(), chip });
+    }
+    if asm::is_source(file) {
+        let name = emu_asm::named_chip(bytes)?;
+        return Some(NamedChip { chip: family::parse_chip(&name).ok(), name, place: "directive".to_owned() });
+    }
+    chip_in_comment(bytes).or_else(|| signed(hex_signature(bytes)?))
+}
+
+/// The chip that a comment of a HEX file names, as `;PIC16F877`.
+pub fn chip_in_comment(bytes: &[u8]) -> Option<NamedChip> {
+    // Files without comments are the rule, and may be large.
+    if !bytes.contains(&b';') {
+        return None;
+    }
+    let text = readable(bytes);
+    let comments =
+        (1..).zip(text.lines()).filter_map(|(number, line)| Some((number, line.trim_start().strip_prefix(';')?)));
+    comments.take(100).find_map(|(number, comment): (u32, &str)| {
+        comment.split(|c: char| !c.is_ascii_alphanumeric()).find_map(|word| {
+            let chip = family::find_by_maker_name(word).filter(|_| word.starts_with(|c: char| c.is_ascii_alphabetic()));
+            let place = format!("comment on line {number}");
+            (chip.is_some() || is_pic(word) || is_avr(word)).then(|| NamedChip { name: word.to_owned(), place, chip })
+        })
+    })
+}
+
+/// The name of some PIC: `PIC18F4550`, `PIC12F675`.
+fn is_pic(word: &str) -> bool {
+    let rest = word.get(..3).filter(|front| front.eq_ignore_ascii_case("pic")).and_then(|_| word.get(3..));
+    rest.is_some_and(|rest| rest.len() >= 5 && rest.starts_with(|c: char| c.is_ascii_digit()))
+}
+
+/// The name of some AVR: `ATmega2560`, `ATtiny85`, `AT90S8515`, `ATxmega128A1`.
+fn is_avr(word: &str) -> bool {
+    const FAMILIES: [&str; 4] = ["atmega", "attiny", "atxmega", "at90"];
+    let word = word.to_ascii_lowercase();
+    let rest = FAMILIES.iter().find_map(|family| word.strip_prefix(family));
+    rest.is_some_and(|rest| rest.contains(|c: char| c.is_ascii_digit()))
+}
+
+/// Says on standard error what is odd about what a program says to simavr.
+fn report_simavr_oddities(file: &str, bytes: &[u8], simavr: &SimavrSection) {
+    if let Some(tag) = simavr.truncated_bytes {
+        output::print_to_stderr(&format!(
+            "note: {file}: the entry of tag {tag} in {SECTION} is longer than the section: it and what follows is left out\n"
+        ));
+    }
+    let row = |name: &str| image_origin::find_avr(name).map_or(name.to_owned(), |chip| chip.name.to_owned());
+    if let (Some(compiler), Some(own)) = (avr_device(bytes), &simavr.mcu)
+        && row(&compiler) != row(own)
+    {
+        output::print_to_stderr(&format!(
+            "note: {file} is for {own} by {SECTION}, and for {compiler} by the note of its compiler, which counts\n"
+        ));
+    }
+}
+
+impl ChosenChip {
+    /// The clock: the one that was asked for, else the program's own, of which a note tells.
+    pub fn clock(&self, asked: Option<u64>) -> Option<u64> {
+        let own = self.simavr.as_ref().and_then(|simavr| simavr.hz).map(u64::from);
+        let (None, Some(hz)) = (asked, own) else { return asked };
+        let (file, chip) = (&self.file, self.chip);
+        if hz > chip.max_hz {
+            output::print_to_stderr(&format!(
+                "note: {file} asks for {hz} Hz ({SECTION}), and {} runs at up to {} Hz: left out\n",
+                chip.name, chip.max_hz
+            ));
+            return None;
+        }
+        output::print_to_stderr(&format!("note: {file} asks for {hz} Hz ({SECTION}); --clock HZ overrides it\n"));
+        Some(hz)
+    }
+
+    /// Says on standard error how what the program wants of simavr is had here; `vcd` is true where a waveform is written.
+    pub fn report_simavr_requests(&self, image: &Image, vcd: bool) {
+        let Some(simavr) = &self.simavr else { return };
+        let file = &self.file;
+        let register = |addr: u16| {
+            let named = self.chip.regs.iter().find(|reg| reg.addr == addr);
+            named.map_or_else(|| format!("{}:0x{addr:X}", self.chip.reg_space), |reg| reg.name.to_owned())
+        };
+        if !vcd && (simavr.vcd.is_some() || !simavr.traces.is_empty()) {
+            let mut flags = format!("--vcd {}", simavr.vcd.as_deref().unwrap_or("FILE"));
+            let mut added = Vec::new();
+            for trace in &simavr.traces {
+                let name = match *trace {
+                    SimavrTrace::Register(addr, _) => register(addr),
+                    SimavrTrace::Ram(addr, bytes) => self.ram_signal_name(image, addr.into(), bytes.into()),
+                    SimavrTrace::Pin(..) | SimavrTrace::Interrupt => continue,
+                };
+                if !added.contains(&name) {
+                    flags.push_str(&format!(" --vcd-add {name}"));
+                    added.push(name);
+                }
+            }
+            if simavr.traces.contains(&SimavrTrace::Interrupt) {
+                flags.push_str(" --trace FILE (for interrupts)");
+            }
+            output::print_to_stderr(&format!("note: {file} asks simavr for a waveform\n  hint: {flags}\n"));
+        }
+        if let Some(addr) = simavr.console {
+            let name = register(addr);
+            output::print_to_stderr(&format!(
+                "note: {file} prints through {name}, the console of simavr, which is not shown\n  hint: --vcd FILE --vcd-add {name} has its bytes\n"
+            ));
+        }
+        if let Some(addr) = simavr.command {
+            output::print_to_stderr(&format!(
+                "note: {file} sends commands to simavr through {}: left out\n",
+                register(addr)
+            ));
+        }
+    }
+
+    /// What `--vcd-add` calls so many bytes of RAM: the variable there, if it has a name of one word and that size, else the address.
+    fn ram_signal_name(&self, image: &Image, addr: u32, bytes: u32) -> String {
+        let space = self.chip.reg_space;
+        let own = image.symbols.iter().filter(|s| (s.space, s.addr, s.size) == (space, addr, bytes));
+        let word = |name: &&str| name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        let named = own.map(|symbol| symbol.name.as_str()).find(word);
+        named.map_or_else(
+            || match bytes {
+                1 => format!("{space}:0x{addr:X}"),
+                _ => format!("{space}:0x{addr:X}..0x{:X}", addr + bytes),
+            },
+            str::to_owned,
+        )
+    }
+}

@@ -1,0 +1,130 @@
+//! Full screens, or with `--keys` pictures of them in text; and `emu sim --watch`: a program under one's hands.
+
+use std::io::{self, IsTerminal};
+
+use clap::Args;
+use emu_tui::panel::{LadderPanel, PanelPace, SPEEDS};
+use emu_tui::{Rect, ScreenStyle, ScreenView, ScriptStep, key, key_script, screen};
+use ladder::LadderProgram;
+use ladder_eval::Evaluator;
+
+use crate::shared::fail::VerbFailure;
+use crate::shared::fail::exit;
+use crate::shared::output;
+use crate::shared::report::MessageStyle;
+use crate::verbs::sim::inputs::ScanChange;
+use crate::verbs::sim::inputs::SimInput;
+
+/// Sizes of a picture.
+const SIZES: std::ops::RangeInclusive<u16> = 1..=screen::MAX_SCREEN_SIDE;
+
+/// The usual size.
+const DEFAULT_SIZE: (u16, u16) = (80, 24);
+
+/// Flags of the full-screen view.
+#[derive(Debug, Args)]
+pub struct WatchArgs {
+    /// A full screen: inputs as switches under keys, outputs as lamps, timers, counters, rungs with power flow, a waveform.
+    /// A key runs a scan; ? tells the keys. --set goes with it.
+    #[arg(long = "watch", id = "full", conflicts_with_all = ["scans", "at", "inputs", "uart_in", "scenario", "stimulus", "csv", "vcd", "wave", "json"])]
+    full: bool,
+    /// With --watch: begin running, a scan every cycle time of the wall clock.
+    #[arg(long, requires = "full")]
+    realtime: bool,
+    /// With --watch: how many times as fast as the wall clock, 0.001 to 1000.
+    #[arg(long, requires = "full", value_name = "FACTOR", value_parser = parse_speed)]
+    speed: Option<f64>,
+    #[command(flatten)]
+    played: ScriptedKeys,
+}
+
+/// A full-screen view without a terminal.
+#[derive(Debug, Args)]
+pub struct ScriptedKeys {
+    /// With a full screen, without a terminal: play these keys and print the last picture. Words: 1, g, space, enter, pgdn, alt-1,
+    /// :Xa=1, wait:500ms; with *N as often: 'space*20 1 space'.
+    #[arg(long, requires = "full", value_name = "KEYS", value_parser = key::parse_keys, allow_hyphen_values = true)]
+    keys: Option<std::vec::Vec<ScriptStep>>,
+    /// With --keys: columns and lines of the picture.
+    #[arg(long, requires = "keys", value_name = "WxH", value_parser = parse_size)]
+    size: Option<(u16, u16)>,
+}
+
+impl ScriptedKeys {
+    /// Keys come from the command line.
+    pub fn is_given(&self) -> bool {
+        self.keys.is_some()
+    }
+}
+
+impl WatchArgs {
+    /// The view is asked for.
+    pub fn is_requested(&self) -> bool {
+        self.full
+    }
+}
+
+fn parse_speed(text: &str) -> Result<f64, String> {
+    let speed = text.parse().ok().filter(|speed| SPEEDS.contains(speed));
+    speed.ok_or_else(|| format!("a number from {} to {}", SPEEDS.start(), SPEEDS.end()))
+}
+
+fn parse_size(text: &str) -> Result<(u16, u16), String> {
+    let side = |text: &str| text.parse().ok().filter(|side| SIZES.contains(side));
+    let sides = text.split_once('x').and_then(|(width, height)| Some((side(width)?, side(height)?)));
+    sides.ok_or_else(|| format!("columns x lines, as in 80x24, each {} to {}", SIZES.start(), SIZES.end()))
+}
+
+/// Shows a program, until it is left.
+pub fn show_panel(
+    args: &WatchArgs,
+    program: &LadderProgram,
+    evaluator: Evaluator,
+    changes: &[ScanChange],
+    terminal: &MessageStyle,
+) -> Result<u8, VerbFailure> {
+    if args.realtime && program.settings.cycle_us == 0 {
+        return Err(VerbFailure::Usage("--realtime: the program has no cycle time (CYCLE=)".to_owned()));
+    }
+    let mut evaluator = evaluator;
+    for change in changes.iter().filter(|change| !matches!(change.input, SimInput::Level(..))) {
+        change.apply(&mut evaluator);
+    }
+    let name = program.file.rsplit('/').next().unwrap_or(&program.file).to_owned();
+    let pace = if args.realtime { PanelPace::Real } else { PanelPace::Paused };
+    let mut panel = LadderPanel::new(&name, program.clone(), evaluator).with_pace(pace, args.speed.unwrap_or(1.0));
+    for change in changes {
+        if let SimInput::Level(symbol, level) = change.input {
+            panel.set_level(symbol, level);
+        }
+    }
+    show_view(&mut panel, &args.played, "--watch", terminal)
+}
+
+/// Shows a full-screen view until it is left, or the picture that comes of keys. `flag` asked for it.
+pub fn show_view(
+    app: &mut dyn ScreenView,
+    played: &ScriptedKeys,
+    flag: &str,
+    terminal: &MessageStyle,
+) -> Result<u8, VerbFailure> {
+    let look = ScreenStyle { color: terminal.screen };
+    if let Some(steps) = &played.keys {
+        let (width, height) = played.size.unwrap_or(DEFAULT_SIZE);
+        let picture = key_script::play_keys(app, steps, Rect::new(0, 0, width, height), look);
+        output::print(key_script::picture_text(&picture, look))?;
+        return Ok(exit::OK);
+    }
+    if !io::stdout().is_terminal() {
+        let why = format!("{flag} is for a terminal, and standard output is none; --keys plays keys without one");
+        return Err(VerbFailure::Usage(why));
+    }
+    match screen::show(app, look) {
+        Ok(screen::ScreenEnd::Quit) => Ok(exit::OK),
+        Ok(screen::ScreenEnd::Signal(signal)) => {
+            screen::exit_by_signal(signal);
+            Ok(exit::OK)
+        }
+        Err(error) => Err(VerbFailure::write_failed("-", &error)),
+    }
+}

@@ -1,0 +1,273 @@
+//! Files in.
+
+use std::collections::HashSet;
+use std::fs::File;
+use std::io::{self, Read as _};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use diag::text::{readable, strip_line_decorations};
+use diag::{Diagnostic, Severity};
+use emu_core::chip::Chip;
+use emu_core::image::{self, CONSTANT_SPACE, ElfMachine, Image, SourceLines, SymbolAt, SymbolFile, Symbols};
+use ladder::{LadderDialect, LadderProgram};
+
+use crate::shared::chip_guess::guess_chip;
+use crate::shared::codes::OTHER_PROCESSOR;
+use crate::shared::codes::OTHER_PROGRAM;
+use crate::shared::codes::SOURCE_AS_IMAGE;
+use crate::shared::codes::UNREADABLE;
+use crate::shared::codes::file_error;
+use crate::shared::codes::system_message;
+use crate::shared::fail::VerbFailure;
+use crate::shared::report::FileTexts;
+use crate::shared::report::MessageStyle;
+use crate::shared::report::report_diagnostics;
+use crate::shared::{ap101, family, output};
+use crate::verbs::asm;
+
+/// Largest file, in bytes.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// The first bytes of every ELF file.
+pub const ELF_MAGIC: &[u8] = b"\x7fELF";
+
+/// Somebody else reads standard input: no file is.
+static STDIN_TAKEN: AtomicBool = AtomicBool::new(false);
+
+/// The file that was looked at before it is read, and its bytes.
+static PEEKED: Mutex<Option<(String, Vec<u8>)>> = Mutex::new(None);
+
+/// From now on `-` cannot be read.
+pub fn reserve_stdin() {
+    STDIN_TAKEN.store(true, Ordering::Relaxed);
+}
+
+/// All bytes of a file; `-` is standard input.
+pub fn read_bytes(file: &str) -> Result<Vec<u8>, VerbFailure> {
+    read_file(file).map_err(|error| unreadable_file(file, &error))
+}
+
+/// A file that cannot be read, and why.
+pub fn unreadable_file(file: &str, error: &io::Error) -> VerbFailure {
+    let cause = match error.kind() {
+        io::ErrorKind::FileTooLarge => "is larger than 64 MB".to_owned(),
+        _ => format!("cannot be read: {}", system_message(error)),
+    };
+    let hint = "check the path; - is standard input";
+    VerbFailure::Refused(vec![file_error(UNREADABLE, file, cause, hint)], FileTexts::default())
+}
+
+/// All bytes of a file that is read again: what comes through a pipe is kept for that.
+pub fn read_bytes_twice(file: &str) -> Result<Vec<u8>, VerbFailure> {
+    let bytes = read_bytes(file)?;
+    if let Ok(mut kept) = PEEKED.lock() {
+        *kept = Some((file.to_owned(), bytes.clone()));
+    }
+    Ok(bytes)
+}
+
+/// The same as [`read_bytes`], with the system's word where it fails.
+pub fn read_file(file: &str) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    if let Ok(mut kept) = PEEKED.lock()
+        && let Some((_, bytes)) = kept.take_if(|(name, _)| name == file)
+    {
+        return Ok(bytes);
+    }
+    let most = MAX_BYTES + 1;
+    match file {
+        "-" if STDIN_TAKEN.load(Ordering::Relaxed) => return Err(io::Error::other("standard input is the editor's")),
+        "-" => io::stdin().lock().take(most).read_to_end(&mut bytes)?,
+        _ => File::open(file)?.take(most).read_to_end(&mut bytes)?,
+    };
+    if bytes.len() as u64 > MAX_BYTES { Err(io::ErrorKind::FileTooLarge.into()) } else { Ok(bytes) }
+}
+
+/// The image in a HEX, ELF or object file, or made of a source, for `chip`; warnings are told.
+pub fn read_image(file: &str, chip: &'static Chip, terminal: &MessageStyle) -> Result<Image, VerbFailure> {
+    let bytes = read_bytes(file)?;
+    if asm::is_source(file) || file == "-" && is_text(&bytes) {
+        let image = asm::assemble_image(file, &bytes, chip, terminal)?;
+        let faults = ap101::configuration_faults(file, &[], chip, &image);
+        return if faults.is_empty() { Ok(image) } else { Err(VerbFailure::Refused(faults, FileTexts::default())) };
+    }
+    match image::load(file, &bytes, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine)) {
+        Ok(mut loaded) => {
+            let faults = ap101::configuration_faults(file, &bytes, chip, &loaded.image);
+            if !faults.is_empty() {
+                return Err(VerbFailure::Refused(faults, FileTexts::one(file, bytes)));
+            }
+            loaded.warnings.extend(guess_chip(file, &bytes, chip, false));
+            // The lines of an ELF file are no text.
+            if bytes.starts_with(ELF_MAGIC) {
+                report_diagnostics(terminal, &loaded.warnings, FileTexts::NONE);
+                loaded.image.lines = SourceLines::from_elf(file, bytes);
+            } else {
+                report_diagnostics(terminal, &loaded.warnings, &FileTexts::one(file, bytes));
+            }
+            Ok(loaded.image)
+        }
+        Err(mut faults) => {
+            faults.extend(guess_chip(file, &bytes, chip, true));
+            faults.extend(source(file, &bytes));
+            Err(VerbFailure::Refused(faults, FileTexts::one(file, bytes)))
+        }
+    }
+}
+
+/// Neither Intel HEX nor ELF, and a text; by its first line that is no comment.
+fn is_text(bytes: &[u8]) -> bool {
+    let text = strip_line_decorations(bytes);
+    let mut lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
+    // An image may begin with comments, as a source does.
+    let first = lines.find(|line| !matches!(line, [] | [b';', ..])).unwrap_or_default();
+    !text.trim_ascii().is_empty() && !first.starts_with(b":") && !text.starts_with(ELF_MAGIC) && !text.contains(&0)
+}
+
+/// A note for what looks like a text and not like an image.
+fn source(file: &str, bytes: &[u8]) -> Option<Diagnostic> {
+    let text = is_text(bytes).then(|| readable(bytes))?;
+    let is_source = text.lines().any(|line| line.trim_start().starts_with([';', '.', '#']));
+    is_source.then(|| {
+        let cause =
+            "this looks like a source, which is assembled where its name ends in .asm, .s, .a51 or .src".to_owned();
+        let note = file_error(SOURCE_AS_IMAGE, file, cause, "rename it, or give it to `emu asm`");
+        Diagnostic { severity: Severity::Note, ..note }
+    })
+}
+
+/// The image as [`image`] reads it, and with its symbols those of symbol files; warnings are told.
+pub fn read_image_with_symbols(
+    file: &str,
+    symbols: &[String],
+    chip: &'static Chip,
+    terminal: &MessageStyle,
+) -> Result<Image, VerbFailure> {
+    if std::iter::once(file).chain(symbols.iter().map(String::as_str)).filter(|name| *name == "-").count() > 1 {
+        return Err(VerbFailure::Usage("standard input (-) can be only one of the files".to_owned()));
+    }
+    let Some(spaces) = family::symbol_spaces(chip) else {
+        return match symbols.first() {
+            None => read_image(file, chip, terminal),
+            Some(_) => Err(VerbFailure::Usage(format!(
+                "--symbols reads what SDCC, Keil and gputils write for the 8051 and PIC16 families; a program for {} has its symbols in its ELF file or source",
+                chip.name
+            ))),
+        };
+    };
+    let mut image = read_image(file, chip, terminal)?;
+    let files = symbols.iter().map(|name| Ok((name, read_bytes(name)?))).collect::<Result<Vec<_>, VerbFailure>>()?;
+    let read: Vec<SymbolFile<'_>> = files.iter().map(|(name, bytes)| SymbolFile { name, bytes }).collect();
+    let loaded = image::load_symbols(&read, spaces);
+    let texts = FileTexts(files.into_iter().map(|(name, bytes)| (name.clone(), bytes)).collect());
+    match loaded {
+        Ok(found) => {
+            report_diagnostics(terminal, &found.warnings, &texts);
+            report_diagnostics(terminal, &foreign_symbol_warnings(&found, symbols, &image, chip), FileTexts::NONE);
+            let constant = |(name, value)| SymbolAt::new(name, CONSTANT_SPACE, value, 0);
+            image.symbols.extend(found.symbols);
+            image.symbols.extend(found.unplaced.into_iter().map(constant));
+            if !symbols.is_empty() {
+                image.lines = SourceLines::new(found.lines);
+            }
+            Ok(image)
+        }
+        Err(faults) => Err(VerbFailure::Refused(faults, texts)),
+    }
+}
+
+/// What shows that symbols are of another program, or of one for another chip.
+fn foreign_symbol_warnings(found: &Symbols, files: &[String], image: &Image, chip: &Chip) -> Vec<Diagnostic> {
+    let warning = |error: Diagnostic| Diagnostic { severity: Severity::Warning, ..error };
+    let processors =
+        found.processors_by_file.iter().filter_map(|(file, made_for)| other_processor_error(file, made_for, chip));
+    let mut warnings: Vec<Diagnostic> = processors.map(warning).collect();
+    let names = found.symbols.iter().filter(|symbol| symbol.space == chip.code_space).map(|symbol| symbol.addr);
+    let places: HashSet<u32> = names.chain(found.lines.iter().map(|line| line.addr)).collect();
+    let mut filled = image.bytes_in(chip.code_space).map(|(addr, _)| addr).peekable();
+    if !places.is_empty() && filled.peek().is_some() && !filled.any(|addr| places.contains(&addr)) {
+        let cause = format!("no name and no line lies in what the image has in {}", chip.code_space);
+        let hint = "are these the symbols of this program? Give the files that were written with the image";
+        warnings.push(warning(file_error(OTHER_PROGRAM, &files.join(", "), cause, hint)));
+    }
+    warnings
+}
+
+/// An error where a `.cod` file says that its program is for another chip.
+pub fn other_processor_error(file: &str, made_for: &str, chip: &Chip) -> Option<Diagnostic> {
+    let known = family::find_by_maker_name(made_for);
+    if known.is_some_and(|known| known.name == chip.name) {
+        return None;
+    }
+    let cause = format!("the file is of a program for {made_for}, not for {}", chip.name);
+    let hint = known.map_or_else(
+        || format!("assemble the program for {}", chip.name),
+        |known| format!("--mcu {}, or assemble the program for {}", known.name, chip.name),
+    );
+    Some(file_error(OTHER_PROCESSOR, file, cause, &hint))
+}
+
+/// A ladder program and its text; warnings are told.
+pub struct ReadProgram {
+    /// The program.
+    pub program: LadderProgram,
+    /// Its text, for drawing complaints.
+    pub texts: FileTexts,
+}
+
+impl ReadProgram {
+    /// The chip that the program names.
+    ///
+    /// # Errors
+    /// It names none that is known.
+    pub fn chip(&self) -> Result<&'static str, VerbFailure> {
+        let micro = self.program.settings.micro.as_deref();
+        micro.and_then(ladder::chip_of).ok_or_else(|| {
+            let file = &self.program.file;
+            let why = match micro {
+                Some(micro) => format!("{file} names `{micro}` in MICRO=, which is not known"),
+                None => format!("{file} names no chip in MICRO="),
+            };
+            VerbFailure::Usage(format!("{why}; give --mcu CHIP (`emu chips` lists them)"))
+        })
+    }
+
+    /// Prints a note where MICRO= names another chip than `chip`, which --mcu names. Versions of one chip, whose names begin alike
+    /// (atmega328, 328p), are no others.
+    pub fn note_other_chip(&self, chip: &str) {
+        let named = self.program.settings.micro.as_deref().and_then(ladder::chip_of);
+        let Some(named) = named.filter(|named| !named.starts_with(chip) && !chip.starts_with(named)) else { return };
+        output::print_to_stderr(&format!(
+            "note: {} is drawn for {named} (MICRO=); --mcu has it run on {chip}\n",
+            self.program.file
+        ));
+    }
+}
+
+/// Reads a ladder program; with `checked`, also looks for what cannot be meant.
+pub fn read_program(
+    file: &str,
+    dialect: Option<LadderDialect>,
+    checked: bool,
+    terminal: &MessageStyle,
+) -> Result<ReadProgram, VerbFailure> {
+    let text = read_bytes(file)?;
+    let parsed = ladder::parse_bytes(file, &text, ladder::ParseOptions { dialect });
+    let texts = FileTexts::one(file, text);
+    let parsed = match parsed {
+        Ok(parsed) => parsed,
+        Err(faults) => return Err(VerbFailure::Refused(faults, texts)),
+    };
+    // No verb writes a program back, so what writing would change is of no interest.
+    let mut told: Vec<_> = parsed.warnings.into_iter().filter(|d| d.code != ladder::REWRITTEN).collect();
+    if checked {
+        told.extend(ladder::check(&parsed.program));
+        told.sort_by_key(|d| d.pos);
+    }
+    if told.iter().any(diag::Diagnostic::is_error) {
+        return Err(VerbFailure::Refused(told, texts));
+    }
+    report_diagnostics(terminal, &told, &texts);
+    Ok(ReadProgram { program: parsed.program, texts })
+}

@@ -1,0 +1,218 @@
+//! The machine of a command: its chip, how it is wired, and what is done at its pins from outside. `run` and `debug` share it.
+
+use clap::Args;
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::cpu::{Cpu, RamInit};
+use emu_core::image::Image;
+use emu_core::pins::{CycleTime, PinId};
+use emu_debug::stimulus::{ExternalDrive, missing_pin_reason, parse_drive, parse_timed_drive};
+use emu_debug::text_escapes::unescape;
+use emu_debug::{CycleClock, ProgramSource, SerialLineSender, TimedDrive, time};
+
+use crate::args::McuFlags;
+use crate::shared::attach::AttachedDevice;
+use crate::shared::attach::AttachedStores;
+use crate::shared::fail::VerbFailure;
+use crate::shared::family::MachineSetup;
+use crate::shared::store::MemoryFile;
+use crate::shared::{ap101, attach, avr, family, mcs51, pic16, readings, store};
+
+/// Flags of the machine.
+#[derive(Debug, Args)]
+pub struct MachineArgs {
+    #[command(flatten)]
+    pub mcu: McuFlags,
+    /// Oscillator: 16MHz, 32.768kHz, 8000000. Default: what the chip's row says (`emu chips --json`).
+    #[arg(long, value_name = "HZ", value_parser = time::parse_hertz)]
+    pub clock: Option<u64>,
+    /// Leave out the start-up times of the oscillator and the power-up timer, on AVR and PIC16: the first instruction runs in cycle
+    /// 0.
+    #[arg(long)]
+    pub no_start_up: bool,
+    /// Drive a pin from the start: PB0=1, P1.0=0, PB0=z (let go), RC3=pullup or pulldown (a resistor, which the chip
+    /// overcomes); on AVR and PIC16 also to a voltage: RA0=1.25V, and VDD=4.5V or VCC=4.5V sets the supply. On AVR A0 is the
+    /// pin of ADC0, and RESET the reset pin. Repeatable.
+    #[arg(long, value_name = "PIN=LEVEL")]
+    pub set: Vec<String>,
+    /// Drive a pin from a time on: 10ms:PB0=0, 1000c:PB0=z; levels and voltages as in --set. Repeatable.
+    #[arg(long, value_name = "TIME:PIN=LEVEL")]
+    pub at: Vec<String>,
+    /// Send bytes to the chip's first serial port from a time on: '10ms:hello\n' (escapes as in --expect-uart), as the edges that a
+    /// sender of --baud makes at its receive pin. Repeatable.
+    #[arg(long, value_name = "TIME:TEXT")]
+    pub uart_in: Vec<String>,
+    /// Bits per second of --uart-in; 8 bits, no parity, a stop bit. It is not the chip's: a wrong one is received wrong.
+    #[arg(long, value_name = "RATE", default_value = "9600", requires = "uart_in", value_parser = parse_baud)]
+    pub baud: u64,
+    /// Names for addresses: for the 8051 family a .map, .cdb or .rst file of SDCC or a .m51 of Keil, for the PIC16 family a
+    /// .cod, .lst or .map file of gputils. Repeatable.
+    #[arg(long, value_name = "FILE")]
+    pub symbols: Vec<String>,
+    /// What the EEPROM holds: read before the run, where the file exists, and written back after it, however it ends (`emu debug`
+    /// writes nothing back). Intel HEX from address 0 on where the name ends in .hex or .eep, else plain bytes.
+    #[arg(long, value_name = "FILE")]
+    pub eeprom: Option<String>,
+    /// Put a device at the pins of the chip: i2c:24c64@0x50 (24c01 to 24c1024, with resistors at SDA and SCL) or spi:25q32,cs=PB2
+    /// (25q80 to 25q128). With ,file=NAME it holds what the file holds, which is written back as with --eeprom. Pins are those
+    /// of the chip's interface, or ,sda=PIN,scl=PIN,wp=PIN and ,sck=PIN,mosi=PIN,miso=PIN. Repeatable.
+    #[arg(long, value_name = "DEVICE", value_parser = attach::parse_attach)]
+    pub attach: Vec<AttachedDevice>,
+    #[command(flatten)]
+    readings: readings::ReadingFlags,
+    #[command(flatten)]
+    avr: avr::AvrFlags,
+    #[command(flatten)]
+    mcs51: mcs51::Mcs51Flags,
+    #[command(flatten)]
+    pic16: pic16::Pic16Flags,
+    #[command(flatten)]
+    ap101: ap101::Ap101Flags,
+}
+
+fn parse_baud(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| "write a whole number of bits per second, as 9600".to_owned())
+}
+
+/// What a command decides about its machine beside the flags.
+pub struct MachineOptions {
+    /// What RAM holds after power-up.
+    pub ram: RamInit,
+    /// The pins of an external bus are looked at.
+    pub bus: bool,
+    /// The oscillator, where one is asked for.
+    pub clock: Option<u64>,
+    /// Start-up times are taken.
+    pub start_up: bool,
+}
+
+/// How the machine is built, what its image holds, and what stands around it.
+pub struct WiredMachine {
+    /// The program.
+    pub image: Image,
+    /// How the machine is built.
+    pub setup: MachineSetup,
+    /// Oscillator, in Hz.
+    pub hz: u64,
+    /// How an AVR is wired.
+    pub avr: avr::AvrWiring,
+    /// The file of the EEPROM, and what it holds.
+    pub eeprom: Option<(MemoryFile, Option<Vec<u8>>)>,
+    /// Devices at the pins.
+    pub devices: AttachedStores,
+}
+
+impl MachineArgs {
+    /// What the flags come to; they are looked at before the image is read, which `read` does. Notes are told.
+    pub fn wire_machine(
+        &self,
+        chip: &'static Chip,
+        how: &MachineOptions,
+        read: impl FnOnce() -> Result<Image, VerbFailure>,
+    ) -> Result<WiredMachine, VerbFailure> {
+        let asked = how.clock;
+        if self.no_start_up && matches!(chip.family, ChipFamily::Mcs51 | ChipFamily::Ap101) {
+            let why = format!("--no-start-up is for chips of the AVR and PIC16 families; {} is none", chip.name);
+            return Err(VerbFailure::Usage(why));
+        }
+        let readings = self.readings.of(chip)?;
+        let mcs51 = self.mcs51.options(chip, readings.mcs51)?;
+        let ap101 = self.ap101.options(chip, asked)?;
+        let mut pic16 = self.pic16.options(chip, asked.unwrap_or(chip.default_hz), how.start_up)?;
+        pic16.readings = readings.pic16;
+        // Refused before the image is read, like the others.
+        self.avr.wiring(chip, &Image::default(), asked, how.start_up)?;
+        let image = read()?;
+        let mut avr = self.avr.wiring(chip, &image, asked, how.start_up)?;
+        avr.options.readings = readings.avr;
+        let hz = ap101::clock_hz(chip, &image, &ap101).unwrap_or(avr.options.hz);
+        if hz > chip.max_hz {
+            let why = format!("{} runs at up to {} Hz", chip.name, chip.max_hz);
+            return Err(VerbFailure::invalid_flag_value("--clock <HZ>", &hz.to_string(), &why));
+        }
+        let eeprom = self.eeprom.as_deref().map(|file| store::open_eeprom_file(file, chip, &image)).transpose()?;
+        let bench = AttachedStores::new(&self.attach, chip, avr::reset_pin(chip, &avr))?;
+        mcs51::warn_external_memory(chip, &image, &mcs51);
+        avr::report_fuse_clock(chip, &avr, asked);
+        let setup = MachineSetup { ram: how.ram, bus: how.bus, avr: avr.options, mcs51, pic16, ap101 };
+        Ok(WiredMachine { image, setup, hz, avr, eeprom, devices: bench })
+    }
+
+    /// What is done at the pins from outside; `alias` gives `PIN=LEVEL` for `NAME=LEVEL`, where a program has names for pins.
+    pub fn drives(
+        &self,
+        source: &ProgramSource<'_>,
+        clock: CycleClock,
+        alias: &dyn Fn(&str) -> String,
+    ) -> Result<Vec<TimedDrive>, VerbFailure> {
+        let (names, chip) = (&source.names, source.names.chip);
+        let mut drives = Vec::new();
+        for text in &self.set {
+            let put = parse_drive(chip, &avr::chip_pin_text(chip, &names.replace_channel_name(&alias(text))))
+                .map_err(|why| VerbFailure::invalid_flag_value("--set <PIN=LEVEL>", text, &why))?;
+            drives.push(TimedDrive { at: CycleTime::default(), drive: put });
+        }
+        for text in &self.at {
+            let own = text.split_once(':').map(|(time, put)| {
+                format!("{time}:{}", avr::chip_pin_text(chip, &names.replace_channel_name(&alias(put))))
+            });
+            let own = own.as_deref().unwrap_or(text);
+            drives.push(
+                parse_timed_drive(chip, clock, own)
+                    .map_err(|why| VerbFailure::invalid_flag_value("--at <TIME:PIN=LEVEL>", text, &why))?,
+            );
+        }
+        let incoming = self.serial_drives(chip, clock, &drives)?;
+        drives.extend(incoming);
+        Ok(drives)
+    }
+
+    /// What `--uart-in` does at the receive pin, which none of the `others` drives.
+    fn serial_drives(
+        &self,
+        chip: &Chip,
+        clock: CycleClock,
+        others: &[TimedDrive],
+    ) -> Result<Vec<TimedDrive>, VerbFailure> {
+        if self.uart_in.is_empty() {
+            return Ok(Vec::new());
+        }
+        let text = |typed: &String| -> Result<(CycleTime, Vec<u8>), String> {
+            let (time, text) =
+                typed.split_once(':').ok_or_else(|| format!("`{typed}` gives no time; write 10ms:{typed}"))?;
+            Ok((clock.parse_moment(time)?, unescape(text)?))
+        };
+        let text = |typed: &String| {
+            text(typed).map_err(|why| VerbFailure::invalid_flag_value("--uart-in <TIME:TEXT>", typed, &why))
+        };
+        let texts = self.uart_in.iter().map(text).collect::<Result<Vec<_>, _>>()?;
+        let pin = family::receive_pin(chip).ok_or_else(|| {
+            VerbFailure::Usage(format!("--uart-in is for chips with a serial port; {} has none", chip.name))
+        })?;
+        let drives = |drive: &TimedDrive| matches!(drive.drive, ExternalDrive::Level(driven, _) | ExternalDrive::Volts(driven, _) if driven == pin);
+        if others.iter().any(drives) {
+            let name = chip.pins.get(usize::from(pin)).map_or("?", |pin| pin.name);
+            return Err(VerbFailure::Usage(format!(
+                "{name} is driven by --uart-in, so --set and --at cannot drive it"
+            )));
+        }
+        let baud = |why: String| VerbFailure::invalid_flag_value("--baud <RATE>", &self.baud.to_string(), &why);
+        let sender = SerialLineSender::new(pin, self.baud).map_err(baud)?;
+        sender.edges_of_texts(clock, &texts).map_err(VerbFailure::Usage)
+    }
+}
+
+/// Refuses pins that the machine does not have because its image or `--package` says so: those that are driven, and the `others`.
+pub fn check_pins_exist<C: Cpu>(
+    cpu: &C,
+    drives: &[TimedDrive],
+    others: impl Iterator<Item = PinId>,
+) -> Result<(), VerbFailure> {
+    let driven = drives.iter().filter_map(|drive| match drive.drive {
+        ExternalDrive::Level(pin, _) | ExternalDrive::Volts(pin, _) | ExternalDrive::Counts(pin, _) => Some(pin),
+        ExternalDrive::Supply(_) => None,
+    });
+    match driven.chain(others).find(|pin| !cpu.has_pin(*pin)) {
+        None => Ok(()),
+        Some(pin) => Err(VerbFailure::Usage(missing_pin_reason(cpu.chip(), pin))),
+    }
+}

@@ -1,0 +1,81 @@
+//! The flags of `emu run` that belong to the 8051 family.
+
+use clap::{Args, ValueEnum};
+use emu_8051::Options;
+use emu_8051::chips::{self, Mcs51Part};
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::image::Image;
+
+use crate::shared::fail::VerbFailure;
+use crate::shared::output;
+
+/// The flags.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Only for the 8051 family")]
+pub struct Mcs51Flags {
+    /// Code and XDATA are one memory, as boards wire it that load programs into RAM.
+    #[arg(long)]
+    von_neumann: bool,
+    /// Level of the EA pin: low fetches the program from outside from address 0 on. Default: high where the chip has
+    /// program memory.
+    #[arg(long, value_name = "LEVEL")]
+    ea: Option<EaLevel>,
+    /// Run at 6 clocks a machine cycle, on chips that can.
+    #[arg(long)]
+    x2: bool,
+}
+
+/// Level of the EA pin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum EaLevel {
+    /// Program memory on the chip.
+    High,
+    /// Program memory outside.
+    Low,
+}
+
+impl Mcs51Flags {
+    /// How the machine of `chip` is wired and how the manual is read; refuses flags that are not for it.
+    pub fn options(&self, chip: &Chip, readings: emu_8051::Mcs51Readings) -> Result<Options, VerbFailure> {
+        let part = (chip.family == ChipFamily::Mcs51).then(|| chips::part(chip.name)).flatten();
+        let can = |able: fn(&Mcs51Part) -> bool| part.is_some_and(able);
+        let given = [
+            ("--von-neumann", self.von_neumann, can(|part| part.has_bus), " with an external bus"),
+            ("--ea", self.ea.is_some(), can(|part| part.has_bus), " with an external bus"),
+            (
+                "--ea high",
+                self.ea == Some(EaLevel::High),
+                can(|part| part.chip.on_chip_flash_bytes > 0),
+                " with program memory on the chip",
+            ),
+            ("--x2", self.x2, can(|part| part.has_x2), " that run at 6 clocks a machine cycle"),
+        ];
+        if let Some((flag, _, _, which)) = given.into_iter().find(|(_, given, can, _)| *given && !can) {
+            let which = if part.is_some() { which } else { "" };
+            let why = format!("{flag} is for chips of the 8051 family{which}; {} is none", chip.name);
+            return Err(VerbFailure::Usage(why));
+        }
+        // Without program memory on the chip the pin is low, as data sheets ask for.
+        let ea = self.ea.map_or(can(|part| part.chip.on_chip_flash_bytes > 0), |ea| ea == EaLevel::High);
+        Ok(Options { von_neumann: self.von_neumann, ea, x2: self.x2, readings })
+    }
+}
+
+/// Says on standard error when the program reaches beyond the memory on the chip, so that two ports become its bus.
+pub fn warn_external_memory(chip: &Chip, image: &Image, options: &Options) {
+    let Some(part) =
+        chips::part(chip.name).filter(|part| chip.family == ChipFamily::Mcs51 && part.has_bus && options.ea)
+    else {
+        return;
+    };
+    let end = image.end(chip.code_space);
+    if end > part.chip.on_chip_flash_bytes {
+        output::print_to_stderr(&format!(
+            "warning: the program ends at 0x{:04x}, beyond the {} bytes on the {}: the rest comes from outside, and P0 and P2 are its \
+             bus, not ports\n",
+            end - 1,
+            part.chip.on_chip_flash_bytes,
+            chip.name
+        ));
+    }
+}

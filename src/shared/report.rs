@@ -1,0 +1,220 @@
+//! Complaints for people: the source line with a caret, the code, the cause and a hint.
+
+use std::collections::BTreeSet;
+use std::io::{IsTerminal, Write};
+
+use ariadne::{CharSet, Color, Config, Label, LabelAttach, Report, ReportKind, Source};
+use diag::text::printable;
+use diag::{Diagnostic, Severity};
+
+use crate::args;
+use crate::verbs::explain;
+
+/// Longer lines are not drawn.
+const MAX_LENGTH: usize = 600;
+
+/// Lines further down are not drawn, since drawing one takes time in proportion to its number.
+const MAX_NUMBER: u32 = 50_000;
+
+/// How messages look on standard error.
+#[derive(Debug, Clone, Copy)]
+pub struct MessageStyle {
+    /// With colours.
+    pub color: bool,
+    /// Standard error is a terminal.
+    pub is_terminal: bool,
+    /// Warnings and notes are drawn as errors are.
+    pub verbose: bool,
+    /// With colours on a full-screen view, which is on standard output.
+    #[cfg(feature = "tui")]
+    pub screen: bool,
+}
+
+impl MessageStyle {
+    /// As the user and the environment want it (<https://no-color.org>, <https://bixense.com/clicolors>).
+    pub fn new(color: args::ColorChoice, verbose: bool) -> MessageStyle {
+        let live = std::io::stderr().is_terminal();
+        let set = |name| std::env::var_os(name).is_some_and(|v| !v.is_empty());
+        let forced = set("CLICOLOR_FORCE") && std::env::var_os("CLICOLOR_FORCE").is_some_and(|v| v != "0");
+        let wanted = |auto| match color {
+            args::ColorChoice::Always => true,
+            args::ColorChoice::Never => false,
+            args::ColorChoice::Auto => !set("NO_COLOR") && auto,
+        };
+        MessageStyle {
+            color: wanted(forced || live),
+            is_terminal: live,
+            verbose,
+            #[cfg(feature = "tui")]
+            screen: wanted(std::io::stdout().is_terminal()),
+        }
+    }
+}
+
+/// The texts of files that complaints are about, by name, for drawing.
+#[derive(Debug, Default)]
+pub struct FileTexts(pub Vec<(String, Vec<u8>)>);
+
+impl FileTexts {
+    /// No text: complaints are told without lines.
+    pub const NONE: &FileTexts = &FileTexts(Vec::new());
+
+    /// The text of one file.
+    pub fn one(file: &str, text: Vec<u8>) -> FileTexts {
+        FileTexts(vec![(file.to_owned(), text)])
+    }
+
+    /// The text of a file; empty where it is not there.
+    fn of(&self, file: &str) -> &[u8] {
+        self.0.iter().find(|(name, _)| name == file).map_or(&[], |(_, text)| text)
+    }
+}
+
+/// Prints diagnostics on standard error: an error drawn with its source line where that is there, a warning or note as one line,
+/// and how many of these there were at the end.
+pub fn report_diagnostics(terminal: &MessageStyle, diagnostics: &[Diagnostic], texts: &FileTexts) {
+    let mut drawn = Vec::new();
+    let mut hints = BTreeSet::new();
+    // Those of one file side by side share its lines.
+    for about in diagnostics.chunk_by(|a, b| a.file == b.file) {
+        let text = about.first().map_or(&[][..], |first| texts.of(&first.file));
+        let text = diag::text::readable(text);
+        let lines: Vec<&str> = text.split('\n').take(MAX_NUMBER as usize).collect();
+        for diagnostic in about {
+            if !diagnostic.is_error() && !terminal.verbose {
+                one_line(terminal, diagnostic, hints.insert(&diagnostic.hint), &mut drawn);
+                continue;
+            }
+            let line = (diagnostic.pos.line as usize).checked_sub(1).and_then(|n| lines.get(n));
+            match line.filter(|line| line.len() <= MAX_LENGTH) {
+                Some(line) => write_drawing(terminal, diagnostic, line, &mut drawn),
+                None => write_plain(terminal, diagnostic, &mut drawn),
+            }
+        }
+    }
+    if !terminal.verbose {
+        write_counts(diagnostics, &mut drawn);
+    }
+    _ = std::io::stderr().write_all(&drawn);
+}
+
+/// `file:line:column: warning[CODE]: cause (hint: ..)`; a hint is printed once, however many complaints have it.
+fn one_line(terminal: &MessageStyle, diagnostic: &Diagnostic, with_hint: bool, out: &mut Vec<u8>) {
+    let (name, _) = report_kind(diagnostic.severity);
+    let (on, off) = ansi(terminal, diagnostic.severity);
+    let hint = match diagnostic.hint.as_str() {
+        hint if with_hint && !hint.is_empty() => format!(" (hint: {hint})"),
+        _ => String::new(),
+    };
+    _ = writeln!(out, "{}: {on}{name}[{}]{off}: {}{hint}", place(diagnostic), diagnostic.code, diagnostic.cause);
+}
+
+/// `2 warnings and 1 note`, and where to read more; one alone needs no summary.
+fn write_counts(diagnostics: &[Diagnostic], out: &mut Vec<u8>) {
+    if diagnostics.iter().filter(|diagnostic| !diagnostic.is_error()).count() < 2 {
+        return;
+    }
+    let counted = |severity| {
+        let n = diagnostics.iter().filter(|diagnostic| diagnostic.severity == severity).count();
+        (n > 0).then(|| format!("{n} {}{}", report_kind(severity).0, if n == 1 { "" } else { "s" }))
+    };
+    let counts: Vec<String> = [Severity::Warning, Severity::Note].into_iter().filter_map(counted).collect();
+    let code = diagnostics.iter().find(|diagnostic| !diagnostic.is_error()).map(|diagnostic| diagnostic.code);
+    if let Some(code) = code {
+        _ = writeln!(out, "{}; `emu explain {code}` says more about a code", counts.join(" and "));
+    }
+}
+
+/// `file:line:column`, without what is 0.
+fn place(diagnostic: &Diagnostic) -> String {
+    let mut place = printable(&diagnostic.file).into_owned();
+    for number in [diagnostic.pos.line, diagnostic.pos.column].into_iter().take_while(|n| *n > 0) {
+        place.push_str(&format!(":{number}"));
+    }
+    place
+}
+
+/// What begins and ends the colour of a severity.
+fn ansi(terminal: &MessageStyle, severity: Severity) -> (&'static str, &'static str) {
+    match (terminal.color, severity) {
+        (false, _) => ("", ""),
+        (true, Severity::Error) => ("\x1b[31m", "\x1b[0m"),
+        (true, Severity::Warning) => ("\x1b[33m", "\x1b[0m"),
+        (true, Severity::Note) => ("\x1b[34m", "\x1b[0m"),
+    }
+}
+
+fn report_kind(severity: Severity) -> (&'static str, Color) {
+    match severity {
+        Severity::Error => ("error", Color::Red),
+        Severity::Warning => ("warning", Color::Yellow),
+        Severity::Note => ("note", Color::Blue),
+    }
+}
+
+/// Without a source line.
+fn write_plain(terminal: &MessageStyle, diagnostic: &Diagnostic, out: &mut Vec<u8>) {
+    let (name, _) = report_kind(diagnostic.severity);
+    let (on, off) = ansi(terminal, diagnostic.severity);
+    let place = place(diagnostic);
+    _ = writeln!(out, "{on}[{}] {name}:{off} {place}: {}", diagnostic.code, diagnostic.cause);
+    if !diagnostic.hint.is_empty() {
+        _ = writeln!(out, "  hint: {}", diagnostic.hint);
+    }
+}
+
+/// With its source line: the cause, the line, the title of the code at the caret. The drawing sees that line alone, below
+/// as many empty ones as give it its number, so nothing in the rest of the file can disturb it.
+fn write_drawing(terminal: &MessageStyle, diagnostic: &Diagnostic, line: &str, out: &mut Vec<u8>) {
+    let clean: String = line.trim_end().chars().map(|c| if c.is_control() || is_break(c) { ' ' } else { c }).collect();
+    let length = clean.chars().count();
+    let (name, color) = report_kind(diagnostic.severity);
+    let (start, width) = match (diagnostic.pos.column as usize).checked_sub(1) {
+        Some(start) => (start.min(length), (diagnostic.pos.width as usize).max(1)),
+        None => (length - clean.trim_start().chars().count(), length),
+    };
+    let above = (diagnostic.pos.line as usize).saturating_sub(1);
+    // A space more, so that what is missing at the end of a line can be marked.
+    let source = Source::from(format!("{}{clean} ", "\n".repeat(above)));
+    let end = (start + width).min(length).max(start + 1);
+    let file = printable(&diagnostic.file);
+    let span = (&*file, above + start..above + end);
+    let config = Config::default()
+        .with_color(terminal.color)
+        .with_label_attach(LabelAttach::Start)
+        .with_char_set(if terminal.is_terminal { CharSet::Unicode } else { CharSet::Ascii });
+    let title = explain::find_code(diagnostic.code).map_or("", |code| code.title);
+    let mut report = Report::build(ReportKind::Custom(name, color), span.clone())
+        .with_config(config)
+        .with_code(diagnostic.code)
+        .with_message(&diagnostic.cause)
+        .with_label(Label::new(span).with_color(color).with_message(title));
+    if !diagnostic.hint.is_empty() {
+        report = report.with_help(&diagnostic.hint);
+    }
+    let mut piece = Vec::new();
+    match report.finish().write((&*file, source), &mut piece) {
+        Ok(()) => write_tidied(terminal, &String::from_utf8_lossy(&piece), out),
+        Err(_) => write_plain(terminal, diagnostic, out),
+    }
+}
+
+/// The drawing leaves spaces at the ends of lines, and colours the kind of a message even where it is told not to.
+fn write_tidied(terminal: &MessageStyle, piece: &str, out: &mut Vec<u8>) {
+    for line in piece.lines() {
+        let mut rest = line;
+        let mut clean = String::new();
+        while let Some((before, after)) = rest.split_once('\x1b').filter(|_| !terminal.color) {
+            clean.push_str(before);
+            rest = after.split_once('m').map_or("", |(_, rest)| rest);
+        }
+        clean.push_str(rest);
+        out.extend_from_slice(clean.trim_end().as_bytes());
+        out.push(b'\n');
+    }
+}
+
+/// Characters at which the drawing would break a line.
+fn is_break(c: char) -> bool {
+    matches!(c, '\u{2028}' | '\u{2029}')
+}

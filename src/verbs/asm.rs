@@ -1,0 +1,252 @@
+//! `emu asm`: assembly source to an image for a chip.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use diag::{Diagnostic, Severity};
+use emu_asm::{AssembleOptions, AssembledProgram, IncludeFiles, SourceText};
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::image::{Image, write_hex, write_hex_aligned};
+use serde_json::json;
+
+use crate::args::McuFlags;
+use crate::shared::codes::NOT_IN_HEX;
+use crate::shared::codes::file_error;
+use crate::shared::fail::VerbFailure;
+use crate::shared::fail::exit;
+use crate::shared::report::FileTexts;
+use crate::shared::report::MessageStyle;
+use crate::shared::report::report_diagnostics;
+use crate::shared::{family, input, output};
+use crate::verbs::compile::default_image_name;
+
+const EXAMPLES: &str = "\
+Examples:
+  emu asm blink.asm --mcu at89s52
+  emu asm blink.asm --mcu pic16f873 -o out.hex --listing out.lst
+  emu asm app.s --mcu atmega328p -D F_CPU=8000000 -I include -o -
+  emu run examples/and-or-not.asm --mcu ap101 --set I1=1 --for 1ms   (assembled on the fly)";
+
+/// The memory that `--eeprom` writes.
+const EEPROM: &str = "eeprom";
+
+/// Endings of the names of files that hold source.
+const SOURCES: &[&str] = &["asm", "s", "a51", "src"];
+
+/// Flags of `emu asm`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct AsmArgs {
+    /// The source, in the manner of the chip's usual assembler (as31 and sdas8051, gpasm, avr-as; docs/formats/asm.md); - is
+    /// standard input.
+    #[arg(value_name = "FILE.asm")]
+    file: String,
+    #[command(flatten)]
+    mcu: McuFlags,
+    /// The Intel HEX file; - is standard output. Default: the source's name with .hex, in the current folder (standard output
+    /// for a source from standard input).
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<String>,
+    /// Write addresses and words beside the source, and the symbols below it; - is standard output.
+    #[arg(long, value_name = "FILE")]
+    listing: Option<String>,
+    /// Write what the source gives for the EEPROM of an AVR, as Intel HEX from address 0 on, which `emu run --eeprom` reads where
+    /// the name ends in .eep or .hex.
+    #[arg(long, value_name = "FILE.eep")]
+    eeprom: Option<String>,
+    /// Define a name before the first line: NAME (1) or NAME=VALUE. Repeatable.
+    #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = parse_define)]
+    defines: Vec<(String, String)>,
+    /// Look for included files here too, after the folder of the file that includes them. Repeatable.
+    #[arg(short = 'I', long = "include", value_name = "FOLDER")]
+    folders: Vec<PathBuf>,
+    /// Names that no line of an 8051 source gives are those of other modules, as with sdas8051 -g: 0 stands for them, and a warning
+    /// tells. Without it only names that `.globl` or `extrn` declares are.
+    #[arg(short = 'g', long)]
+    undefined_global: bool,
+    /// One JSON document on standard output: size of every memory that is used, symbols, warnings.
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn parse_define(text: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').unwrap_or((text, "1"));
+    let starts = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_' || c == '.');
+    if starts && name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$')) {
+        Ok((name.to_owned(), value.to_owned()))
+    } else {
+        Err("write NAME or NAME=VALUE, as in F_CPU=8000000".to_owned())
+    }
+}
+
+/// Assembles a source. When anything fails no file is written.
+pub fn asm(args: &AsmArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    let chip = args.mcu.choose_chip(&args.file)?.chip;
+    if args.undefined_global && chip.family != ChipFamily::Mcs51 {
+        return Err(VerbFailure::Usage(format!(
+            "--undefined-global is for sources of the 8051, not for the {}",
+            chip.name
+        )));
+    }
+    if args.eeprom.is_some() && chip.eeprom_bytes == 0 {
+        return Err(VerbFailure::Usage(format!("--eeprom is for chips with an EEPROM; {} has none", chip.name)));
+    }
+    let hex = args.output.clone().unwrap_or_else(|| default_image_name(&args.file));
+    let mut outputs = vec![("--output", hex.as_str())];
+    outputs.extend(args.listing.as_deref().map(|file| ("--listing", file)));
+    outputs.extend(args.eeprom.as_deref().map(|file| ("--eeprom", file)));
+    let printed = args.json.then_some(("--json", "-"));
+    let all: Vec<_> = printed.into_iter().chain(outputs.iter().copied()).collect();
+    output::check_distinct_outputs(&all)?;
+    output::check_input_not_overwritten(&args.file, &all)?;
+    let options = AssembleOptions {
+        defines: args.defines.clone(),
+        undefined_global: args.undefined_global,
+        ..AssembleOptions::default()
+    };
+    let mut assembled = assemble(&args.file, &input::read_bytes(&args.file)?, chip, options, &args.folders)?;
+    for (included, _) in assembled.texts.all() {
+        output::check_input_not_overwritten(included, &all)?;
+    }
+    let mut texts = vec![(hex.as_str(), hex_of(&assembled, chip))];
+    texts.extend(args.listing.as_deref().map(|file| (file, assembled.listing.to_string())));
+    texts.extend(args.eeprom.as_deref().map(|file| (file, eeprom_of(&assembled.image))));
+    let files: Vec<(&str, &[u8])> = texts.iter().map(|(file, text)| (*file, text.as_bytes())).collect();
+    output::write_files(&files)?;
+    warn_unwritten_memories(&mut assembled, chip, args);
+    if args.json {
+        output::print_json(&document(&assembled, chip))?;
+    } else {
+        report_warnings(terminal, assembled);
+    }
+    Ok(exit::OK)
+}
+
+/// True for a file whose name says that it holds source.
+pub fn is_source(file: &str) -> bool {
+    let ending = Path::new(file).extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    ending.is_some_and(|ending| SOURCES.contains(&ending.as_str()))
+}
+
+/// The image of a source, with its symbols and lines; warnings are told.
+pub fn assemble_image(
+    file: &str,
+    bytes: &[u8],
+    chip: &'static Chip,
+    terminal: &MessageStyle,
+) -> Result<Image, VerbFailure> {
+    let mut assembled = assemble(file, bytes, chip, AssembleOptions::default(), &[])?;
+    let image = std::mem::take(&mut assembled.image);
+    report_warnings(terminal, assembled);
+    Ok(image)
+}
+
+fn report_warnings(terminal: &MessageStyle, assembled: AssembledProgram) {
+    report_diagnostics(terminal, &assembled.warnings, &texts(&assembled.texts));
+}
+
+fn assemble(
+    file: &str,
+    bytes: &[u8],
+    chip: &'static Chip,
+    options: AssembleOptions,
+    folders: &[PathBuf],
+) -> Result<AssembledProgram, VerbFailure> {
+    let chip_named = Some((|name| family::parse_chip(name).ok()) as fn(&str) -> Option<&'static Chip>);
+    let options = AssembleOptions { find_chip: chip_named, ..options };
+    emu_asm::assemble(&SourceText { name: file, bytes }, chip, &options, &mut IncludeFolders { folders })
+        .map_err(|refused| VerbFailure::Refused(refused.diagnostics, texts(&refused.texts)))
+}
+
+/// The texts that were read.
+fn texts(read: &emu_asm::SourceTexts) -> FileTexts {
+    FileTexts(read.all().map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).collect())
+}
+
+/// Included files.
+struct IncludeFolders<'a> {
+    folders: &'a [PathBuf],
+}
+
+impl IncludeFiles for IncludeFolders<'_> {
+    fn open(&mut self, name: &str, from: &str) -> io::Result<(String, Vec<u8>)> {
+        let beside = Path::new(from).parent().unwrap_or(Path::new(""));
+        let folders = || std::iter::once(beside).chain(self.folders.iter().map(PathBuf::as_path));
+        let mut first = None;
+        let exact = folders().map(|folder| folder.join(name));
+        // Sources from Windows name files in any case of letters.
+        for place in exact.chain(folders().filter_map(|folder| find_ignoring_case(folder, name))) {
+            match input::read_file(&place.to_string_lossy()) {
+                Ok(bytes) => return Ok((place.to_string_lossy().into_owned(), bytes)),
+                // That it is nowhere is told as of the first place; that it cannot be read where it is goes before.
+                Err(error) if error.kind() == io::ErrorKind::NotFound => _ = first.get_or_insert(error),
+                Err(error) => return Err(error),
+            }
+        }
+        Err(first.unwrap_or_else(|| io::ErrorKind::NotFound.into()))
+    }
+}
+
+/// The file `name` in a folder, with the letters of its path in any case; of several the first.
+fn find_ignoring_case(folder: &Path, name: &str) -> Option<PathBuf> {
+    name.split('/').try_fold(folder.to_owned(), |at, part| {
+        if matches!(part, "" | "." | "..") || at.join(part).exists() {
+            return Some(at.join(part));
+        }
+        let here = if at.as_os_str().is_empty() { Path::new(".") } else { &at };
+        let names = std::fs::read_dir(here).ok()?.filter_map(|entry| Some(entry.ok()?.file_name()));
+        let found = names.filter(|found| found.to_string_lossy().eq_ignore_ascii_case(part)).min()?;
+        Some(at.join(found))
+    })
+}
+
+/// The image as Intel HEX, every memory in its window.
+fn hex_of(assembled: &AssembledProgram, chip: &Chip) -> String {
+    let placed = assembled.image.segments.iter().filter_map(|segment| {
+        let window = chip.hex_spaces.iter().find(|window| window.name == segment.space)?;
+        Some((window.start + segment.addr, segment.bytes.as_slice()))
+    });
+    let placed: Vec<_> = placed.collect();
+    // Byte for byte the file that the family's usual assembler writes.
+    match chip.family {
+        ChipFamily::Pic16 => write_hex_aligned(&placed, !assembled.is_inhx8m),
+        _ => write_hex(&placed),
+    }
+}
+
+/// What it holds for the EEPROM, as Intel HEX of its own.
+fn eeprom_of(image: &Image) -> String {
+    let held = image.segments.iter().filter(|segment| segment.space == EEPROM);
+    write_hex(&held.map(|segment| (segment.addr, segment.bytes.as_slice())).collect::<Vec<_>>())
+}
+
+/// Warns of memories that the source fills and that no file was written for: Intel HEX of an AVR is its flash alone.
+fn warn_unwritten_memories(assembled: &mut AssembledProgram, chip: &Chip, args: &AsmArgs) {
+    let written = |space: &str| {
+        chip.hex_spaces.iter().any(|window| window.name == space) || space == EEPROM && args.eeprom.is_some()
+    };
+    let mut missing: Vec<&str> = assembled.image.segments.iter().map(|segment| segment.space).collect();
+    missing.dedup();
+    missing.retain(|space| !written(space));
+    assembled.warnings.extend(missing.into_iter().map(|space| {
+        let cause = format!("the HEX file does not hold what the source gives for the memory {space}");
+        let hint =
+            if space == EEPROM { "--eeprom FILE.eep writes it" } else { "`emu run` of the source itself takes it" };
+        Diagnostic { severity: Severity::Warning, ..file_error(NOT_IN_HEX, &args.file, cause, hint) }
+    }));
+}
+
+fn document(assembled: &AssembledProgram, chip: &Chip) -> serde_json::Value {
+    let size = |name: &str| -> usize {
+        assembled.image.segments.iter().filter(|s| s.space == name).map(|s| s.bytes.len()).sum()
+    };
+    let memories =
+        chip.hex_spaces.iter().map(|window| (window.name, size(window.name))).filter(|(_, bytes)| *bytes > 0);
+    let memories: Vec<_> = memories.map(|(name, bytes)| json!({ "name": name, "bytes": bytes })).collect();
+    let symbols = assembled.image.symbols.iter();
+    let symbols: Vec<_> =
+        symbols.map(|s| json!({ "name": s.name, "memory": s.space, "addr": s.addr, "size": s.size })).collect();
+    let warnings: &[Diagnostic] = &assembled.warnings;
+    json!({ "schema": 1, "chip": chip.name, "memories": memories, "symbols": symbols, "warnings": warnings })
+}

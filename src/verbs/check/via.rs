@@ -1,0 +1,84 @@
+//! `emu check --via`: programs by way of an emitted source.
+
+use diag::Diagnostic;
+use emu_check::CheckOptions;
+use emu_check::via::{SourceCheckReport, SourceRoute};
+use serde::Serialize;
+
+use crate::shared::fail::VerbFailure;
+use crate::shared::fail::exit;
+use crate::shared::input::ReadProgram;
+use crate::shared::output;
+
+/// Reads a way.
+pub fn parse_via(text: &str) -> Result<SourceRoute, String> {
+    match text {
+        "native" => Ok(SourceRoute::Native),
+        "c" => Ok(SourceRoute::C),
+        "arduino" => Ok(SourceRoute::Arduino),
+        "bytecode" => Ok(SourceRoute::Bytecode),
+        _ => Err("the ways are native, c, arduino and bytecode".to_owned()),
+    }
+}
+
+/// All checks as one document.
+#[derive(Serialize)]
+struct ViaDocument {
+    schema: u32,
+    checks: Vec<SourceCheckReport>,
+    refused: Vec<ViaRefusal>,
+}
+
+/// A program that there was nothing to check of.
+#[derive(Serialize)]
+struct ViaRefusal {
+    program: String,
+    mcu: String,
+    errors: Vec<Diagnostic>,
+}
+
+/// Checks every program with every one of `options`, that is on every chip (`native`: once). With `all` a chip that cannot is
+/// listed, and no failure unless no chip can.
+pub fn check(
+    via: SourceRoute,
+    options: &[CheckOptions],
+    programs: Vec<ReadProgram>,
+    all: bool,
+    json: bool,
+) -> Result<u8, VerbFailure> {
+    let options = if via == SourceRoute::Native { options.get(..1).unwrap_or(options) } else { options };
+    let mut document = ViaDocument { schema: 1, checks: Vec::new(), refused: Vec::new() };
+    let mut lost = false;
+    let single = programs.len() == 1 && options.len() == 1;
+    for read in programs {
+        let before = document.checks.len();
+        for options in options {
+            match emu_check::via::check(&read.program, via, options) {
+                Ok(report) => document.checks.push(report),
+                Err(errors) if single => return Err(VerbFailure::Refused(errors, read.texts)),
+                Err(errors) => {
+                    let (program, mcu) = (read.program.file.clone(), options.mcu.clone());
+                    document.refused.push(ViaRefusal { program, mcu, errors });
+                    lost |= !all;
+                }
+            }
+        }
+        lost |= document.checks.len() == before;
+    }
+    let differs = document.checks.iter().any(|report| !report.agreed);
+    if json {
+        output::print_json(&document)?;
+    } else {
+        let mut text: String = document.checks.iter().map(SourceCheckReport::text).collect();
+        for refused in &document.refused {
+            let why = refused.errors.first().map_or_else(String::new, |error| error.cause.clone());
+            text += &format!("{} on {} refused: {why}\n", refused.program, refused.mcu);
+        }
+        output::print(text)?;
+    }
+    Ok(match (differs, lost) {
+        (true, _) => exit::FAILED,
+        (false, true) => exit::REFUSED,
+        (false, false) => exit::OK,
+    })
+}

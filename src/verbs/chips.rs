@@ -1,0 +1,120 @@
+//! `emu chips`: the chips and what they have.
+
+use clap::Args;
+use emu_core::chip::{Chip, ChipPackage, PinDef};
+use emu_core::pins::PinId;
+use serde_json::{Value, json};
+
+use crate::shared::fail::VerbFailure;
+use crate::shared::fail::exit;
+use crate::shared::{family, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  emu chips
+  emu chips atmega328p
+  emu chips --json | jq '.chips[0].pins[].name'";
+
+/// Flags of `emu chips`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct ChipsArgs {
+    /// One chip alone, with its pins and their numbers in each package.
+    #[arg(value_name = "CHIP", value_parser = family::parse_chip)]
+    pub chip: Option<&'static Chip>,
+    /// One JSON document with memories, packages, pins and vectors.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Lists the chips, or one with its pins.
+pub fn chips(args: &ChipsArgs) -> Result<u8, VerbFailure> {
+    if args.json {
+        let wanted = |chip: &&Chip| args.chip.is_none_or(|only| only.name == chip.name);
+        output::print_json(
+            &json!({ "schema": 1, "chips": family::chips().filter(wanted).map(document).collect::<Vec<_>>() }),
+        )?;
+    } else if let Some(chip) = args.chip {
+        output::print(table(chip))?;
+    } else {
+        let width = family::chips().map(|c| c.name.len()).max().unwrap_or(0);
+        let lines = family::chips().map(|c| format!("{:width$}  {}\n", c.name, c.title));
+        output::print(lines.collect::<String>())?;
+    }
+    Ok(exit::OK)
+}
+
+/// The title of a chip, and its pins with their numbers.
+fn table(chip: &Chip) -> String {
+    const NUMBER: usize = 6;
+    let names: Vec<&str> = chip.packages.iter().map(|package| package.name).collect();
+    // Without packages the row has the numbers of one, whose name it does not know.
+    let numbers = |id: PinId, def: &PinDef| -> Vec<Option<u8>> {
+        match chip.packages {
+            [] => Some(def.dip).filter(|&dip| dip != Chip::NO_PACKAGE).map(Some).into_iter().collect(),
+            packages => packages.iter().map(|package| package.pin_number(id)).collect(),
+        }
+    };
+    let width = chip.present_pins().map(|(_, def)| def.name.len()).max().unwrap_or(0).max("pin".len());
+    let line = |name: &str, cells: Vec<String>, note: &str| {
+        let cells: String = cells.iter().map(|cell| format!("  {cell:>NUMBER$}")).collect();
+        format!("{}\n", format!("{name:width$}{cells}  {note}").trim_end())
+    };
+    let mut text = format!("{}  {}\n", chip.name, chip.title);
+    if !names.is_empty() {
+        text += &line("pin", names.iter().map(|name| (*name).to_owned()).collect(), "");
+    }
+    for (id, def) in chip.present_pins() {
+        let shown = |number: Option<u8>| number.map_or("-".to_owned(), |number| number.to_string());
+        text += &line(def.name, numbers(id, def).into_iter().map(shown).collect(), def.note);
+    }
+    text
+}
+
+/// A package, and the numbers of its pins by their names.
+fn package(chip: &Chip, package: &ChipPackage) -> Value {
+    let number =
+        |(id, def): (PinId, &PinDef)| package.pin_number(id).map(|number| (def.name.to_owned(), json!(number)));
+    let pins: serde_json::Map<String, Value> = chip.present_pins().filter_map(number).collect();
+    json!({ "name": package.name, "pins": pins })
+}
+
+fn document(chip: &Chip) -> Value {
+    let pins = chip.present_pins().map(|(_, def)| def);
+    json!({
+        "name": chip.name,
+        "family": family::family_name(chip.family),
+        "title": chip.title,
+        "source": chip.data_sheet,
+        "flash": chip.on_chip_flash_bytes,
+        "ram": { "start": chip.ram_start, unit(chip, chip.ram_space): chip.ram_len },
+        "eeprom": chip.eeprom_bytes,
+        "max_hz": chip.max_hz,
+        "default_hz": chip.default_hz,
+        "pins": pins.map(pin).collect::<Vec<_>>(),
+        "packages": chip.packages.iter().map(|of| package(chip, of)).collect::<Vec<_>>(),
+        "vectors": chip.vectors,
+        "spaces": chip.spaces.iter().map(|row| space(chip, row)).collect::<Vec<_>>(),
+    })
+}
+
+/// A pin, with its number where there is a package that gives it one.
+fn pin(pin: &PinDef) -> Value {
+    match pin.dip {
+        0 | Chip::NO_PACKAGE => json!({ "name": pin.name, "note": pin.note }),
+        dip => json!({ "name": pin.name, "dip": dip, "note": pin.note }),
+    }
+}
+
+/// In what a memory is measured.
+fn unit(chip: &Chip, space: &str) -> &'static str {
+    if family::is_of_bits(chip, space) { "bits" } else { "bytes" }
+}
+
+fn space(chip: &Chip, &(name, addresses, width): &(&str, u32, u32)) -> Value {
+    let mut space = json!({ "name": name, unit(chip, name): addresses * width });
+    if width > 1 {
+        space["bytes_per_address"] = json!(width);
+    }
+    space
+}

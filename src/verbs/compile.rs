@@ -1,0 +1,283 @@
+//! `emu compile`: a ladder program to an image for a chip.
+
+use std::path::Path;
+
+use clap::{Args, ValueEnum};
+use emu_core::chip::Chip;
+use emu_debug::time;
+use ladder_compile::{CompileOptions, CompiledProgram, ImageMap, emit};
+use serde_json::json;
+
+use crate::args::LadderFlags;
+use crate::shared::fail::VerbFailure;
+use crate::shared::fail::exit;
+use crate::shared::report::FileTexts;
+use crate::shared::report::MessageStyle;
+use crate::shared::report::report_diagnostics;
+use crate::shared::{family, input, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  emu compile examples/welder.ld --mcu atmega328p
+  emu compile welder.ld --mcu pic16f876 -o out.hex --listing out.lst --map out.json
+  emu compile welder.ld --mcu atmega328p --pin Xstart=PD2 --pin Yarc=PB5 --clock 8MHz -o -
+  emu compile welder.ld --mcu at89s52 -O0 --emit lst -o -      code to follow by eye
+  emu compile welder.ld --emit c                               one C function per scan";
+
+/// Flags of `emu compile`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct CompileArgs {
+    #[command(flatten)]
+    program: LadderFlags,
+    /// The chip, such as `atmega328p` (`emu chips` lists them); without it the one that MICRO= names. Not for C and byte
+    /// code, not needed for sketches.
+    #[arg(long, value_name = "CHIP", value_parser = family::ChipParser, hide_possible_values = true)]
+    mcu: Option<&'static Chip>,
+    /// What to write.
+    #[arg(long, value_name = "KIND", value_enum, default_value_t = EmitKind::Hex)]
+    emit: EmitKind,
+    /// The file to write; - is standard output. Default: the program's name with the ending of its kind, such as .hex, in the
+    /// current folder (standard output for a program from standard input).
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<String>,
+    /// Write the instructions below the rungs that they come from.
+    #[arg(long, value_name = "FILE")]
+    listing: Option<String>,
+    /// Write where everything is (rungs, elements, symbols, pins, scan), as JSON.
+    #[arg(long, value_name = "FILE")]
+    map: Option<String>,
+    /// How hard to work on small code: 1 is the default; with 0 every operation on bits is a template of its own.
+    #[arg(long, value_name = "LEVEL", default_value_t = 1, value_parser = clap::value_parser!(u8).range(0..=1))]
+    optimise: u8,
+    /// -O0 and -O1 are --optimise 0 and --optimise 1; -O alone is -O1.
+    #[arg(short = 'O', conflicts_with = "optimise")]
+    small: bool,
+    // The digits are flags behind -O rather than its value, which would be the word behind -O where no digit is.
+    #[arg(short = '0', hide = true, requires = "small", conflicts_with = "one")]
+    zero: bool,
+    #[arg(short = '1', hide = true, requires = "small")]
+    one: bool,
+    /// In a sketch: for how many milliseconds an input must be steady before it counts.
+    #[arg(long, value_name = "MS")]
+    debounce: Option<u32>,
+    #[command(flatten)]
+    target: TargetFlags,
+    /// The figures as one JSON document on standard output: bytes, RAM, clocks of the longest scan and of every rung.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What a program can be turned into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum EmitKind {
+    /// Intel HEX.
+    Hex,
+    /// Assembly source, for `emu asm` and for the family's usual assembler.
+    Asm,
+    /// The listing.
+    Lst,
+    /// The map, as JSON.
+    Map,
+    /// The intermediate code.
+    Ir,
+    /// ANSI C, one call a scan.
+    C,
+    /// Byte code for a small interpreter.
+    Bytecode,
+    /// A sketch for Arduino boards with an ATmega328P.
+    Arduino,
+}
+
+impl EmitKind {
+    /// Ending of the name of its files.
+    fn ending(self) -> &'static str {
+        match self {
+            EmitKind::Hex => "hex",
+            EmitKind::Asm => "asm",
+            EmitKind::Lst => "lst",
+            EmitKind::Map => "json",
+            EmitKind::Ir => "ir",
+            EmitKind::C => "c",
+            EmitKind::Bytecode => "inc",
+            EmitKind::Arduino => "ino",
+        }
+    }
+
+    /// No chip has to be named.
+    fn is_source(self) -> bool {
+        matches!(self, EmitKind::C | EmitKind::Bytecode | EmitKind::Arduino)
+    }
+}
+
+/// What a compiled program is told about its chip.
+#[derive(Debug, Args)]
+pub struct TargetFlags {
+    /// Put an input or output at a pin: Xstart=PD2. Goes before the pins of the program. Repeatable.
+    #[arg(long = "pin", value_name = "NAME=PIN", value_parser = parse_pin_assignment)]
+    pub pins: Vec<(String, String)>,
+    /// Oscillator, instead of the program's CRYSTAL: 16MHz, 8000000.
+    #[arg(long, value_name = "HZ", value_parser = time::parse_hertz)]
+    pub clock: Option<u64>,
+}
+
+/// Reads `NAME=PIN`.
+pub fn parse_pin_assignment(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=').map(|(name, pin)| (name.trim(), pin.trim())) {
+        Some((name, pin)) if !name.is_empty() && !pin.is_empty() => Ok((name.to_owned(), pin.to_owned())),
+        _ => Err("write a symbol and a pin, as in Xstart=PD2".to_owned()),
+    }
+}
+
+impl CompileArgs {
+    /// -O0 or --optimise 0 was not given.
+    fn optimises(&self) -> bool {
+        self.optimise > 0 && !self.zero
+    }
+}
+
+/// Compiles a program. When anything fails no file is written.
+pub fn compile(args: &CompileArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    let main = args.output.clone().unwrap_or_else(|| output_name(&args.program.file, args.emit.ending()));
+    let mut outputs = vec![("--output", main.as_str())];
+    outputs.extend(args.listing.as_deref().map(|file| ("--listing", file)));
+    outputs.extend(args.map.as_deref().map(|file| ("--map", file)));
+    let printed = args.json.then_some(("--json", "-"));
+    output::check_distinct_outputs(&outputs.iter().copied().chain(printed).collect::<Vec<_>>())?;
+    output::check_input_not_overwritten(&args.program.file, &outputs)?;
+    if args.debounce.is_some() && !matches!(args.emit, EmitKind::Arduino) {
+        return Err(VerbFailure::Usage("--debounce is for sketches; give --emit arduino as well".to_owned()));
+    }
+    if args.emit.is_source() {
+        return write_source(args, &main, terminal);
+    }
+    let read = input::read_program(&args.program.file, args.program.dialect, true, terminal)?;
+    let chip = match args.mcu {
+        Some(chip) => chip,
+        None => family::parse_chip(read.chip()?).map_err(VerbFailure::Usage)?,
+    };
+    let options = CompileOptions {
+        mcu: chip.name.to_owned(),
+        pins: args.target.pins.clone(),
+        clock_hz: args.target.clock,
+        optimise: args.optimises(),
+    };
+    let compiled = match ladder_compile::compile(&read.program, &options) {
+        Ok(compiled) => compiled,
+        Err(refusals) => return Err(VerbFailure::Refused(refusals, read.texts)),
+    };
+    read.note_other_chip(chip.name);
+    let mut map =
+        serde_json::to_string_pretty(&compiled.map).map_err(|e| VerbFailure::write_failed("map", &e.into()))?;
+    map.push('\n');
+    let text = match args.emit {
+        EmitKind::Asm => ladder_compile::assembly(&read.program, chip, &compiled.built, &compiled.map),
+        EmitKind::Lst => compiled.listing.clone(),
+        EmitKind::Map => map.clone(),
+        EmitKind::Ir => compiled.ir.clone(),
+        EmitKind::Hex | EmitKind::C | EmitKind::Bytecode | EmitKind::Arduino => compiled.hex.clone(),
+    };
+    let texts = [Some(&text), args.listing.as_ref().map(|_| &compiled.listing), args.map.as_ref().map(|_| &map)];
+    let files: Vec<(&str, &[u8])> =
+        outputs.iter().zip(texts.into_iter().flatten()).map(|((_, file), text)| (*file, text.as_bytes())).collect();
+    output::write_files(&files)?;
+    report_diagnostics(terminal, &compiled.notes, &read.texts);
+    if args.json {
+        output::print_json(&document(&args.program.file, &compiled))?;
+    } else {
+        output::print_to_stderr(&size_text(&compiled.map));
+    }
+    Ok(exit::OK)
+}
+
+/// Writes a source that is for no chip.
+fn write_source(args: &CompileArgs, main: &str, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    if args.listing.is_some() || args.map.is_some() || args.json {
+        let why = "--listing, --map and --json tell about an image, and a source is none";
+        return Err(VerbFailure::Usage(why.to_owned()));
+    }
+    // What would change nothing is not taken in silence.
+    let sketch = args.emit == EmitKind::Arduino;
+    let idle = [
+        ("--mcu", args.mcu.is_some() && !sketch, "C and byte code are for any chip"),
+        ("--pin", !args.target.pins.is_empty() && !sketch, "C and byte code have no pins"),
+        ("--clock", args.target.clock.is_some(), "a source takes its cycle from the program, and has no oscillator"),
+        ("-O0", !args.optimises(), "sources have one form only"),
+    ];
+    if let Some((flag, _, why)) = idle.iter().find(|(_, given, _)| *given) {
+        return Err(VerbFailure::Usage(format!("{why}; leave {flag} out, or write an image with --emit hex")));
+    }
+    if let Some(refusal) = args.mcu.and_then(|chip| emit::arduino::refuse_chip(&args.program.file, chip)) {
+        return Err(VerbFailure::Refused(vec![refusal], FileTexts::default()));
+    }
+    let read = input::read_program(&args.program.file, args.program.dialect, true, terminal)?;
+    let emitted = match args.emit {
+        EmitKind::Bytecode => emit::bytecode::emit(&read.program).map(|source| (source, Vec::new())),
+        EmitKind::Arduino => {
+            let options = emit::arduino::SketchOptions {
+                pins: args.target.pins.clone(),
+                debounce_ms: args.debounce.unwrap_or(0),
+            };
+            emit::arduino::emit(&read.program, &options).map(|sketch| (sketch.source, sketch.notes))
+        }
+        _ => emit::c::emit(&read.program).map(|source| (source, Vec::new())),
+    };
+    let (source, notes) = match emitted {
+        Ok(emitted) => emitted,
+        Err(refusals) => return Err(VerbFailure::Refused(refusals, read.texts)),
+    };
+    output::write_files(&[(main, source.text.as_bytes())])?;
+    report_diagnostics(terminal, &notes, &read.texts);
+    Ok(exit::OK)
+}
+
+/// What one buys a chip by, in two lines.
+fn size_text(map: &ImageMap) -> String {
+    let rung = map.rungs.iter().max_by_key(|rung| (rung.worst_cycles, std::cmp::Reverse(rung.rung)));
+    let rung = rung.map_or(String::new(), |rung| format!(" (rung {} up to {})", rung.rung, rung.worst_cycles));
+    format!(
+        "code {} bytes, RAM {} bytes\nlongest scan {} machine cycles{rung}, of a period of {}; slack {}\n",
+        map.code_bytes,
+        map.ram_bytes,
+        map.worst_scan_cycles,
+        map.cycle.num / map.cycle.den.max(1),
+        map.slack_cycles
+    )
+}
+
+/// The figures as one document.
+fn document(program: &str, compiled: &CompiledProgram) -> serde_json::Value {
+    let map = &compiled.map;
+    let rungs = map.rungs.iter();
+    let rungs: Vec<_> = rungs
+        .map(|r| json!({ "rung": r.rung, "code_bytes": r.end - r.start, "worst_cycles": r.worst_cycles }))
+        .collect();
+    json!({
+        "schema": 1,
+        "program": program,
+        "mcu": map.mcu,
+        "clock_hz": map.clock_hz,
+        "cycle": map.cycle,
+        "code_bytes": map.code_bytes,
+        "ram_bytes": map.ram_bytes,
+        "worst_scan_cycles": map.worst_scan_cycles,
+        "poll_cycles": map.poll_cycles,
+        "slack_cycles": map.slack_cycles,
+        "rungs": rungs,
+        "notes": compiled.notes,
+    })
+}
+
+/// The name of the image that is made of a program.
+pub fn default_image_name(program: &str) -> String {
+    output_name(program, "hex")
+}
+
+/// The name of what is made of a program.
+fn output_name(program: &str, ending: &str) -> String {
+    let stem = Path::new(program).file_stem().map(|stem| stem.to_string_lossy());
+    match stem {
+        Some(stem) if program != "-" => format!("{stem}.{ending}"),
+        _ => "-".to_owned(),
+    }
+}

@@ -1,0 +1,123 @@
+//! `emu dap`: the debugger for editors.
+
+use std::io;
+use std::net::{TcpListener, TcpStream};
+
+use clap::{Args, Parser};
+use emu_dap::{LaunchArguments, OpenedMachine, serve};
+
+use crate::shared::codes::PROTOCOL;
+use crate::shared::codes::file_error;
+use crate::shared::fail::VerbFailure;
+use crate::shared::fail::exit;
+use crate::shared::output;
+use crate::shared::report::FileTexts;
+use crate::shared::report::MessageStyle;
+use crate::verbs::debug::open;
+use crate::verbs::debug::open::DebugSubject;
+
+const EXAMPLES: &str = "\
+An editor starts it, and says in its `launch` request what is debugged; docs/dap.md shows how for VS Code, Neovim and Emacs.
+
+Exit codes: 0 the editor has disconnected, or its input or connection has ended; 2 the address makes no sense; 3 what came in is not the
+protocol.";
+
+/// Flags of `emu dap`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct DapArgs {
+    /// Wait for an editor at this address instead of talking over standard input and output: :4711 on this machine,
+    /// 0.0.0.0:4711 for everybody, :0 at a free port, which is told on standard error. One editor is served, then it ends.
+    #[arg(long, value_name = "ADDRESS")]
+    listen: Option<String>,
+}
+
+/// What `launch` asks for, as the flags of `emu debug`.
+#[derive(Debug, Parser)]
+#[command(name = "launch", no_binary_name = true)]
+struct LaunchFlags {
+    #[command(flatten)]
+    subject: DebugSubject,
+}
+
+/// Serves an editor.
+pub fn dap(args: &DapArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    crate::shared::input::reserve_stdin();
+    let open = |arguments: &LaunchArguments| open_machine(arguments, terminal);
+    let (served, from) = match &args.listen {
+        None => (serve(io::stdin(), &mut io::stdout(), &open), "-"),
+        Some(address) => {
+            let stream = accept_client(address)?;
+            let failed = |why: io::Error| VerbFailure::Usage(format!("the connection failed: {why}"));
+            let mut output = stream.try_clone().map_err(failed)?;
+            let served = serve(stream, &mut output, &open);
+            _ = output.shutdown(std::net::Shutdown::Both);
+            (served, address.as_str())
+        }
+    };
+    match served {
+        Ok(()) => Ok(exit::OK),
+        Err(why) => {
+            let hint = "an editor talks to `emu dap`; docs/dap.md shows how";
+            Err(VerbFailure::Refused(vec![file_error(PROTOCOL, from, why, hint)], FileTexts::default()))
+        }
+    }
+}
+
+/// Waits for the one client.
+fn accept_client(address: &str) -> Result<TcpStream, VerbFailure> {
+    let whole = if address.starts_with(':') { format!("127.0.0.1{address}") } else { address.to_owned() };
+    let refused = |why: &io::Error| {
+        VerbFailure::invalid_flag_value("--listen <ADDRESS>", address, &format!("{why}; write :4711"))
+    };
+    let listener = TcpListener::bind(&whole).map_err(|why| refused(&why))?;
+    let own = listener.local_addr().map_err(|why| refused(&why))?;
+    output::print_to_stderr(&format!("listening on {own}\n"));
+    let (stream, _) = listener.accept().map_err(|why| refused(&why))?;
+    _ = stream.set_nodelay(true);
+    Ok(stream)
+}
+
+/// Makes the machine; complaints are drawn on standard error, and told to the editor in a sentence each.
+fn open_machine(arguments: &LaunchArguments, terminal: &MessageStyle) -> Result<OpenedMachine, String> {
+    let launch = LaunchFlags::try_parse_from(launch_flags(arguments)).map_err(|why| {
+        let text = why.to_string();
+        text.lines().take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
+    })?;
+    let found = open::open_session(&launch.subject, terminal).map_err(|failure| failure_text(&failure))?;
+    Ok(OpenedMachine { session: found.session, view: found.view })
+}
+
+/// The flags of `emu debug` that say the same.
+fn launch_flags(arguments: &LaunchArguments) -> Vec<String> {
+    let mut flags = Vec::new();
+    let mut flag = |name: &str, value: &Option<String>| {
+        flags.extend(value.iter().map(|value| format!("--{name}={value}")));
+    };
+    flag("mcu", &arguments.mcu);
+    flag("map", &arguments.map);
+    flag("ladder", &arguments.ladder);
+    flag("clock", &arguments.clock);
+    flag("history", &arguments.history);
+    flags.extend(arguments.symbols.iter().map(|file| format!("--symbols={file}")));
+    flags.extend(arguments.args.iter().cloned());
+    flags.extend(["--".to_owned(), arguments.program.clone()]);
+    flags
+}
+
+/// Why there is no machine.
+fn failure_text(failure: &VerbFailure) -> String {
+    match failure {
+        VerbFailure::Usage(text) => text.clone(),
+        VerbFailure::Pipe => "standard output is closed".to_owned(),
+        VerbFailure::Refused(diagnostics, _) => {
+            let errors = diagnostics.iter().filter(|diagnostic| diagnostic.is_error());
+            let lines = errors.map(|d| {
+                let place =
+                    if d.pos.line > 0 { format!("{}:{}:{}", d.file, d.pos.line, d.pos.column) } else { d.file.clone() };
+                format!("{}: {place}: {}; {}", d.code, d.cause, d.hint)
+            });
+            lines.collect::<Vec<_>>().join("\n")
+        }
+    }
+}

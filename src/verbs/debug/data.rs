@@ -1,0 +1,372 @@
+//! Commands about values: print, set, display, assert.
+
+use emu_core::pins::{CycleTime, PinId};
+use emu_debug::debug::{BinaryOperator, DebugExpression, DynMachine, ExpressionPlace, ExpressionValue, UserAction};
+use emu_debug::number_formats::format_number;
+use emu_debug::stimulus::{TimedDrive, parse_drive};
+
+use super::examine;
+use super::numbers::{ExamineFormat, hex};
+use super::shell::{CommandResult, DebugShell};
+use crate::shared::avr;
+
+/// Why an expression has no value now, where it is not what it is called.
+fn missing_value_reason(expr: &DebugExpression, target: &dyn DynMachine) -> Option<&'static str> {
+    if expr.value(target).is_some() {
+        return None;
+    }
+    let is_real = |of: &DebugExpression| matches!(of.evaluate(target), Some(ExpressionValue::Real(..)));
+    Some(match expr {
+        DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) if is_real(of) => {
+            "a number with a point has no bits to compute with"
+        }
+        DebugExpression::Object(object) if !object.is_scalar() => "a struct, or an array that is in no memory",
+        DebugExpression::Place(ExpressionPlace::Pin(_)) => "a pin that floats",
+        DebugExpression::Bit(of, _) | DebugExpression::Unary(_, of) => return missing_value_reason(of, target),
+        DebugExpression::Binary(operator, a, b) => {
+            let of_these = missing_value_reason(a, target).or_else(|| missing_value_reason(b, target));
+            return of_these.or(Some(match operator {
+                _ if is_real(a) || is_real(b) => "that operator is not for numbers with a point",
+                BinaryOperator::Shl | BinaryOperator::Shr => "a shift by other than 0 to 63 bits",
+                _ if b.value(target) == Some(0) => "a division by 0",
+                _ => "a quotient that is too large",
+            }));
+        }
+        _ => "memory that is not there",
+    })
+}
+
+/// What gdb's `set` has settings for that scripts begin with.
+const IGNORED_GDB_SETTINGS: &[&str] =
+    &["confirm", "height", "width", "pagination", "print", "listsize", "style", "logging", "verbose"];
+
+/// An expression that every stop shows.
+pub struct DisplayedExpression {
+    id: u32,
+    text: String,
+    format: ExamineFormat,
+    /// Nothing for a place that is examined as `x` does it.
+    expr: Option<DebugExpression>,
+}
+
+pub(super) fn print(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let (mut format, text) = ExamineFormat::parse_front(args)?;
+    let empty = shell.session.scope.values.is_empty();
+    let text = if text.is_empty() && !empty { "$" } else { text };
+    if text.is_empty() {
+        return Err("what is to be printed? print r16, print buf, print $cycle / 2".to_owned());
+    }
+    let typed = format.letter == Some('s') && shell.parse_expression(text).is_ok_and(|expr| expr.object().is_some());
+    if typed {
+        format.letter = None;
+    } else if matches!(format.letter, Some('s' | 'i')) {
+        return examine::examine(shell, args, out);
+    }
+    let (value, kept) = shell.printed(text, format, out)?;
+    let number = shell.session.scope.values.push(kept);
+    out.push_str(&format!("${number} = {value}\n"));
+    Ok(())
+}
+
+/// `call`: as print, but that nothing is printed for what has no value.
+pub(super) fn call(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    if args.is_empty() {
+        return Err("what is to be computed? call x = 5; functions of the program are not called".to_owned());
+    }
+    print(shell, args, out)
+}
+
+/// `PLACE = VALUE` and `PLACE += VALUE`: the place and the value as an expression; nothing where a `=` is part of an operator.
+fn split_assignment(text: &str) -> Option<(&str, String)> {
+    let (place, value) = text.split_once('=')?;
+    if value.starts_with('=')
+        || place.ends_with(['=', '!', '<', '>']) && !place.ends_with("<<") && !place.ends_with(">>")
+    {
+        return None;
+    }
+    let operators = ["<<", ">>", "+", "-", "*", "/", "%", "&", "|", "^"];
+    let found = operators.iter().find_map(|sign| Some((place.strip_suffix(sign)?, sign)));
+    let (place, value) = match found {
+        Some((place, sign)) => (place.trim(), format!("{} {sign} ({})", place.trim(), value.trim())),
+        None => (place.trim(), value.trim().to_owned()),
+    };
+    (!place.is_empty()).then_some((place, value))
+}
+
+/// `x++`, `--x`: the place, the sign, and whether it comes before the value is read.
+fn counted(text: &str) -> Option<(&str, char, bool)> {
+    ['+', '-'].into_iter().find_map(|sign| {
+        let twice = format!("{sign}{sign}");
+        let before = text.strip_prefix(&twice).map(|place| (place.trim(), sign, true));
+        before.or_else(|| Some((text.strip_suffix(&twice)?.trim(), sign, false)))
+    })
+}
+
+impl DebugShell {
+    /// The value of an expression as text, and for the value history; `x = 5` and `x++` set it first.
+    fn printed(
+        &mut self,
+        text: &str,
+        format: ExamineFormat,
+        out: &mut String,
+    ) -> Result<(String, Option<DebugExpression>), String> {
+        if let Some((place, sign, first)) = counted(text).filter(|(place, ..)| self.parse_expression(place).is_ok()) {
+            let old = self.single(place, format)?;
+            set(self, &format!("{place} = {place} {sign} 1"), out)?;
+            return if first { self.single(place, format) } else { Ok(old) };
+        }
+        if let Some((place, value)) = split_assignment(text) {
+            set(self, &format!("{place} = {value}"), out)?;
+            return self.single(place, format);
+        }
+        // `p *buffer@4`: so many of them side by side.
+        if let Some((first, count)) = text.rsplit_once('@')
+            && let DebugExpression::Object(object) = self.parse_expression(first)?
+        {
+            let count = self.parse_count(count)?;
+            return Ok((object.array_text(count, &self.session.scope, self.session.machine(), format.letter)?, None));
+        }
+        self.single(text, format)
+    }
+
+    fn single(&self, text: &str, format: ExamineFormat) -> Result<(String, Option<DebugExpression>), String> {
+        let expr = self.parse_expression(text)?;
+        Ok((self.value_text(&expr, format), expr.kept(self.session.machine())))
+    }
+
+    /// The value of an expression: in hex and as a number, as far as those differ, or as a format has it.
+    pub(super) fn value_text(&self, expr: &DebugExpression, format: ExamineFormat) -> String {
+        let target = self.session.machine();
+        if let Some(object) = expr.object() {
+            return object.text(&self.session.scope, target, format.letter);
+        }
+        let place = expr.place(target);
+        let Some(value) = expr.value(target) else {
+            return match missing_value_reason(expr, target) {
+                Some(_) if matches!(place, Some(ExpressionPlace::Pin(_))) => "floats".to_owned(),
+                Some(why) => format!("nothing: {why}"),
+                None => "nothing".to_owned(),
+            };
+        };
+        if let (None, Some(amount @ ExpressionValue::Real(..))) = (format.letter, expr.evaluate(target)) {
+            return amount.text();
+        }
+        let bytes = match place {
+            Some(ExpressionPlace::Memory { bytes, .. }) => bytes.into(),
+            Some(ExpressionPlace::Bit { .. } | ExpressionPlace::RegBit { .. } | ExpressionPlace::Reg(_)) => 1,
+            // What is computed, or counted, has a sign of its own.
+            _ if format.letter != Some('d') && (0..0x1_0000).contains(&value) => 2,
+            _ => 8,
+        };
+        let bytes = if value > 0xFF && bytes == 1 { 2 } else { bytes };
+        match format.letter {
+            Some('a') => match u32::try_from(value).ok().and_then(|address| self.program_word(address)) {
+                Some(word) => self.session.scope.source().describe_word(word),
+                None => hex(value, 2),
+            },
+            Some(letter) => format_number(value, letter, bytes).unwrap_or_else(|| value.to_string()),
+            None if place == Some(ExpressionPlace::Pc) => {
+                match u32::try_from(value).ok().and_then(|address| self.program_word(address)) {
+                    Some(word) => self.session.scope.source().describe_word(word),
+                    None => hex(value, 4),
+                }
+            }
+            None if (0..10).contains(&value) => value.to_string(),
+            None if matches!(place, Some(ExpressionPlace::Cycle | ExpressionPlace::Instructions)) => value.to_string(),
+            None => format!("{} ({value})", hex(value, 2)),
+        }
+    }
+
+    /// The program word of an address as users write it.
+    pub(super) fn program_word(&self, address: u32) -> Option<u32> {
+        let chip = self.session.scope.chip();
+        let word = address / chip.code_address(1).max(1);
+        (word < chip.flash_bytes / chip.word_bytes.max(1)).then_some(word)
+    }
+
+    /// What is shown at every stop.
+    pub(super) fn show_displays(&mut self, out: &mut String) {
+        for display in &self.displays {
+            match &display.expr {
+                // A variable of a call that is over has no value to show.
+                Some(expr) if expr.object().is_some_and(|object| !object.is_known(self.session.machine())) => {}
+                Some(expr) => {
+                    let value = self.value_text(expr, display.format);
+                    out.push_str(&format!("{}: {} = {value}\n", display.id, display.text));
+                }
+                None => {
+                    out.push_str(&format!("{}: {}\n", display.id, display.text));
+                    let lines = self.examine_start(&display.text, display.format).and_then(|at| self.examine_lines(at));
+                    out.push_str(&lines.map_or_else(|why| format!("{why}\n"), |(text, _)| text));
+                }
+            }
+        }
+    }
+}
+
+pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let wanted = || "write what gets which value: set r16 = 5, set PB0 = 1, set VCC=4.5V".to_owned();
+    // `set var x = 1`, as gdb has it.
+    let args = ["var ", "variable "].iter().find_map(|word| args.strip_prefix(word)).unwrap_or(args);
+    if !args.contains('=') && IGNORED_GDB_SETTINGS.contains(&args.split_whitespace().next().unwrap_or_default()) {
+        shell.note_once("note: that setting of gdb makes no difference here", out);
+        return Ok(());
+    }
+    if let Some((place, sign, _)) = counted(args) {
+        return set(shell, &format!("{place} = {place} {sign} 1"), out);
+    }
+    let (name, value) = split_assignment(args).ok_or_else(wanted)?;
+    let value = value.as_str();
+    if let Some(own) =
+        name.strip_prefix('$').filter(|_| shell.parse_expression(name).map_or(true, |expr| expr.is_constant()))
+    {
+        return shell.remember(own, value);
+    }
+    // An input of a ladder program is its pin: the memory where it is latched is written anew by every scan.
+    let own = shell.view.as_ref().map_or_else(|| name.to_owned(), |view| view.pin_assignment(name));
+    let name = own.as_str();
+    if name.is_empty() || value.is_empty() || value.starts_with('=') {
+        return Err(wanted());
+    }
+    let scope = &shell.session.scope;
+    let chip = scope.chip();
+    let text = avr::chip_pin_text(chip, &scope.source().names.replace_channel_name(&format!("{name}={value}")));
+    let pin = find_pin(shell, name);
+    // Levels, resistors and voltages come to pins and to the supply as with --set.
+    let expr = shell.parse_expression(name);
+    if pin.is_some() || expr.is_err() {
+        let value = if pin.is_some() {
+            shell.integer_value(value).map_or(value.to_owned(), |value| value.to_string())
+        } else {
+            String::new()
+        };
+        let text = match pin {
+            Some(pin) => format!("{}={value}", chip.pins.get(usize::from(pin)).map_or("", |pin| pin.name)),
+            None => text,
+        };
+        return match parse_drive(chip, &text) {
+            Ok(what) => {
+                let at = CycleTime::at(shell.session.machine().cycle());
+                shell.session.apply_action(UserAction::Drive(TimedDrive { at, drive: what }))
+            }
+            Err(why) if pin.is_some() || is_supply(name) => Err(why),
+            Err(_) => Err(expr.err().unwrap_or_default()),
+        };
+    }
+    let expr = expr?;
+    let place = expr.place(shell.session.machine());
+    if place.is_none() && expr.object().is_none() {
+        return Err(format!("`{name}` is no place that can be set"));
+    }
+    let is_code = |expr: &DebugExpression| expr.object().is_some_and(|of| of.is_function() || of.is_function_pointer());
+    let evaluate = match is_code(&expr) && shell.parse_expression(value).is_ok_and(|value| is_code(&value)) {
+        // A pointer to a function counts words.
+        true => ExpressionValue::Whole(shell.integer_value(value)? / i64::from(chip.word_bytes.max(1))),
+        false => shell.expression_value(value)?,
+    };
+    shell.session.assign(&expr, evaluate)?;
+    shell.registers = shell.core_registers();
+    if place == Some(ExpressionPlace::Pc) {
+        shell.report_position(out);
+    }
+    Ok(())
+}
+
+impl DebugShell {
+    /// `set $i = 5`: a variable of the user.
+    fn remember(&mut self, name: &str, value: &str) -> CommandResult {
+        let is_name = name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+            && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        if !is_name {
+            return Err(format!("`${name}` cannot be set; a variable of yours has a name: set $i = 0"));
+        }
+        let kept = self.parse_expression(value)?.kept(self.session.machine());
+        let kept = kept.ok_or_else(|| format!("`{value}` has no value now"))?;
+        self.session.scope.values.set(name, kept);
+        Ok(())
+    }
+}
+
+/// The supply is meant, under one of its names.
+fn is_supply(name: &str) -> bool {
+    ["VDD", "VCC"].iter().any(|supply| name.eq_ignore_ascii_case(supply))
+}
+
+/// The pin that a name stands for.
+fn find_pin(shell: &DebugShell, name: &str) -> Option<PinId> {
+    match shell.parse_expression(name) {
+        Ok(DebugExpression::Place(ExpressionPlace::Pin(pin))) => Some(pin),
+        _ => None,
+    }
+}
+
+pub(super) fn display(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let (format, text) = ExamineFormat::parse_front(args)?;
+    if text.is_empty() {
+        shell.show_displays(out);
+        return Ok(());
+    }
+    let examined = format.letter == Some('i') || format.letter == Some('s') || format.count.is_some();
+    let expr = if examined {
+        shell.examine_start(text, format)?;
+        None
+    } else {
+        Some(shell.parse_expression(text)?)
+    };
+    shell.last_display += 1;
+    let id = shell.last_display;
+    shell.displays.push(DisplayedExpression { id, text: text.to_owned(), format, expr });
+    let shown = shell.displays.split_off(shell.displays.len() - 1);
+    let others = std::mem::replace(&mut shell.displays, shown);
+    shell.show_displays(out);
+    let shown = std::mem::replace(&mut shell.displays, others);
+    shell.displays.extend(shown);
+    Ok(())
+}
+
+pub(super) fn undisplay(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
+    if args.is_empty() {
+        shell.displays.clear();
+    }
+    for number in args.split_whitespace() {
+        let before = shell.displays.len();
+        shell.displays.retain(|display| display.id.to_string() != number);
+        if shell.displays.len() == before {
+            return Err(format!("there is no display {number}; `display` shows them"));
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn assert(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
+    if args.is_empty() {
+        return Err("what is to hold? assert PB5 == 1".to_owned());
+    }
+    let (expr, target) = (shell.parse_expression(args)?, shell.session.machine());
+    match expr.evaluate(target) {
+        Some(value) if !value.is_true() => {
+            Err(format!("the assertion does not hold at cycle {}: {args}", target.cycle()))
+        }
+        Some(_) => Ok(()),
+        None => {
+            let why = missing_value_reason(&expr, target).map_or(String::new(), |why| format!(" ({why})"));
+            Err(format!("the assertion has no value at cycle {}: {args}{why}", target.cycle()))
+        }
+    }
+}
+
+impl DebugShell {
+    /// The value of an expression as a whole number.
+    pub(super) fn integer_value(&self, text: &str) -> Result<i64, String> {
+        self.expression_value(text).map(ExpressionValue::to_integer)
+    }
+
+    /// The value of an expression.
+    pub(super) fn expression_value(&self, text: &str) -> Result<ExpressionValue, String> {
+        let (expr, target) = (self.parse_expression(text)?, self.session.machine());
+        expr.evaluate(target).ok_or_else(|| {
+            let why = missing_value_reason(&expr, target).map_or(String::new(), |why| format!(": {why}"));
+            format!("`{}` has no value now{why}", text.trim())
+        })
+    }
+}

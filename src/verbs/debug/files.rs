@@ -1,0 +1,100 @@
+//! Commands about the session itself: scripts, leaving.
+
+use emu_debug::snapshot;
+
+use super::shell::{CommandResult, DebugShell, ShellFlow};
+use crate::shared::codes::system_message;
+use crate::shared::fail::VerbFailure;
+use crate::shared::input;
+use crate::shared::report::FileTexts;
+
+/// How deep scripts may call each other up.
+const MAX_NESTING: u32 = 20;
+
+pub(super) fn source(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    if args.is_empty() {
+        return Err("the name of a file is missing".to_owned());
+    }
+    let bytes = input::read_file(args).map_err(|error| format!("{args} cannot be read: {}", system_message(&error)))?;
+    shell.run_script(args, &diag::text::readable(&bytes), &mut |_| {}, out)
+}
+
+/// The lines of a script that are commands, each with its number: empty ones repeat nothing, they are for the reader.
+pub fn commands_of(text: &str) -> impl Iterator<Item = (u32, &str)> {
+    (1..).zip(text.lines()).filter(|(_, line)| !line.trim().is_empty())
+}
+
+impl DebugShell {
+    /// Carries out the lines of a script, up to the first that fails; `tell` is given each before it.
+    pub fn run_script(
+        &mut self,
+        name: &str,
+        text: &str,
+        tell: &mut dyn FnMut(&str),
+        out: &mut String,
+    ) -> CommandResult {
+        if self.nesting >= MAX_NESTING {
+            return Err(format!("{name}: scripts are nested too deeply"));
+        }
+        self.nesting += 1;
+        // What a point still wants done goes on behind the script.
+        let queue = std::mem::take(&mut self.queue);
+        let done = commands_of(text).try_for_each(|(number, line)| {
+            if self.leave.is_some() {
+                return Ok(());
+            }
+            tell(line);
+            let why = match self.execute(line, out) {
+                ShellFlow::Failed(why) => why,
+                _ if self.is_interrupted() => "interrupted".to_owned(),
+                _ => return Ok(()),
+            };
+            // Of scripts that call each other up the innermost tells its place.
+            let placed = std::mem::replace(&mut self.error_has_place, true);
+            Err(if placed { why } else { format!("{name}:{number}: {why}") })
+        });
+        let done = done.and_then(|()| self.end_of_lines().map_err(|why| format!("{name}: {why}")));
+        self.nesting -= 1;
+        self.queue = queue;
+        self.error_has_place &= self.nesting > 0;
+        done
+    }
+}
+
+/// `save`.
+pub(super) fn save(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let (file, cycle) = (file_argument(args)?, shell.session.machine().cycle());
+    shell.session.check_snapshot_possible()?;
+    shell.snapshot_writer.write(file, cycle, &shell.session.save()).map_err(|failure| failure.sentence())?;
+    out.push_str(&format!("{file} has the machine at cycle {cycle}\n"));
+    Ok(())
+}
+
+/// `load`.
+pub(super) fn load(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let file = file_argument(args)?;
+    shell.session.check_snapshot_possible()?;
+    let sentence = |failure: VerbFailure| failure.sentence();
+    let refused = |fault| sentence(VerbFailure::Refused(vec![fault], FileTexts::default()));
+    let bytes = input::read_bytes(file).map_err(sentence)?;
+    let (cycle, state) = snapshot::decode_snapshot_for(file, &bytes, &shell.snapshot_writer.head).map_err(refused)?;
+    shell.session.load(state, cycle).map_err(|_| refused(snapshot::invalid_state(file)))?;
+    shell.loaded = Some((file.to_owned(), cycle));
+    shell.restart_reports(out);
+    Ok(())
+}
+
+/// The file that a command names; standard input and output are the user's.
+fn file_argument(args: &str) -> Result<&str, String> {
+    match args {
+        "" => Err("the name of a file is missing".to_owned()),
+        "-" => Err("write the name of a file; - is none here".to_owned()),
+        file => Ok(file),
+    }
+}
+
+pub(super) fn quit(shell: &mut DebugShell, args: &str, _: &mut String) -> CommandResult {
+    let code = if args.is_empty() { i64::from(shell.exit_code()) } else { shell.integer_value(args)? };
+    shell.leave = Some(u8::try_from(code).map_err(|_| format!("{code} is no exit code; those are 0 to 255"))?);
+    Ok(())
+}

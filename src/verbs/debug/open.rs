@@ -1,0 +1,221 @@
+//! Where a session is made, for every face of the debugger: from an image with the flags of its machine, or from a ladder program.
+
+use ::ladder::LadderDialect;
+use clap::Args;
+use emu_core::chip::Chip;
+use emu_core::cpu::{Cpu, RamInit};
+use emu_core::image::Image;
+use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions};
+use emu_debug::stimulus::{queue_drives, supply_changes};
+use emu_debug::{AddressNames, CycleClock, ProgramSource, TimedDrive};
+use ladder_view::LadderView;
+
+use super::ladder;
+use super::scenario::{ScenarioContext, scenario_drives};
+use crate::args::parse_dialect;
+use crate::shared::fail::VerbFailure;
+use crate::shared::family::MachineVisitor;
+use crate::shared::family::visit_machine;
+use crate::shared::machine::MachineArgs;
+use crate::shared::machine::MachineOptions;
+use crate::shared::machine::WiredMachine;
+use crate::shared::machine::check_pins_exist;
+use crate::shared::report::FileTexts;
+use crate::shared::report::MessageStyle;
+use crate::shared::report::report_diagnostics;
+use crate::shared::scenarios::ScenarioFile;
+use crate::shared::snapshots::SnapshotWriter;
+use crate::shared::sources::SourceFiles;
+use crate::shared::{input, pic16, scenarios, snapshots, store};
+use crate::verbs::compile::parse_pin_assignment;
+use crate::verbs::run::RamChoice;
+use crate::verbs::run::parse_ram;
+
+/// What is debugged, and how its machine is wired.
+#[derive(Debug, Args)]
+pub struct DebugSubject {
+    /// A HEX or ELF file, for the 8051 family also an absolute object file (OMF-51), an assembly source by its name (.asm, .s, .a51,
+    /// .src), or a ladder program (.ld), which is compiled first.
+    #[arg(value_name = "FILE")]
+    pub file: String,
+    #[command(flatten)]
+    pub machine: MachineArgs,
+    /// What RAM and registers hold after power-up: random:SEED or zero.
+    #[arg(long, value_name = "FILL", default_value = "zero", value_parser = parse_ram_init)]
+    ram: RamInit,
+    /// The ladder program that the image was compiled from, for rungs and symbols; with --map.
+    #[arg(long, value_name = "PROGRAM.ld", requires = "map")]
+    pub(super) ladder: Option<String>,
+    /// The map that was written with the image (`emu compile --map`); with --ladder.
+    #[arg(long, value_name = "FILE", requires = "ladder")]
+    pub(super) map: Option<String>,
+    /// Put an input or output of a ladder program at a pin: Xstart=PD2. Goes before the pins of the program. Repeatable.
+    #[arg(long = "pin", value_name = "NAME=PIN", value_parser = parse_pin_assignment)]
+    pub(super) pins: Vec<(String, String)>,
+    /// What the elements of a ladder program mean: ldmicro-2.3 or ldmicro-5.
+    #[arg(long, value_name = "DIALECT", value_parser = parse_dialect)]
+    pub(super) dialect: Option<LadderDialect>,
+    /// Do what a scenario (docs/scenario.md) does from outside, beside --set and --at. One that expects or waits is played first, on a
+    /// copy of the machine, and how it ends is told.
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<String>,
+    /// Bytes that copies of the machine may take, from which it goes back in time: 64M, 500k, 1G.
+    #[arg(long, value_name = "BYTES", default_value = "64M", value_parser = parse_byte_count)]
+    history: usize,
+}
+
+/// The value of `--ram`; reading RAM that was not written is no fault here.
+fn parse_ram_init(text: &str) -> Result<RamInit, String> {
+    match parse_ram(text) {
+        Ok(RamChoice::Fill(init)) => Ok(init),
+        _ => Err("write random:SEED or zero".to_owned()),
+    }
+}
+
+/// A number of bytes: 64M, 500k, 1G, 4096.
+fn parse_byte_count(text: &str) -> Result<usize, String> {
+    let wrong = || format!("`{text}` is no number of bytes; write 64M, 500k or 1G");
+    let (digits, shift) = match text.char_indices().last() {
+        Some((at, 'k' | 'K')) => (&text[..at], 10),
+        Some((at, 'm' | 'M')) => (&text[..at], 20),
+        Some((at, 'g' | 'G')) => (&text[..at], 30),
+        _ => (text, 0),
+    };
+    let number: usize = digits.parse().map_err(|_| wrong())?;
+    number.checked_mul(1 << shift).ok_or_else(wrong)
+}
+
+/// A session, and what is known of its program.
+pub struct OpenedSession {
+    /// The machine under the debugger.
+    pub session: DebugSession,
+    /// The ladder program, where it is one.
+    pub view: Option<LadderView>,
+    /// The texts of its source lines.
+    pub sources: SourceFiles,
+    /// Where its snapshots are written.
+    pub snapshot_writer: SnapshotWriter,
+    /// The file of the program.
+    pub file: String,
+    /// What was queued from outside.
+    pub drives: Vec<TimedDrive>,
+}
+
+/// Makes a session. Warnings and notes are told.
+pub fn open_session(subject: &DebugSubject, terminal: &MessageStyle) -> Result<OpenedSession, VerbFailure> {
+    let machine = &subject.machine;
+    let chosen = machine.mcu.choose_chip(&subject.file)?;
+    let chip = chosen.chip;
+    let compiled = if subject.is_ladder() { Some(subject.compile_ladder(chip, terminal)?) } else { None };
+    let mapped = if compiled.is_none() { subject.mapped_ladder(chip, terminal)? } else { None };
+    let own = compiled.as_ref().map(|compiled| &compiled.view).or(mapped.as_ref()).map(|view| view.map().clock_hz);
+    let clock = chosen.clock(machine.clock.or(own));
+    let how = MachineOptions { ram: subject.ram, bus: false, clock, start_up: !machine.no_start_up };
+    let wired = machine.wire_machine(chip, &how, || match &compiled {
+        Some(compiled) => compiled.image(&subject.file, chip),
+        None => input::read_image_with_symbols(&subject.file, &machine.symbols, chip, terminal),
+    })?;
+    let view = compiled.map(|compiled| compiled.view).or(mapped);
+    let mut scope = program_scope(chip, &wired.image, terminal);
+    scope.ladder = view.as_ref().map_or(Vec::new(), LadderView::symbols);
+    let (image, setup) = (wired.image.clone(), wired.setup);
+    let head = snapshots::snapshot_header(chip, &image, &setup);
+    let scene = subject.scenario.as_deref().map(scenarios::read_scenario).transpose()?;
+    let files = || std::iter::once(&subject.file).chain(&machine.symbols);
+    let taken: Vec<String> = files()
+        .chain(&subject.ladder)
+        .chain(&subject.map)
+        .chain(&subject.scenario)
+        .chain(&machine.eeprom)
+        .cloned()
+        .collect();
+    let shelf = SnapshotWriter { head, protected_files: taken };
+    let fit = SessionBuilder {
+        machine,
+        program: &subject.file,
+        wired,
+        view: view.as_ref(),
+        scenario: scene.as_ref(),
+        snapshot_writer: shelf.clone(),
+    };
+    let BuiltMachine { target, clock, drives } = visit_machine(chip, &image, &setup, fit)?;
+    let follow = view.as_ref().map(LadderView::follower);
+    let options = SessionOptions { clock, history_bytes: subject.history, follower: follow };
+    let sources = SourceFiles::new(files().map(String::as_str));
+    let session = DebugSession::new(target, scope, options);
+    Ok(OpenedSession { session, view, sources, snapshot_writer: shelf, file: subject.file.clone(), drives })
+}
+
+/// The names of the program; damaged debugging information is told.
+fn program_scope(chip: &'static Chip, image: &Image, terminal: &MessageStyle) -> NameScope {
+    let mut scope = NameScope::new(chip);
+    scope.symbols.clone_from(&image.symbols);
+    scope.lines = image.lines.clone();
+    // They are read when they are first asked for.
+    _ = scope.lines.all_lines();
+    report_diagnostics(terminal, scope.lines.warnings(), FileTexts::NONE);
+    scope
+}
+
+/// Makes a machine with what is around it.
+struct SessionBuilder<'a> {
+    machine: &'a MachineArgs,
+    program: &'a str,
+    wired: WiredMachine,
+    view: Option<&'a LadderView>,
+    scenario: Option<&'a ScenarioFile>,
+    snapshot_writer: SnapshotWriter,
+}
+
+/// A machine before its first cycle, and what is queued for it.
+struct BuiltMachine {
+    target: Box<dyn DynMachine>,
+    clock: CycleClock,
+    drives: Vec<TimedDrive>,
+}
+
+impl MachineVisitor for SessionBuilder<'_> {
+    type Output = Result<BuiltMachine, VerbFailure>;
+
+    fn visit<C: Cpu + 'static>(self, mut cpu: C) -> Self::Output {
+        let WiredMachine { image, setup, hz, avr, eeprom, devices: bench } = self.wired;
+        let chip = cpu.chip();
+        if let Some((_, held)) = eeprom {
+            store::load_eeprom(&mut cpu, &held.unwrap_or_default());
+        }
+        let clock = CycleClock { hz, clocks_per_cycle: cpu.clocks_per_cycle() * avr.divider };
+        let source = ProgramSource { names: AddressNames { chip, symbols: &image.symbols }, lines: &image.lines };
+        let alias = |text: &str| self.view.map_or_else(|| text.to_owned(), |view| view.pin_assignment(text));
+        let asked = self.machine.drives(&source, clock, &alias)?;
+        check_pins_exist(&cpu, &asked, std::iter::empty())?;
+        let mut board = bench.connect(chip, clock, &asked)?;
+        // Of two that drive a pin at once the later counts.
+        let mut drives = self.view.map_or(Vec::new(), |view| ladder::default_drives(view, chip));
+        drives.retain(|drive| !board.driven_pins().any(|pin| ladder::is_drive_of(drive, pin)));
+        drives.extend(asked);
+        if let Some(file) = self.scenario {
+            let (mut copy, mut around) = (cpu.clone(), board.clone());
+            queue_drives(&mut copy, &drives).map_err(VerbFailure::Usage)?;
+            around.connect(&mut copy);
+            let driven = drives.iter().filter_map(TimedDrive::pin).chain(board.driven_pins()).collect();
+            let (baud, deaf) = (self.machine.baud, !self.machine.uart_in.is_empty());
+            let (names, shelf) = (source.names, self.snapshot_writer);
+            let supplies = supply_changes(&drives);
+            let known = ScenarioContext {
+                program: self.program,
+                names,
+                clock,
+                baud,
+                serial_line_taken: deaf,
+                driven,
+                supplies,
+                snapshot_writer: shelf,
+            };
+            drives.extend(scenario_drives(file, self.view, (copy, around), &known)?);
+        }
+        queue_drives(&mut cpu, &drives).map_err(VerbFailure::Usage)?;
+        pic16::warn_missing_config(chip, &image, &setup.pic16);
+        board.connect(&mut cpu);
+        Ok(BuiltMachine { target: Box::new(MachineWithDevices::new(cpu, board)), clock, drives })
+    }
+}

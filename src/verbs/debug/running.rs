@@ -1,0 +1,322 @@
+//! Commands that let the machine run forwards.
+
+use emu_core::cpu::{LAST_CYCLE, ResetCause};
+use emu_core::image::TypeId;
+use emu_debug::debug::{
+    CallFrame, DebugExpression, DebugSession, ExpressionPlace, HaltReason, HaltResult, PointTrigger, RunGoal,
+    UserAction,
+};
+use emu_debug::stimulus::parse_pin_level;
+
+use super::ladder::chip_pin_text;
+use super::shell::{CommandResult, DebugShell};
+use super::steps::{CallDepth, LineStep, line, line_step};
+use crate::shared::avr;
+
+const NO_LINES: &str = "note: there are no source lines here, so step and next go by instructions";
+
+/// Does something up to `count` times, as long as nothing else stops it; only the last is told.
+fn repeat_run(
+    shell: &mut DebugShell,
+    args: &str,
+    out: &mut String,
+    mut once: impl FnMut(&mut DebugSession, &mut dyn FnMut() -> bool) -> HaltResult,
+) -> CommandResult {
+    let count = shell.parse_count(args)?;
+    shell.run_and_report(out, |session, go_on| {
+        let mut halt = HaltResult { reason: HaltReason::Done };
+        for _ in 0..count {
+            halt = once(session, go_on);
+            if halt.reason != HaltReason::Done {
+                break;
+            }
+        }
+        halt
+    });
+    Ok(())
+}
+
+/// Steps of source lines.
+fn line_steps(shell: &mut DebugShell, args: &str, kind: LineStep, out: &mut String) -> CommandResult {
+    let count = shell.parse_count(args)?;
+    let mut hidden = shell.hidden;
+    shell.go_hidden(out, |session, go_on| {
+        let mut halt = HaltResult { reason: HaltReason::Done };
+        for _ in 0..count {
+            halt = line_step(session, kind, &mut hidden, go_on);
+            if halt.reason != HaltReason::Done {
+                return (halt, None);
+            }
+        }
+        (halt, Some(hidden))
+    });
+    Ok(())
+}
+
+fn note_missing_lines(shell: &mut DebugShell, out: &mut String) {
+    if line(&shell.session).is_none() {
+        shell.note_once(NO_LINES, out);
+    }
+}
+
+pub(super) fn step(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    note_missing_lines(shell, out);
+    line_steps(shell, args, LineStep::Into, out)
+}
+
+pub(super) fn next(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    note_missing_lines(shell, out);
+    line_steps(shell, args, LineStep::Finished, out)
+}
+
+pub(super) fn stepi(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let count = shell.parse_count(args)?;
+    shell.run_and_report(out, |session, go_on| session.step_instructions(count, LAST_CYCLE, go_on));
+    Ok(())
+}
+
+pub(super) fn nexti(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    repeat_run(shell, args, out, |session, go_on| {
+        let mut depth = CallDepth::default();
+        session.step_until(LAST_CYCLE, true, go_on, &mut |_, flow, entry| {
+            depth.update(flow, entry);
+            depth.is_back_at_start()
+        })
+    })
+}
+
+/// Steps until the subroutine or service routine has returned.
+fn run_out_of_subroutine(
+    session: &mut DebugSession,
+    go_on: &mut dyn FnMut() -> bool,
+    also: &mut dyn FnMut(&DebugSession) -> bool,
+) -> HaltResult {
+    let mut depth = CallDepth::default();
+    session.step_until(LAST_CYCLE, true, go_on, &mut |session, flow, entry| {
+        depth.update(flow, entry);
+        depth.calls < 0 || also(session)
+    })
+}
+
+pub(super) fn finish(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
+    if !shell.may_return() {
+        return Err("there is nothing to finish: the stack tells of no call".to_owned());
+    }
+    let return_addresses = shell.calls();
+    let frame = return_addresses.get(shell.level).cloned().ok_or("there is no such call any more; bt lists them")?;
+    if let Some(block) = shell.inlined_block(&frame) {
+        // Out of a function that was put in place of its call is behind its code.
+        let left = move |session: &DebugSession| {
+            let byte = session.machine().pc().saturating_mul(session.scope.chip().word_bytes);
+            session.machine().reg("SP").is_some_and(|sp| sp >= frame.sp) && !block.has_code_at(byte)
+        };
+        shell.run_and_report(out, |session, go_on| {
+            session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| left(session))
+        });
+        return Ok(());
+    }
+    let is_main =
+        shell.session.scope.calls().frame_name(shell.session.machine(), &frame).is_some_and(|own| own.0 == "main");
+    if is_main {
+        return Err("main is the outermost call: it does not return".to_owned());
+    }
+    let kind = shell.result_type(&frame);
+    if shell.level > shell.hidden {
+        // As in gdb: up to where the call that is looked at goes on.
+        let target = return_addresses.get(shell.level + 1).map(|frame| (frame.word, frame.sp));
+        let (word, sp) = target.ok_or("the outermost call does not return")?;
+        let reached =
+            move |session: &DebugSession| session.machine().pc() == word && session.machine().reg("SP") == Some(sp);
+        let halt = shell.run_and_report(out, |session, go_on| {
+            session.step_until(LAST_CYCLE, true, go_on, &mut |session, _, _| reached(session))
+        });
+        shell.returned(&halt, kind, out);
+        return Ok(());
+    }
+    let halt = shell.run_and_report(out, |session, go_on| run_out_of_subroutine(session, go_on, &mut |_| false));
+    shell.returned(&halt, kind, out);
+    Ok(())
+}
+
+pub(super) fn advance(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    if args.is_empty() {
+        return Err("where to? advance main.c:12, advance price".to_owned());
+    }
+    until(shell, args, out)
+}
+
+/// Back to where the history begins; it is told only where that cannot be.
+fn rewind(shell: &mut DebugShell) -> CommandResult {
+    let first = shell.session.first_cycle();
+    let go_on = &mut shell.keep_running();
+    match shell.session.goto_cycle(first, go_on).reason {
+        HaltReason::Interrupted => Err("interrupted".to_owned()),
+        _ => Ok(()),
+    }
+}
+
+pub(super) fn run(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
+    rewind(shell)?;
+    continue_running(shell, "", out)
+}
+
+pub(super) fn start(shell: &mut DebugShell, _: &str, out: &mut String) -> CommandResult {
+    let words = shell.parse_line_location("main").map_err(|why| format!("{why}; run goes to the first breakpoint"))?;
+    rewind(shell)?;
+    shell.run_and_report(out, |session, go_on| {
+        session.run(&RunGoal { words: words.into_iter().collect(), ..RunGoal::default() }, go_on)
+    });
+    Ok(())
+}
+
+pub(super) fn jump(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    if args.is_empty() {
+        return Err("where to? jump main.c:12, jump 0x86".to_owned());
+    }
+    let word = shell.parse_line_location(args)?.first().copied().unwrap_or_default();
+    let address = shell.session.scope.chip().code_address(word);
+    shell.session.apply_action(UserAction::Set(ExpressionPlace::Pc, address.into()))?;
+    shell.registers = shell.core_registers();
+    continue_running(shell, "", out)
+}
+
+pub(super) fn until(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    if args.is_empty() {
+        note_missing_lines(shell, out);
+        return line_steps(shell, "", LineStep::Forward, out);
+    }
+    let words = shell.parse_line_location(args)?;
+    let inside = !shell.return_addresses().is_empty();
+    shell.run_and_report(out, |session, go_on| match inside {
+        true => run_out_of_subroutine(session, go_on, &mut |session| words.contains(&session.machine().pc())),
+        false => session.run(&RunGoal { words: words.into_iter().collect(), ..RunGoal::default() }, go_on),
+    });
+    Ok(())
+}
+
+pub(super) fn continue_running(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let count = shell.parse_count(args)?;
+    if count > 1 {
+        let pc = shell.session.machine().pc();
+        let here = |what: &PointTrigger| matches!(what, PointTrigger::Code(words) if words.contains(&pc));
+        let id = shell.session.points.enabled().find(|point| here(&point.trigger)).map(|point| point.id);
+        let point = id.and_then(|id| shell.session.points.get_mut(id));
+        match point {
+            Some(point) => point.ignore = count - 1,
+            None => out.push_str("note: no breakpoint has stopped it here, so the count makes no difference\n"),
+        }
+    }
+    shell.run_and_report(out, |session, go_on| session.run(&RunGoal::default(), go_on));
+    Ok(())
+}
+
+pub(super) fn until_pin(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let chip = shell.session.scope.chip();
+    let named = shell.view.as_ref().map_or_else(|| args.to_owned(), |view| chip_pin_text(view, args));
+    let own = avr::chip_pin_text(chip, &shell.session.scope.source().names.replace_channel_name(&named));
+    let (pin, level) = parse_pin_level(chip, &own)?;
+    let id = shell.session.points.add(PointTrigger::Pin(pin, Some(level)), args, true);
+    shell.run_and_report(out, |session, go_on| session.run(&RunGoal::default(), go_on));
+    shell.session.points.remove(id);
+    Ok(())
+}
+
+pub(super) fn run_to_cycle(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let cycle = shell.parse_cycle(args)?;
+    let now = shell.session.machine().cycle();
+    if cycle < now {
+        return Err(format!("cycle {cycle} is past, it is {now} now; goto-cycle goes back"));
+    }
+    shell.run_and_report(out, |session, go_on| {
+        session.run(&RunGoal { until: Some(cycle), runs_while_halted: true, ..RunGoal::default() }, go_on)
+    });
+    Ok(())
+}
+
+pub(super) fn reset(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {
+    let kinds = [
+        ("external", ResetCause::External),
+        ("power", ResetCause::PowerOn),
+        ("watchdog", ResetCause::Watchdog),
+        ("brownout", ResetCause::BrownOut),
+    ];
+    let wanted = if args.is_empty() { "external" } else { args };
+    let found = kinds.iter().find(|(name, _)| name.starts_with(wanted));
+    let (_, why) =
+        found.ok_or_else(|| format!("`{args}` is no reset; there are power, external, watchdog, brownout"))?;
+    shell.session.apply_action(UserAction::Reset(*why))?;
+    shell.report_position(out);
+    Ok(())
+}
+
+impl DebugShell {
+    /// A machine cycle or a time: `16000`, `$cycle + 100`, `10ms`.
+    pub(super) fn parse_cycle(&self, text: &str) -> Result<u64, String> {
+        if text.trim().is_empty() {
+            return Err("a cycle or a time is missing: 16000, $cycle+100, 10ms".to_owned());
+        }
+        let is_time = text.trim().ends_with(['s', 'c']) && text.trim().starts_with(|c: char| c.is_ascii_digit());
+        if is_time {
+            return self.session.clock().parse_cycles(text.trim());
+        }
+        let value = self.integer_value(text)?;
+        u64::try_from(value).map_err(|_| format!("cycle {value} is before power-up"))
+    }
+
+    /// The type of what the function of a call returns; nothing where it is not known, or `void`.
+    fn result_type(&self, frame: &CallFrame) -> Option<TypeId> {
+        let byte = frame.call_word.saturating_mul(self.session.scope.chip().word_bytes);
+        self.session.scope.calls().info.function_at(byte)?.result
+    }
+
+    /// Prints what a function has returned.
+    fn returned(&mut self, halt: &HaltResult, kind: Option<TypeId>, out: &mut String) {
+        let object = kind.and_then(|kind| self.session.scope.calls().result(kind));
+        let Some(object) = object.filter(|_| halt.reason == HaltReason::Done) else { return };
+        let machine = self.session.machine();
+        let value = object.text(&self.session.scope, machine, None);
+        let kept = DebugExpression::Object(Box::new(object)).kept(machine);
+        let number = self.session.scope.values.push(kept);
+        out.push_str(&format!("Value returned is ${number} = {value}\n"));
+    }
+
+    /// The same as [`Shell::parse_location`], but that a number alone is a line where the program has lines, as in gdb.
+    pub(super) fn parse_line_location(&self, text: &str) -> Result<Vec<u32>, String> {
+        let text = text.trim();
+        let named = text.rsplit_once(':').and_then(|(file, line)| Some((self.source_file(file)?, line.parse().ok()?)));
+        match self.parse_line_number(text).or(named) {
+            Some((file, line)) => {
+                // Of a line without code the next one is meant that has some.
+                let lines = self
+                    .session
+                    .scope
+                    .lines
+                    .all_lines()
+                    .iter()
+                    .filter(|known| *known.file == *file && known.line >= line);
+                let line = lines.map(|known| known.line).min().unwrap_or(line);
+                let scope = &self.session.scope;
+                let words = scope.source().parse_words(&format!("{file}:{line}"))?;
+                let bytes: Vec<u32> = words.iter().map(|word| word * scope.chip().word_bytes).collect();
+                Ok(scope.line_words(&bytes))
+            }
+            None => match self.session.scope.function_words(text) {
+                words if words.is_empty() => self.parse_location(text),
+                words => Ok(words),
+            },
+        }
+    }
+
+    /// Program words that a text stands for: an address, a symbol, `main.c:12`, `*EXPR`, `$pc`.
+    pub(super) fn parse_location(&self, text: &str) -> Result<Vec<u32>, String> {
+        let text = text.trim();
+        if let Some(words) = self.rung_location(text) {
+            return words;
+        }
+        let computed = text.strip_prefix('*').or_else(|| text.starts_with('$').then_some(text));
+        let Some(expr) = computed else { return self.session.scope.source().parse_words(text) };
+        let value = self.integer_value(expr)?;
+        let address = u32::try_from(value).map_err(|_| format!("`{text}` is no address: {value}"))?;
+        self.session.scope.source().parse_words(&format!("0x{address:x}"))
+    }
+}

@@ -1,0 +1,307 @@
+//! `emu debug --scenario`: what a scenario does from outside is queued before the first cycle, so that going through time again does it
+//! again. One that expects or waits is played to its end first, on a copy of the machine, since only that tells when its steps are done.
+
+use std::collections::BTreeSet;
+
+use diag::Diagnostic;
+use emu_check::{ArrivalWindow, EvaluatorPlay, ScanInputs, byte_edges};
+use emu_core::cpu::Cpu;
+use emu_core::pins::{CycleTime, PinId, PinLevel};
+use emu_debug::chip_scenario::{ChipBindings, ChipResolver, timed_drives};
+use emu_debug::debug::{
+    DebugSession, DynMachine, HaltReason, MachineWithDevices, NameScope, ObserveLevel, RunGoal, SessionOptions,
+    UserAction,
+};
+use emu_debug::run::run_with_devices;
+use emu_debug::stimulus::{ExternalDrive, check_drive_supported};
+use emu_debug::{AddressNames, AttachedDevices, CycleClock, RunPlan, TimedDrive};
+use ladder_compile::SpecialPin;
+use ladder_view::LadderView;
+use scenario::{ScenarioOutcome, ScenarioVerdict, bind};
+
+use crate::shared::fail::VerbFailure;
+use crate::shared::scenarios::ScenarioFile;
+use crate::shared::snapshots::SnapshotWriter;
+use crate::shared::{avr, family, output};
+use crate::verbs::run::scenario::ScenarioHost;
+use crate::verbs::run::scenario::ScenarioSetup;
+
+/// Machine cycles in which a chip comes to its first scan, besides periods.
+const RESET_CYCLES: u64 = 2_000_000;
+
+/// Periods in which it comes to the end of the next one.
+const MAX_PERIODS: u64 = 4;
+
+/// What is known beside the machine.
+pub(super) struct ScenarioContext<'a> {
+    /// The file of the program.
+    pub program: &'a str,
+    pub names: AddressNames<'a>,
+    pub clock: CycleClock,
+    /// Bits per second of what is sent, unless the scenario says another.
+    pub baud: u64,
+    /// The line to the chip belongs to `--uart-in`.
+    pub serial_line_taken: bool,
+    /// Pins that the command line and devices drive.
+    pub driven: Vec<PinId>,
+    /// What the command line makes of the supply, in millivolts, and when.
+    pub supplies: Vec<(CycleTime, u32)>,
+    pub snapshot_writer: SnapshotWriter,
+}
+
+impl ScenarioContext<'_> {
+    /// Why bytes cannot be sent, where they cannot.
+    fn no_serial_reason(&self) -> Option<String> {
+        self.serial_line_taken.then(|| "--uart-in has the line already".to_owned())
+    }
+}
+
+/// What is to be queued. How the scenario ends is told.
+pub(super) fn scenario_drives<C: Cpu + 'static>(
+    file: &ScenarioFile,
+    view: Option<&LadderView>,
+    (cpu, board): (C, AttachedDevices),
+    around: &ScenarioContext<'_>,
+) -> Result<Vec<TimedDrive>, VerbFailure> {
+    if let Some(view) = view {
+        match LadderPlayback::new(file, view, around) {
+            Ok(scans) => return scans.play(file, Box::new(MachineWithDevices::new(cpu, board))),
+            // A recording of such a session speaks of pins.
+            Err(faults) if faults.iter().any(|fault| fault.code == scenario::UNKNOWN_NAME) => {
+                return drives_on_image(file, (cpu, board), around).map_err(|other| match other {
+                    VerbFailure::Refused(all, _) if all.iter().any(|fault| fault.code == scenario::UNKNOWN_NAME) => {
+                        file.binding_failure(faults)
+                    }
+                    other => other,
+                });
+            }
+            Err(faults) => return Err(file.binding_failure(faults)),
+        }
+    }
+    drives_on_image(file, (cpu, board), around)
+}
+
+/// On pins, at clocks, as in `emu run`.
+fn drives_on_image<C: Cpu>(
+    file: &ScenarioFile,
+    (mut cpu, mut board): (C, AttachedDevices),
+    around: &ScenarioContext<'_>,
+) -> Result<Vec<TimedDrive>, VerbFailure> {
+    let (chip, clock) = (cpu.chip(), around.clock);
+    let refused = |faults| file.binding_failure(faults);
+    let (bound, ahead, table) = {
+        let there = |space: &str, addr: u32| cpu.peek(space, addr).is_some();
+        let has_pin = |pin: PinId| cpu.has_pin(pin);
+        let own = |name: &str| avr::chip_pin_text(chip, name);
+        let mut site = ChipResolver {
+            names: around.names,
+            clock,
+            has_byte: &there,
+            has_pin: &has_pin,
+            check_drive: &|put| check_drive_supported(&cpu, put),
+            canonical_pin_name: &own,
+            serial: (family::has_uart(chip), family::receive_pin(chip)),
+            no_snapshots: Some("a session writes its snapshots by `save`".to_owned()),
+            no_serial_input: around.no_serial_reason(),
+            bindings: ChipBindings::default(),
+        };
+        let bound = bind(&file.scenario, &mut site, Some(around.program), Some(chip.name)).map_err(refused)?;
+        bound.require_external_stimuli(&|id| site.bindings.is_external_drive(id)).map_err(refused)?;
+        let ahead = timed_drives(&file.scenario, &mut site, Some(around.program), around.baud);
+        (bound, ahead, site.bindings)
+    };
+    if let Ok(drives) = ahead {
+        let last = drives.last().map_or(0, |drive| drive.at.cycle);
+        let end = format!("up to cycle {last} ({} s)", clock.seconds(last));
+        output::print_to_stderr(&format!("scenario: nothing is expected; queued {} drive(s) {end}\n", drives.len()));
+        return Ok(drives);
+    }
+    let plan = RunPlan { limit: bound.max_cycles(clock.clocks_per_cycle), ..RunPlan::default() };
+    let cast = ScenarioSetup {
+        table,
+        supplies: around.supplies.clone(),
+        deciding: Some(bound),
+        stimuli: Vec::new(),
+        baud: around.baud,
+        recorder: None,
+        snapshot_writer: around.snapshot_writer.clone(),
+    };
+    let mut patience = |_: &[u8]| true;
+    let mut stage = ScenarioHost::new(chip, clock, cast, &mut patience)?;
+    stage.drives = Some(Vec::new());
+    stage.start(&mut cpu);
+    let ended = run_with_devices(&mut board, &mut cpu, &plan, None, &mut stage);
+    if let Some(verdict) = stage.end_scenario(&mut cpu, &ended.uart, "the run ended") {
+        let cycle = verdict.tick / u64::from(clock.clocks_per_cycle.max(1));
+        report_verdict(file, &verdict, (cycle, &format!("{} s", clock.seconds(cycle))));
+    }
+    let mut queued = stage.drives.take().unwrap_or_default();
+    // What it had done up to its end; a byte that has begun goes on.
+    let (end, line) = (CycleTime::at(cpu.cycle()), family::receive_pin(chip));
+    queued.retain(|drive| drive.at <= end || line.is_some() && drive.pin() == line);
+    queued.sort_by_key(|drive| drive.at);
+    Ok(queued)
+}
+
+/// Runs to a program word; gives the cycle, nothing where it does not come there.
+fn run_to_word(session: &mut DebugSession, word: u32, until: u64) -> Option<u64> {
+    let goal = RunGoal { until: Some(until), words: BTreeSet::from([word]), runs_while_halted: false };
+    (session.run(&goal, &mut || true).reason == HaltReason::Done).then(|| session.machine().cycle())
+}
+
+/// Tells how a scenario ended.
+fn report_verdict(file: &ScenarioFile, verdict: &ScenarioVerdict, (cycle, moment): (u64, &str)) {
+    let end = match verdict.outcome {
+        ScenarioOutcome::Passed => {
+            output::print_to_stderr(&format!(
+                "scenario: passed, {} step(s), up to cycle {cycle} ({moment})\n",
+                file.steps()
+            ));
+            return;
+        }
+        ScenarioOutcome::Failed => "failed",
+        ScenarioOutcome::NoResult => "had no result",
+    };
+    let step = verdict.step.map_or_else(String::new, |step| format!("step {step} (line {}) ", verdict.pos.line));
+    let why = verdict.why.trim_end_matches(',');
+    output::print_to_stderr(&format!("scenario: {step}{end} at cycle {cycle} ({moment}): {why}\n"));
+}
+
+/// A ladder program, scan by scan: the evaluator plays, and the chip runs beside it and says what its symbols are.
+struct LadderPlayback<'a> {
+    play: EvaluatorPlay,
+    view: &'a LadderView,
+    around: &'a ScenarioContext<'a>,
+    /// What was given up to now.
+    last: ScanInputs,
+}
+
+impl<'a> LadderPlayback<'a> {
+    fn new(
+        file: &ScenarioFile,
+        view: &'a LadderView,
+        around: &'a ScenarioContext<'a>,
+    ) -> Result<LadderPlayback<'a>, Vec<Diagnostic>> {
+        let mut play = EvaluatorPlay::new(view.program())?;
+        play.resolver().cannot_send_reason = around.no_serial_reason();
+        let bound = bind(&file.scenario, play.resolver(), Some(&view.program().file), Some(around.names.chip.name))?;
+        let site = play.resolver();
+        bound.require_external_stimuli(&|id| site.is_external_input(id))?;
+        play.add_scenario(bound);
+        let last = ScanInputs { levels: Vec::new(), conversions: Vec::new(), byte: None, arrival_scans: 0 };
+        Ok(LadderPlayback { play, view, around, last })
+    }
+
+    /// What was put on, and when: each behind the end of a scan, before the next.
+    fn play(mut self, file: &ScenarioFile, target: Box<dyn DynMachine>) -> Result<Vec<TimedDrive>, VerbFailure> {
+        let (map, chip) = (self.view.map(), self.around.names.chip);
+        let options = SessionOptions { clock: self.around.clock, history_bytes: 0, follower: None };
+        let mut session = DebugSession::new(target, NameScope::new(chip), options);
+        let places: Vec<_> = self.view.symbols().into_iter().map(|(_, place)| place).collect();
+        let period = map.cycle.num / map.cycle.den.max(1);
+        let (start, end) = (self.view.scan_start(), map.scan_end / chip.word_bytes.max(1));
+        let mut begun: Option<u64> = None;
+        let why = loop {
+            let read = |symbol: usize| {
+                places.get(symbol).and_then(|place| place.value(session.machine())).map_or(0, |value| value as i32)
+            };
+            let goes_on = self.play.scan_with_chip(Some(&read));
+            self.play.take_log().iter().for_each(|line| output::print_to_stderr(&format!("{line}\n")));
+            if !goes_on {
+                break "it was stopped";
+            }
+            let first = begun.is_none() && session.machine().pc() == start;
+            self.drive_changes(&mut session, begun, (period, start)).map_err(VerbFailure::Usage)?;
+            let until = session.machine().cycle().saturating_add(MAX_PERIODS * period + RESET_CYCLES);
+            // A controller begins with its program.
+            begun = if first { Some(session.machine().cycle()) } else { run_to_word(&mut session, start, until) };
+            // Where a scan ends with its first instruction there is nothing more to run.
+            if begun.is_none() || (first || end != start) && run_to_word(&mut session, end, until).is_none() {
+                break "the chip did not come to the end of a scan";
+            }
+        };
+        let verdict = self.play.finish(why);
+        report_verdict(file, &verdict, (session.machine().cycle(), &verdict.tick_text));
+        let drive = |(_, action): (u64, &UserAction)| match action {
+            UserAction::Drive(drive) => Some(*drive),
+            _ => None,
+        };
+        Ok(session.input_events().filter_map(drive).collect())
+    }
+
+    /// Drives what is another now than it was. `begun`: the start of the scan that has ended.
+    fn drive_changes(
+        &mut self,
+        session: &mut DebugSession,
+        begun: Option<u64>,
+        (period, start): (u64, u32),
+    ) -> Result<(), String> {
+        let next = self.play.scan_inputs();
+        let (chip, at) = (self.around.names.chip, CycleTime::at(session.machine().cycle()));
+        let pin = |name: &str| chip.pin(&self.view.pin_assignment(name));
+        let mut puts = Vec::new();
+        // Inputs are low at first.
+        for (name, level) in &next.levels {
+            let old = self.last.levels.iter().find(|(other, _)| other == name).is_some_and(|(_, level)| *level);
+            puts.extend(
+                pin(name).filter(|_| old != *level).map(|pin| ExternalDrive::Level(pin, PinLevel::from_bit(*level))),
+            );
+        }
+        for (name, count) in &next.conversions {
+            let old = self.last.conversions.iter().find(|(other, _)| other == name).map(|(_, count)| *count);
+            let mine = |pin: &PinId| old.is_some() || !self.around.driven.contains(pin);
+            puts.extend(
+                pin(name).filter(|_| old != Some(*count)).filter(mine).map(|pin| ExternalDrive::Counts(pin, *count)),
+            );
+        }
+        for put in puts {
+            session.apply_action(UserAction::Drive(TimedDrive { at, drive: put }))?;
+        }
+        if let Some(byte) = next.byte {
+            self.send(session, byte, next.arrival_scans, begun, (period, start))?;
+        }
+        self.last = next;
+        Ok(())
+    }
+
+    /// A byte on its way to the chip, such that it arrives while the chip waits for a scan.
+    fn send(
+        &self,
+        session: &mut DebugSession,
+        byte: u8,
+        arrives: u64,
+        begun: Option<u64>,
+        (period, start): (u64, u32),
+    ) -> Result<(), String> {
+        let line = self.view.map().specials.iter().find_map(|special| match special {
+            SpecialPin::Receive { pin, baud } => Some((self.around.names.chip.pin(pin)?, *baud)),
+            _ => None,
+        });
+        let Some((pin, baud)) = line else { return Ok(()) };
+        // Before the first scan nobody listens yet: a copy of the machine tells when that is.
+        let begun = begun.unwrap_or_else(|| {
+            let mut copy = session.machine().fork();
+            copy.set_breakpoints(&BTreeSet::from([start]));
+            copy.run(copy.cycle().saturating_add(MAX_PERIODS * period + RESET_CYCLES), ObserveLevel::Nothing, &mut ());
+            copy.cycle().saturating_sub(period)
+        });
+        let clocks = u64::from(self.around.clock.clocks_per_cycle.max(1));
+        let busy = u64::from(self.view.map().worst_scan_cycles).saturating_add(self.view.map().poll_cycles.into());
+        let slot = ArrivalWindow {
+            hz: self.around.clock.hz,
+            baud,
+            now: session.machine().cycle().max(begun).saturating_add(1).saturating_mul(clocks),
+            scan: (begun.saturating_mul(clocks), busy.saturating_mul(clocks)),
+            period: period.saturating_mul(clocks),
+            scans_later: arrives + 1,
+        };
+        for (clock, high) in byte_edges(byte, slot) {
+            let at = CycleTime { cycle: clock / clocks, phase: (clock % clocks) as u8 };
+            session.apply_action(UserAction::Drive(TimedDrive {
+                at,
+                drive: ExternalDrive::Level(pin, PinLevel::from_bit(high)),
+            }))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,52 @@
+//! Source lines between the instructions.
+
+use diag::{Diagnostic, Severity};
+use emu_core::image::SourceLines;
+use emu_debug::ProgramSource;
+
+use super::DisasmArgs;
+use crate::shared::codes::NO_LINES;
+use crate::shared::codes::file_error;
+use crate::shared::report::FileTexts;
+use crate::shared::report::MessageStyle;
+use crate::shared::report::report_diagnostics;
+use crate::shared::sources::SourceFiles;
+
+/// Source lines between the instructions.
+pub(super) struct SourceLineListing<'a> {
+    lines: &'a SourceLines,
+    sources: SourceFiles,
+    /// The line of the instruction before.
+    last: Option<String>,
+}
+
+impl<'a> SourceLineListing<'a> {
+    /// The lines of the image that the arguments name.
+    pub(super) fn new(args: &DisasmArgs, lines: &'a SourceLines, terminal: &MessageStyle) -> SourceLineListing<'a> {
+        if lines.all_lines().is_empty() && lines.warnings().is_empty() {
+            let hint = "give an ELF file that was compiled with -gdwarf-4, or files of symbols with --symbols";
+            let none = file_error(NO_LINES, &args.image, "there are no source lines".to_owned(), hint);
+            report_diagnostics(terminal, &[Diagnostic { severity: Severity::Warning, ..none }], FileTexts::NONE);
+        }
+        let files = std::iter::once(&args.image).chain(&args.symbols).map(String::as_str);
+        SourceLineListing { lines, sources: SourceFiles::new(files), last: None }
+    }
+
+    /// Line and text at a program word.
+    pub(super) fn line_at(&mut self, word: u32, source: &ProgramSource<'_>) -> Option<(String, Option<&str>)> {
+        let line = source.line_at(word)?;
+        Some((format!("{}:{}", line.file, line.line), self.sources.text(self.lines, line)))
+    }
+
+    /// Line and text at a program word, where they are others than at the one before: `; main.c:12: x = 1;`.
+    pub(super) fn heading(&mut self, word: u32, source: &ProgramSource<'_>) -> Option<String> {
+        let (line, text) = self.line_at(word, source).map(|(line, text)| (Some(line), text)).unwrap_or_default();
+        let heading = line.as_ref().map(|line| match text {
+            Some(text) => format!("; {line}: {text}\n"),
+            None => format!("; {line}\n"),
+        });
+        let new = line != self.last;
+        self.last = line;
+        heading.filter(|_| new)
+    }
+}

@@ -1,0 +1,29 @@
+//! `emu draw`: the rungs of a ladder program as text.
+
+use clap::Args;
+
+use crate::args::LadderFlags;
+use crate::shared::fail::VerbFailure;
+use crate::shared::fail::exit;
+use crate::shared::report::MessageStyle;
+use crate::shared::{input, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  emu draw examples/welder.ld
+  emu draw - < welder.ld | less -S";
+
+/// Flags of `emu draw`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct DrawArgs {
+    #[command(flatten)]
+    program: LadderFlags,
+}
+
+/// Draws a program. Programs that cannot run can still be drawn.
+pub fn draw(args: &DrawArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    let read = input::read_program(&args.program.file, args.program.dialect, false, terminal)?;
+    output::print(ladder::draw(&read.program))?;
+    Ok(exit::OK)
+}

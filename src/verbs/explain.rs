@@ -1,0 +1,100 @@
+//! `emu explain`: more about the code of a message.
+
+use clap::Args;
+use diag::DiagnosticCode;
+
+use crate::shared::fail::VerbFailure;
+use crate::shared::fail::exit;
+use crate::shared::{codes, output};
+use crate::verbs::{lockstep, run};
+use diag::nearest;
+
+const EXAMPLES: &str = "\
+Examples:
+  emu explain HEX006     what it means and how to mend it
+  emu explain HEX        all codes that begin with HEX
+  emu explain            all codes";
+
+/// Characters in a line of explanation.
+const WIDTH: usize = 100;
+
+/// Flags of `emu explain`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct ExplainArgs {
+    /// A code such as HEX006, or the beginning of several; without it all codes are listed.
+    #[arg(value_name = "CODE")]
+    pub code: Option<String>,
+}
+
+/// Every code that `emu` prints, in order.
+pub fn all_codes() -> Vec<&'static DiagnosticCode> {
+    let tables = [
+        codes::CODES,
+        run::COVER_CODES,
+        lockstep::CODES,
+        emu_core::image::IMAGE_CODES,
+        emu_core::image::OMF_CODES,
+        emu_core::image::LINE_CODES,
+        emu_core::image::SYMBOL_CODES,
+        emu_asm::CODES,
+        emu_core::lint::LINT_CODES,
+        emu_ap101::config::CONFIG_CODES,
+        ladder::CODES,
+        ladder_compile::CODES,
+        ladder_view::CODES,
+        emu_check::via::CODES,
+        emu_debug::snapshot::CODES,
+        emu_check::CODES,
+        emu_check::FOREIGN_CODES,
+        scenario::CODES,
+    ];
+    let mut all: Vec<&DiagnosticCode> = tables.into_iter().flatten().collect();
+    all.sort_by_key(|c| c.code);
+    all
+}
+
+/// The row of a code.
+pub fn find_code(code: &str) -> Option<&'static DiagnosticCode> {
+    all_codes().into_iter().find(|c| c.code == code)
+}
+
+/// Explains a code, or lists them.
+pub fn explain(args: &ExplainArgs) -> Result<u8, VerbFailure> {
+    let wanted = args.code.as_deref().unwrap_or_default().trim().to_ascii_uppercase();
+    let all = all_codes();
+    if let Some(code) = find_code(&wanted) {
+        output::print(format!("{}: {}\n\n{}", code.code, code.title, wrapped(code.explain)))?;
+        return Ok(exit::OK);
+    }
+    let listed: String =
+        all.iter().filter(|c| c.code.starts_with(&wanted)).map(|c| format!("{}  {}\n", c.code, c.title)).collect();
+    if listed.is_empty() {
+        let near = nearest(&wanted, all.iter().map(|c| c.code));
+        let hint = near.map_or("`emu explain` lists all codes".to_owned(), |near| format!("did you mean {near}?"));
+        return Err(VerbFailure::Usage(format!("there is no code `{wanted}`; {hint}")));
+    }
+    output::print(listed)?;
+    Ok(exit::OK)
+}
+
+fn wrapped(text: &str) -> String {
+    let mut out = String::new();
+    for paragraph in text.lines() {
+        let mut length = 0;
+        for word in paragraph.split_whitespace() {
+            let size = word.chars().count();
+            if length > 0 && length + 1 + size > WIDTH {
+                out.push('\n');
+                length = 0;
+            } else if length > 0 {
+                out.push(' ');
+                length += 1;
+            }
+            out.push_str(word);
+            length += size;
+        }
+        out.push('\n');
+    }
+    out
+}

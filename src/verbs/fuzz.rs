@@ -1,0 +1,275 @@
+//! `emu fuzz`: random programs, compiled and checked on a chip of each family, in shards whose records are added again.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use emu_check::fuzz::{self, CampaignFinding, CampaignPlan, CampaignRecord, CampaignShard, FAMILIES, ProgramTrial};
+use indicatif::{ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+
+use crate::shared::codes::CAMPAIGN_RECORD;
+use crate::shared::codes::file_error;
+use crate::shared::fail::VerbFailure;
+use crate::shared::fail::exit;
+use crate::shared::family::ChipChoice;
+use crate::shared::family::ChipChoiceParser;
+use crate::shared::report::FileTexts;
+use crate::shared::report::MessageStyle;
+use crate::shared::{input, output};
+
+const EXAMPLES: &str = "\
+Examples:
+  emu fuzz --mcu all --programs 1000
+  emu fuzz --mcu all --programs 10000 --seed 7 --shard 3/16 --out part3.json --resume --save found
+  emu fuzz --merge part*.json --out whole.json
+  emu fuzz --mcu pic16f873 --programs 200 --scans 1000 --json
+
+Program n of a seed is the same in any shard and with any number of jobs, so a campaign can be spread over machines.
+
+Exit codes: 0 no difference; 1 chip and reference differ somewhere, and the smallest program that shows it is told; 3 a record
+cannot be used; 5 the records that were added are not yet the whole campaign.";
+
+/// Time after which a bar shows how far the campaign is.
+const PROGRESS_DELAY: Duration = Duration::from_secs(1);
+
+/// Time after which what is done is written. With the batch that is running it is at most about a second's work that gets lost,
+/// or one program of each job.
+const SAVE_INTERVAL: Duration = Duration::from_millis(500);
+
+/// Most programs of a job before results are collected.
+const BATCH: usize = 16;
+
+/// Programs beyond their time after which a campaign ends: each may keep a processor busy for as long as it goes on.
+const TIMED_OUT_MAX: usize = 8;
+
+/// The largest figure of a record that is believed; sums of very many of them still fit.
+const FIGURE_MAX: u64 = 1 << 48;
+
+/// Flags of `emu fuzz`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct FuzzArgs {
+    /// The chips, separated by commas, or `all` for one of each family.
+    #[arg(long, value_name = "CHIP", value_parser = ChipChoiceParser { compiled: true }, hide_possible_values = true, value_delimiter = ',', required_unless_present = "merge")]
+    mcu: Vec<ChipChoice>,
+    /// Number of programs, numbered from 0.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), required_unless_present = "merge")]
+    programs: Option<u64>,
+    /// Seed of the programs and of everything random in their checks. It is fixed unless given, so that runs can be repeated.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Scans of each check.
+    #[arg(long, value_name = "K", default_value_t = 250, value_parser = clap::value_parser!(u64).range(1..))]
+    scans: u64,
+    /// Programs at a time; by default as many as there are processors.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: Option<u16>,
+    /// Only every N-th program, beginning with the I-th.
+    #[arg(long, value_name = "I/N", value_parser = shard, default_value = "1/1")]
+    shard: CampaignShard,
+    /// Longest time for a program on a chip, in seconds; one that takes longer is saved and counted as a finding.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "60")]
+    timeout: Duration,
+    /// Folder for the programs that show a difference, each with the command that replays it. It is made at the start.
+    #[arg(long, value_name = "DIR")]
+    save: Option<String>,
+    /// File for the record, written at the start, about every second and at the end, always whole.
+    #[arg(long, value_name = "FILE.json")]
+    out: Option<String>,
+    /// Go on where the record of --out stands, if there is one.
+    #[arg(long, requires = "out")]
+    resume: bool,
+    /// Add the records of shards instead, and tell whether they are the whole campaign.
+    #[arg(long, value_name = "FILE.json", num_args = 1.., conflicts_with_all = ["mcu", "programs", "resume", "shard"])]
+    merge: Vec<String>,
+    /// The record as one JSON document.
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn shard(text: &str) -> Result<CampaignShard, String> {
+    let numbers = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
+    match numbers {
+        Some((index, of)) if (1..=of).contains(&index) => Ok(CampaignShard { index, of, done: 0 }),
+        _ => Err("write I/N with I from 1 to N, such as 3/16".to_owned()),
+    }
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let limit = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    limit.filter(|limit| !limit.is_zero()).ok_or_else(|| "write seconds above 0, such as 60 or 0.5".to_owned())
+}
+
+/// Runs a campaign or a shard of one, or adds records.
+pub fn fuzz(args: &FuzzArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    let printed = if args.json { "--json" } else { "the figures" };
+    let outputs: Vec<_> =
+        std::iter::once((printed, "-")).chain(args.out.as_deref().map(|out| ("--out", out))).collect();
+    output::check_distinct_outputs(&outputs)?;
+    args.merge.iter().try_for_each(|file| output::check_input_not_overwritten(file, &outputs))?;
+    if !args.merge.is_empty() {
+        return merge(args);
+    }
+    let mut mcus: Vec<String> = Vec::new();
+    for which in &args.mcu {
+        let named = match which {
+            ChipChoice::All => FAMILIES.to_vec(),
+            ChipChoice::One(chip) => vec![chip.name],
+        };
+        mcus.extend(named.into_iter().map(str::to_owned).filter(|name| !mcus.contains(name)).collect::<Vec<_>>());
+    }
+    let plan = CampaignPlan { seed: args.seed, programs: args.programs.unwrap_or(1), scans: args.scans, mcus };
+    let mut record = CampaignRecord::new(plan, args.shard);
+    if let (true, Some(out)) = (args.resume, &args.out)
+        && Path::new(out).exists()
+    {
+        record = resume_record(out, record)?;
+    }
+    let Some(CampaignShard { done, .. }) = record.shards.first().copied() else { return Ok(exit::OK) };
+    let mine = args.shard.program_count(record.plan.programs);
+    let jobs = args.jobs.unwrap_or(0);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs.into()).build();
+    let pool = pool.map_err(|error| VerbFailure::Usage(format!("no threads for --jobs {jobs}: {error}")))?;
+    let threads = pool.current_num_threads();
+    make_save_folder(args)?;
+    // What was found before and could not be saved is saved now.
+    save_record(args, &record, &record.findings)?;
+    if mine == 0 {
+        let CampaignShard { index, of, .. } = args.shard;
+        output::print_to_stderr(&format!("note: shard {index}/{of} has none of {} programs\n", record.plan.programs));
+    }
+    let (start, mut saved) = (Instant::now(), Instant::now());
+    let (mut bar, mut next, mut batch, mut timed_out) = (None, done, threads, 0);
+    while next < mine && timed_out < TIMED_OUT_MAX {
+        let numbers: Vec<u64> = (next..mine).take(batch).map(|k| args.shard.program_number(k)).collect();
+        next += numbers.len() as u64;
+        let (plan, begun) = (&record.plan, Instant::now());
+        let trial = |&number| fuzz::run_trial(plan, number, args.timeout);
+        let trials: Vec<ProgramTrial> = pool.install(|| numbers.par_iter().map(trial).collect());
+        timed_out += trials.iter().map(ProgramTrial::timed_out_chips).sum::<usize>();
+        // Jobs wait for each other at the end of a batch, so it is made longer, but not for long.
+        batch = if begun.elapsed() > SAVE_INTERVAL / 2 { threads } else { (batch * 2).min(threads * BATCH) };
+        trials.iter().for_each(|trial| record.add_trial(trial));
+        let found: Vec<CampaignFinding> = trials.iter().flat_map(|trial| trial.findings().to_vec()).collect();
+        if saved.elapsed() >= SAVE_INTERVAL || !found.is_empty() {
+            save_record(args, &record, &found)?;
+            saved = Instant::now();
+        }
+        if terminal.is_terminal && start.elapsed() >= PROGRESS_DELAY {
+            let done = record.shards.first().map_or(0, |shard| shard.done);
+            bar.get_or_insert_with(|| progress_bar(mine)).set_position(done);
+        }
+    }
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    save_record(args, &record, &[])?;
+    if timed_out >= TIMED_OUT_MAX && next < mine {
+        output::print_to_stderr(&format!(
+            "note: the campaign ends early: {timed_out} programs took longer than {} s and may still run beside it; \
+             --resume goes on behind them\n",
+            args.timeout.as_secs_f64()
+        ));
+    }
+    finish(args, &record)
+}
+
+/// Adds records.
+fn merge(args: &FuzzArgs) -> Result<u8, VerbFailure> {
+    let records =
+        args.merge.iter().map(|file| read_record(file)).collect::<Result<Vec<CampaignRecord>, VerbFailure>>()?;
+    let first = args.merge.first().map_or("-", String::as_str);
+    let sum = CampaignRecord::merge_shards(records)
+        .map_err(|why| refused(first, why, "give each shard of one campaign once"))?;
+    make_save_folder(args)?;
+    save_record(args, &sum, &sum.findings)?;
+    let code = finish(args, &sum)?;
+    Ok(if code == exit::OK && !sum.complete { exit::LIMIT } else { code })
+}
+
+/// The result out.
+fn finish(args: &FuzzArgs, record: &CampaignRecord) -> Result<u8, VerbFailure> {
+    if args.json {
+        output::print_json(record)?;
+    } else {
+        output::print(record.text())?;
+    }
+    Ok(if record.findings.is_empty() { exit::OK } else { exit::FAILED })
+}
+
+/// Makes the folder of --save. A campaign of days must not find out at its first difference that it cannot.
+fn make_save_folder(args: &FuzzArgs) -> Result<(), VerbFailure> {
+    args.save.as_deref().map_or(Ok(()), output::ensure_writable_folder)
+}
+
+/// Writes the record, whole or not at all, and then the programs that show something: where there is no room for them, the
+/// record has them.
+fn save_record(args: &FuzzArgs, record: &CampaignRecord, found: &[CampaignFinding]) -> Result<(), VerbFailure> {
+    if let Some(out) = &args.out {
+        let text = serde_json::to_string_pretty(record).map_err(|e| VerbFailure::write_failed(out, &e.into()))?;
+        output::write_files(&[(out, (text + "\n").as_bytes())])?;
+    }
+    let Some(folder) = &args.save else { return Ok(()) };
+    found.iter().try_for_each(|finding| {
+        let file = Path::new(folder).join(&finding.file);
+        output::write_files(&[(&file.to_string_lossy(), finding.program.as_bytes())])
+    })
+}
+
+/// A figure that is too large to be added up with others.
+fn oversized_figure(value: &serde_json::Value) -> Option<u64> {
+    use serde_json::Value;
+    match value {
+        Value::Number(figure) => figure.as_u64().filter(|&figure| figure > FIGURE_MAX),
+        Value::Array(values) => values.iter().find_map(oversized_figure),
+        Value::Object(values) => values.values().find_map(oversized_figure),
+        Value::Null | Value::Bool(_) | Value::String(_) => None,
+    }
+}
+
+fn read_record(file: &str) -> Result<CampaignRecord, VerbFailure> {
+    let bytes = input::read_bytes(file)?;
+    let record: CampaignRecord = serde_json::from_slice(&bytes).map_err(|error| {
+        refused(file, format!("is no record of a campaign: {error}"), "give a file of emu fuzz --out")
+    })?;
+    if record.schema != fuzz::FUZZ_SCHEMA {
+        let cause = format!("has the schema {}, known is {}", record.schema, fuzz::FUZZ_SCHEMA);
+        return Err(refused(file, cause, "take the emu that wrote it"));
+    }
+    let figures = serde_json::json!([record.tallies, record.shards.iter().map(|shard| shard.done).collect::<Vec<_>>()]);
+    if let Some(figure) = oversized_figure(&figures) {
+        let cause = format!("has the figure {figure}, which no campaign reaches");
+        return Err(refused(file, cause, "give a file of emu fuzz --out"));
+    }
+    // Programs are written into the folder of --save and nowhere else.
+    let plain = |name: &str| Path::new(name).file_name().is_some_and(|own| own == name);
+    if let Some(finding) = record.findings.iter().find(|finding| !plain(&finding.file)) {
+        let cause = format!("has a program whose file is no plain name: {:?}", finding.file);
+        return Err(refused(file, cause, "give a file of emu fuzz --out"));
+    }
+    Ok(record)
+}
+
+/// The record of a shard that was begun, where it is the one that `wanted` begins.
+fn resume_record(file: &str, wanted: CampaignRecord) -> Result<CampaignRecord, VerbFailure> {
+    let found = read_record(file)?;
+    let place = |record: &CampaignRecord| record.shards.iter().map(|shard| (shard.index, shard.of)).collect::<Vec<_>>();
+    if found.plan != wanted.plan || place(&found) != place(&wanted) {
+        let cause = "is the record of another campaign or shard".to_owned();
+        return Err(refused(file, cause, "give the same flags as before, or another --out"));
+    }
+    found
+        .check_shards()
+        .map_err(|cause| refused(file, cause, "give the record as emu fuzz wrote it, or another --out"))?;
+    Ok(found)
+}
+
+fn refused(file: &str, cause: String, hint: &str) -> VerbFailure {
+    VerbFailure::Refused(vec![file_error(CAMPAIGN_RECORD, file, cause, hint)], FileTexts::default())
+}
+
+fn progress_bar(total: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} programs");
+    ProgressBar::new(total).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}

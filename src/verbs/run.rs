@@ -1,0 +1,243 @@
+//! `emu run`: an image on an emulated chip, headless.
+
+mod cod;
+mod cover;
+mod cycle_profile;
+mod headless;
+mod lint;
+mod plan;
+mod rungs;
+pub mod scenario;
+mod signals;
+mod snapshot;
+mod summary;
+mod trace;
+
+use std::time::Duration;
+
+use clap::Args;
+use emu_core::chip::Chip;
+use emu_core::cpu::RamInit;
+use emu_debug::text_escapes::unescape;
+use emu_debug::time;
+
+use crate::shared::fail::VerbFailure;
+use crate::shared::family::visit_machine;
+use crate::shared::machine::MachineArgs;
+use crate::shared::machine::MachineOptions;
+use crate::shared::machine::WiredMachine;
+use crate::shared::report::MessageStyle;
+use crate::shared::snapshots::SnapshotWriter;
+use crate::shared::{family, input, output, snapshots};
+use crate::verbs::run::lint::LintMode;
+use headless::HeadlessRun;
+pub use rungs::CODES as COVER_CODES;
+use snapshot::RunSnapshots;
+
+const EXAMPLES: &str = "\
+Examples:
+  emu run blink.hex --mcu atmega328p --for 2s --vcd blink.vcd
+  emu run hello.elf --mcu atmega328p --uart - --expect-uart 'done\\n' --fail-uart FAIL
+  emu run press.hex --mcu atmega328p --set PD2=1 --at 10ms:PD2=0 --until 'pin PB5=1' --for 1s
+  emu run app.elf --mcu atmega328p --until pc=main --peek data:0x100..0x120 --json
+  emu run app.elf --mcu atmega328p --until pc=main.c:12 --peek buf
+  emu run blink.hex --mcu atmega328p --scenario blink.toml --record again.toml
+  emu run test.ihx --mcu at89s52 --symbols test.map --until 'read xdata:0x7654' --uart -
+
+Exit codes: 0 halted, or what was waited for came, or a limit that was asked for; 1 --fail-uart was seen, or the program
+halted while --until or --expect-uart still waited, or --lint=error found something, or an expectation of --scenario was not met; 4 a fault of the program; 5 a limit
+came while something still waited, or the default limit of 60 s of the chip's time, or --timeout, or Ctrl-C.";
+
+/// Simulated time after which a run without a limit ends.
+const DEFAULT_LIMIT: &str = "60s";
+
+/// Flags of `emu run`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct RunArgs {
+    /// A HEX or ELF file, for the 8051 family also an absolute object file (OMF-51), or an assembly source by its name (.asm, .s, .a51,
+    /// .src), which is assembled on the fly; - is standard
+    /// input.
+    #[arg(value_name = "IMAGE")]
+    image: String,
+    #[command(flatten)]
+    machine: MachineArgs,
+    /// End after this much of the chip's time: 2s, 10ms, 2.5us, 100ns, or 1000c (machine cycles). Default 60s.
+    #[arg(long = "for", value_name = "TIME", conflicts_with = "cycles")]
+    time: Option<String>,
+    /// End after this many machine cycles.
+    #[arg(long, value_name = "N")]
+    cycles: Option<u64>,
+    /// What RAM and registers hold after power-up: random:SEED, zero, or trap: zero, and reading RAM that the program has
+    /// not written ends the run with exit code 4.
+    #[arg(long, value_name = "FILL", default_value = "zero", value_parser = parse_ram)]
+    ram: RamChoice,
+    /// End when this comes true: pc=0x1a2 (byte address, on PIC16 a word address), pc=main or pc=main+0x4 (symbol), pc=main.c:12
+    /// (source line), fetch=2 (AP101: fetched and not yet executed), 'pin PB5=1' (or 0, or z), 'write data:0x100', 'read xdata:0x7654', 'write buf' (all bytes of a variable),
+    /// 'uart "text"'. Repeatable; any of them ends the run.
+    #[arg(long, value_name = "COND")]
+    until: Vec<String>,
+    /// Show memory at the end: data:0x100..0x120 (end excluded), flash:0, sfr:P1, bit:0x20.3; names of registers and of
+    /// the program are addresses too, with all bytes of a variable whose size is known: data:buf, data:buf+2, or buf where only
+    /// one memory has that name. Repeatable.
+    #[arg(long, value_name = "RANGE")]
+    peek: Vec<String>,
+    /// Write the pins and the bytes sent as a waveform (VCD); - is standard output.
+    #[arg(long, value_name = "FILE")]
+    vcd: Option<String>,
+    /// Write what the chip sends over its first serial port, raw, to a file; with - it alone is standard output.
+    #[arg(long, value_name = "FILE")]
+    uart: Option<String>,
+    /// End well when this was sent; \n \r \t \0 \\ \" \xNN are known. Exit code 1 or 5 when it never comes. With --scenario the run goes
+    /// on to the end of that.
+    #[arg(long, value_name = "TEXT", value_parser = |t: &str| unescape(t).map(EscapedBytes))]
+    expect_uart: Option<EscapedBytes>,
+    /// End with exit code 1 when this was sent; escapes as in --expect-uart.
+    #[arg(long, value_name = "TEXT", value_parser = |t: &str| unescape(t).map(EscapedBytes))]
+    fail_uart: Option<EscapedBytes>,
+    /// End with exit code 5 after this much of the host's time: 30s, 500ms.
+    #[arg(long, value_name = "TIME", value_parser = time::parse_duration)]
+    timeout: Option<Duration>,
+    /// Tell what the program does that is allowed, but seldom meant, each with its code, place and count. HOW is warn, as it is
+    /// without it, or error: a run that would end with exit code 0 then ends with 1. On every chip: RAM that is read before it
+    /// was written. On AVR also registers, the stack over data or heap, reserved addresses and bits, baud rates, interrupts
+    /// without a service routine, pins that float. On PIC16 also analog pins that are read, latches changed along with others, the stack, PCLATH, service
+    /// routines that do not save W, STATUS or PCLATH, SLEEP that does nothing.
+    #[arg(long, value_name = "HOW", num_args = 0..=1, require_equals = true, default_missing_value = "warn")]
+    #[arg(hide_possible_values = true)]
+    lint: Option<LintMode>,
+    #[command(flatten)]
+    scenes: scenario::ScenarioFlags,
+    /// One JSON document on standard output.
+    #[arg(long)]
+    pub json: bool,
+    #[command(flatten)]
+    cover: cover::CoverArgs,
+    #[command(flatten)]
+    trace: trace::TraceFlags,
+    #[command(flatten)]
+    snapshot: snapshot::SnapshotFlags,
+    /// Carry out the messages in this .cod file, as gpsim does: parts outside the chip, commands, assertions. The program passes
+    /// (exit code 0, else 1, and 4 when it does what is no instruction) when the first message that halts it says PASSED. Runs
+    /// without start-up times, at the frequency of --clock, else at the one that the messages give, else at 20 MHz or the chip's
+    /// most; the file gives the symbols too.
+    #[arg(long, value_name = "FILE", help_heading = "Only for the PIC16 family", conflicts_with_all = ["until", "peek", "vcd", "uart", "uart_in", "expect_uart", "fail_uart", "timeout", "lint", "attach", "trace"])]
+    cod: Option<String>,
+}
+
+/// Bytes (a type of its own, since clap takes a list of bytes for a repeated flag).
+#[derive(Debug, Clone)]
+struct EscapedBytes(Vec<u8>);
+
+/// What RAM holds after power-up, as `--ram` gives it.
+#[derive(Debug, Clone, Copy)]
+pub enum RamChoice {
+    /// Bytes that may be read.
+    Fill(RamInit),
+    /// Bytes that must be written first.
+    Trap,
+}
+
+/// Reads the value of `--ram`.
+pub fn parse_ram(text: &str) -> Result<RamChoice, String> {
+    match text.split_once(':') {
+        None if text == "zero" => Ok(RamChoice::Fill(RamInit::Zero)),
+        None if text == "trap" => Ok(RamChoice::Trap),
+        Some(("random", seed)) => {
+            let seed = seed.parse().map_err(|_| format!("`{seed}` is no seed; write a number, as in random:1"))?;
+            Ok(RamChoice::Fill(RamInit::Random(seed)))
+        }
+        _ => Err("write random:SEED, zero or trap".to_owned()),
+    }
+}
+
+/// Runs an image.
+pub fn run<'a>(args: &'a RunArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    let machine = &args.machine;
+    let stdout = ("--json", if args.json { "-" } else { "" });
+    let file = |file: &'a Option<String>| file.as_deref().unwrap_or("");
+    let outputs = [
+        stdout,
+        ("--uart", file(&args.uart)),
+        ("--vcd", file(&args.vcd)),
+        ("--trace", file(&args.trace.trace)),
+        ("--snapshot-out", file(&args.snapshot.snapshot_out)),
+        ("--eeprom", file(&machine.eeprom)),
+    ];
+    let held = machine.attach.iter().map(|attached| ("--attach", file(&attached.file)));
+    let recorded = ("--record", file(&args.scenes.record));
+    let outputs = outputs.into_iter().chain([recorded]).chain(args.cover.outputs()).chain(held);
+    let used: Vec<_> = outputs.filter(|(_, file)| !file.is_empty()).collect();
+    output::check_distinct_outputs(&used)?;
+    let scenes = args.scenes.scenario.iter().chain(&args.scenes.stimulus);
+    let inputs = std::iter::once(&args.image).chain(&machine.symbols).chain(&args.snapshot.snapshot_in);
+    let also = args.trace.inputs().chain(args.cover.inputs());
+    let mut taken: Vec<String> = inputs.chain(scenes).chain(also).cloned().collect();
+    for file in &taken {
+        output::check_input_not_overwritten(file, &used)?;
+    }
+    taken.extend(used.iter().map(|(_, file)| (*file).to_owned()));
+    if matches!(args.ram, RamChoice::Trap) && args.snapshot.snapshot_in.is_some() {
+        let why = "--ram trap and --snapshot-in do not go together: a snapshot does not say what of RAM was written";
+        return Err(VerbFailure::Usage(why.to_owned()));
+    }
+    let chosen = machine.mcu.choose_chip(&args.image)?;
+    let chip = chosen.chip;
+    let to_stdout = used.iter().any(|(_, file)| output::is_stdout(file));
+    check_serial_flags(args, chip)?;
+    let cod = &args.cod;
+    let mut script = cod.as_deref().map(|file| cod::read_script(file, chip)).transpose()?;
+    let clock = match (&mut script, cod) {
+        (Some(script), Some(file)) => Some(cod::script_clock(script, file, machine.clock, chip)?),
+        _ => chosen.clock(machine.clock),
+    };
+    let ram = match args.ram {
+        RamChoice::Fill(init) => init,
+        RamChoice::Trap => RamInit::Zero,
+    };
+    let start_up = !machine.no_start_up && script.is_none();
+    let symbols: Vec<String> = machine.symbols.iter().chain(cod).cloned().collect();
+    let wired =
+        machine.wire_machine(chip, &MachineOptions { ram, bus: args.vcd.is_some(), clock, start_up }, || {
+            input::read_image_with_symbols(&args.image, &symbols, chip, terminal)
+        })?;
+    chosen.report_simavr_requests(&wired.image, args.vcd.is_some());
+    let WiredMachine { image, mut setup, hz, avr, eeprom, devices: bench } = wired;
+    // gpsim's own programs convert without a wait.
+    setup.pic16.ideal_acquisition = script.is_some();
+    let shelf = SnapshotWriter { head: snapshots::snapshot_header(chip, &image, &setup), protected_files: taken };
+    let snapshots = RunSnapshots::open(&args.snapshot, shelf.head.clone())?;
+    let pic16 = setup.pic16;
+    let headless = HeadlessRun {
+        args,
+        image: &image,
+        script,
+        hz,
+        avr,
+        pic16,
+        eeprom,
+        snapshots,
+        snapshot_writer: shelf,
+        devices: bench,
+        to_stdout,
+        terminal,
+    };
+    visit_machine(chip, &image, &setup, headless)
+}
+
+/// Refuses flags that wait for bytes of a serial port on a chip that has none.
+fn check_serial_flags(args: &RunArgs, chip: &Chip) -> Result<(), VerbFailure> {
+    let given = [
+        ("--uart", args.uart.is_some()),
+        ("--uart-in", !args.machine.uart_in.is_empty()),
+        ("--expect-uart", args.expect_uart.is_some()),
+        ("--fail-uart", args.fail_uart.is_some()),
+        ("--until 'uart ..'", args.until.iter().any(|text| text.trim().starts_with("uart"))),
+    ];
+    match given.into_iter().find(|(_, given)| *given) {
+        Some((flag, _)) if !family::has_uart(chip) => {
+            Err(VerbFailure::Usage(format!("{flag} is for chips with a serial port; {} has none", chip.name)))
+        }
+        _ => Ok(()),
+    }
+}

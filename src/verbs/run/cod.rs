@@ -1,0 +1,166 @@
+//! `emu run --cod`: programs that check themselves by the messages in a `.cod` file, as gpsim runs them.
+
+use diag::Diagnostic;
+use emu_core::chip::{Chip, ChipFamily};
+use emu_core::cpu::Cpu;
+use emu_core::image::{SymbolFile, SymbolSpaces, load_messages, load_symbols};
+use emu_debug::cod::{CodOutcome, CodRefusal, CodRunLimits, CodScript, CodVerdict, run_script};
+use emu_debug::{ProgramSource, TimedDrive};
+use serde_json::{Value, json};
+
+use crate::shared::codes::COD_MESSAGE;
+use crate::shared::codes::file_error;
+use crate::shared::fail::VerbFailure;
+use crate::shared::fail::exit;
+use crate::shared::report::FileTexts;
+use crate::shared::reset_hold::reset_hold;
+use crate::shared::{input, output};
+
+/// Clock of the chip where neither the command line nor the program names one, as gpsim has it.
+pub const DEFAULT_HZ: u64 = 20_000_000;
+
+/// Reads the messages of the file `name`.
+pub fn read_script(name: &str, chip: &Chip) -> Result<CodScript, VerbFailure> {
+    if chip.family != ChipFamily::Pic16 {
+        return Err(VerbFailure::Usage(format!("--cod is for chips of the PIC16 family; {} is none", chip.name)));
+    }
+    if name == "-" {
+        return Err(VerbFailure::Usage("--cod wants the name of a file, not standard input".to_owned()));
+    }
+    let bytes = input::read_bytes(name)?;
+    let file = SymbolFile { name, bytes: &bytes };
+    let refuse = |faults| VerbFailure::Refused(faults, FileTexts::default());
+    let messages = load_messages(&file).map_err(refuse)?;
+    let symbols = load_symbols(&[file], SymbolSpaces::PIC16).map_err(refuse)?;
+    let strange = symbols
+        .processors_by_file
+        .iter()
+        .filter_map(|(file, made_for)| input::other_processor_error(file, made_for, chip));
+    let strange: Vec<Diagnostic> = strange.collect();
+    if !strange.is_empty() {
+        return Err(refuse(strange));
+    }
+    let refused = |refusals: Vec<CodRefusal>| {
+        let refusals = refusals.into_iter().map(|refusal| refused(name, &refusal));
+        VerbFailure::Refused(refusals.collect(), FileTexts::default())
+    };
+    CodScript::read(&messages).map_err(refused)
+}
+
+/// The clock of the chip in Hz, and it is told where `--clock` goes before what the messages of `file` ask for.
+pub fn script_clock(script: &mut CodScript, file: &str, given: Option<u64>, chip: &Chip) -> Result<u64, VerbFailure> {
+    match (given, script.frequency()) {
+        (None, None) => Ok(DEFAULT_HZ.min(chip.max_hz)),
+        (None, Some(asked)) if asked > chip.max_hz => Err(VerbFailure::Usage(format!(
+            "{file} asks for {asked} Hz, and {} runs at up to {} Hz; --clock HZ goes before what the file asks for",
+            chip.name, chip.max_hz
+        ))),
+        (None, Some(asked)) => Ok(asked),
+        (Some(given), asked) => {
+            if let Some(asked) = asked.filter(|asked| *asked != given) {
+                output::print_to_stderr(&format!(
+                    "warning: --clock sets {given} Hz, and {file} asks for {asked} Hz; --clock goes before it\n"
+                ));
+            }
+            script.ignore_frequency();
+            Ok(given)
+        }
+    }
+}
+
+fn refused(name: &str, refusal: &CodRefusal) -> Diagnostic {
+    file_error(COD_MESSAGE, name, refusal.to_string(), "docs/formats/cod.md lists what is carried out")
+}
+
+/// Runs the program under its messages, tells how it ended, and gives the exit code: 0 when the first message that halts it says
+/// PASSED.
+pub fn run_and_judge<C: Cpu>(
+    cpu: &mut C,
+    script: &CodScript,
+    (name, source): (&str, ProgramSource<'_>),
+    (limits, drives): (CodRunLimits, &[TimedDrive]),
+    as_json: bool,
+) -> Result<u8, VerbFailure> {
+    let outcome = run_script(cpu, script, source.names, limits, &mut |cpu: &mut C, at, pin, millivolts| {
+        cpu.drive_volts(at, pin, u32::try_from(millivolts).unwrap_or(0));
+    });
+    for warning in &outcome.warnings {
+        output::print_to_stderr(&format!("warning: {warning}\n"));
+    }
+    if let CodVerdict::Refused(refusal) = &outcome.verdict {
+        return Err(VerbFailure::Refused(vec![refused(name, refusal)], FileTexts::default()));
+    }
+    if as_json {
+        output::print_json(&document(cpu, &outcome, (&source, limits.hz), drives))?;
+    } else {
+        output::print(text(cpu, &outcome, &source, drives))?;
+    }
+    Ok(match outcome.verdict {
+        CodVerdict::Illegal { .. } | CodVerdict::Fault { .. } => exit::FAULT,
+        verdict if verdict.passed() => exit::OK,
+        _ => exit::FAILED,
+    })
+}
+
+/// How the run ended, in a sentence; the text of the message where one halted it.
+fn sentence<C: Cpu>(cpu: &C, outcome: &CodOutcome, source: &ProgramSource<'_>, drives: &[TimedDrive]) -> String {
+    match &outcome.verdict {
+        CodVerdict::Message { text, .. } => text.clone(),
+        CodVerdict::Limit { cycle } => {
+            format!("the limit came at cycle {cycle}, before any message halted the program")
+        }
+        CodVerdict::Halted { pc, cycle } => {
+            let why = reset_hold(cpu, drives).map_or_else(String::new, |why| format!(": {why}"));
+            format!("the program halted at {}, cycle {cycle}, without a message{why}", source.describe_word(*pc))
+        }
+        CodVerdict::Illegal { pc, word } => format!("no instruction: 0x{word:04x} at {}", source.describe_word(*pc)),
+        CodVerdict::Fault { pc, fault } => format!("a fault of the program at {}: {fault}", source.describe_word(*pc)),
+        CodVerdict::Unsettled { cycle } => format!("chip and parts answer each other without end in cycle {cycle}"),
+        CodVerdict::Refused(refusal) => refusal.to_string(),
+    }
+}
+
+fn text<C: Cpu>(cpu: &C, outcome: &CodOutcome, source: &ProgramSource<'_>, drives: &[TimedDrive]) -> String {
+    let mut ended = sentence(cpu, outcome, source, drives);
+    if let CodVerdict::Message { failed_assertion: broken, pc, cycle, .. } = &outcome.verdict {
+        if let Some((assertion, values)) = broken {
+            let values: Vec<String> = values.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+            ended.push_str(&format!("\nassertion  {assertion}\nvalues     {}", values.join(", ")));
+        }
+        ended.push_str(&format!("\npc         {}, cycle {cycle}", source.describe_word(*pc)));
+    }
+    let verdict = if outcome.verdict.passed() { "passed" } else { "failed" };
+    format!("verdict    {verdict}\nmessage    {ended}\nchecked    {} assertions\n", outcome.assertions_checked)
+}
+
+fn document<C: Cpu>(
+    cpu: &C,
+    outcome: &CodOutcome,
+    (source, hz): (&ProgramSource<'_>, u64),
+    drives: &[TimedDrive],
+) -> Value {
+    let (reason, broken) = match &outcome.verdict {
+        CodVerdict::Message { failed_assertion: broken, .. } => ("message", broken.as_ref()),
+        CodVerdict::Limit { .. } => ("limit", None),
+        CodVerdict::Halted { .. } => ("halted", None),
+        CodVerdict::Illegal { .. } => ("illegal", None),
+        CodVerdict::Fault { .. } => ("fault", None),
+        CodVerdict::Unsettled { .. } => ("unsettled", None),
+        CodVerdict::Refused(_) => ("refused", None),
+    };
+    let values = |values: &[(String, String)]| -> Value {
+        values.iter().map(|(name, value)| (name.clone(), json!(value))).collect::<serde_json::Map<_, _>>().into()
+    };
+    json!({
+        "schema": 1,
+        "mcu": cpu.chip().name,
+        "clock_hz": hz,
+        "passed": outcome.verdict.passed(),
+        "reason": reason,
+        "message": sentence(cpu, outcome, source, drives),
+        "assertion": broken.map(|(assertion, of)| json!({ "text": assertion, "values": values(of) })),
+        "checked": outcome.assertions_checked,
+        "pc": cpu.pc(),
+        "cycles": cpu.cycle(),
+    })
+}

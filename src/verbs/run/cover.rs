@@ -1,0 +1,335 @@
+//! What of a program a run has executed, and where its cycles went: `--coverage` and `--profile`.
+
+use std::io::Write;
+
+use clap::Args;
+use emu_core::cpu::{Cpu, Probe};
+use emu_core::image::Image;
+use emu_debug::coverage::{CoverageTotals, CoveredInstruction, lcov};
+use emu_debug::run::{ReadMemory, RunProbe, run_with_probe};
+use emu_debug::trace::TraceProbe;
+use emu_debug::{
+    AttachedDevices, CodeCoverage, CycleProfile, ProgramSource, RunController, RunPlan, RunResult, WaveWriter,
+};
+use serde_json::{Value, json};
+
+use super::cycle_profile::CycleReport;
+use super::rungs::{ElementCounts, MappedLadder};
+use crate::shared::fail::VerbFailure;
+use crate::shared::output;
+use crate::shared::output::PendingFile;
+use crate::shared::report::MessageStyle;
+
+/// Flags of `emu run`.
+#[derive(Debug, Args)]
+pub struct CoverArgs {
+    /// Write what the run has executed as a tracefile of lcov: lines, functions, and both ways of conditional instructions. Lines are
+    /// those of the sources where they are known (ELF, --symbols), of the ladder program with --map and --ladder, else of a listing
+    /// that is written beside it as FILE.lst.
+    #[arg(long, value_name = "FILE")]
+    pub coverage: Option<String>,
+    /// Tell where the cycles went: by function, rung (with --map) and interrupt, and how many the chip slept. With =FILE also as
+    /// folded stacks for flame graphs.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "")]
+    pub profile: Option<String>,
+    /// The ladder program of --map, whose lines --coverage tells of.
+    #[arg(long, value_name = "PROGRAM", requires = "map", requires = "coverage")]
+    pub ladder: Option<String>,
+}
+
+impl CoverArgs {
+    /// The files that are written, with their flags.
+    pub fn outputs(&self) -> [(&'static str, &str); 2] {
+        [("--coverage", &self.coverage), ("--profile", &self.profile)]
+            .map(|(flag, file)| (flag, file.as_deref().unwrap_or_default()))
+    }
+
+    /// The files that are read.
+    pub fn inputs(&self) -> impl Iterator<Item = &String> {
+        self.ladder.iter()
+    }
+}
+
+/// Text for people, and members of the document by name.
+type CoverageReport = (String, Vec<(&'static str, Value)>);
+
+/// What is looked at, with its files begun.
+pub struct CoverageRun<'a> {
+    args: &'a CoverArgs,
+    image: &'a Image,
+    rungs: Option<MappedLadder>,
+    /// Files that are read or written otherwise.
+    used_files: &'a [String],
+    /// Each file with its name.
+    coverage: Option<(&'a str, Option<PendingFile>)>,
+    folded: Option<(&'a str, Option<PendingFile>)>,
+}
+
+/// Instructions, and elements of a ladder program.
+struct CoverageProbe {
+    coverage: CodeCoverage,
+    elements: Option<ElementCounts>,
+}
+
+impl Probe for CoverageProbe {
+    const FLOW: bool = true;
+
+    #[inline(always)]
+    fn on_branch(&mut self, next: u32, to: u32, taken: bool) {
+        self.coverage.on_branch(next, to, taken);
+    }
+
+    fn on_flow_start(&mut self, pc: u32) {
+        self.coverage.on_flow_start(pc);
+    }
+
+    fn on_flow_end(&mut self, pc: u32) {
+        self.coverage.on_flow_end(pc);
+    }
+}
+
+impl RunProbe for CoverageProbe {
+    fn on_breakpoint_passed(&mut self, memory: ReadMemory<'_>, pc: u32) {
+        if let Some(elements) = &mut self.elements {
+            elements.sample_elements(memory, pc);
+        }
+    }
+}
+
+/// What was seen: a probe where there is a profile.
+#[derive(Default)]
+pub struct CoverAndProfile {
+    covered: Option<CoverageProbe>,
+    profile: Option<CycleProfile>,
+}
+
+impl Probe for CoverAndProfile {
+    const INSN: bool = true;
+    const EVERY_ITERATION: bool = false;
+    const FLOW: bool = true;
+
+    fn on_instruction(&mut self, at: u64, pc: u32) -> bool {
+        self.profile.as_mut().is_some_and(|profile| profile.on_instruction(at, pc))
+    }
+
+    fn on_branch(&mut self, next: u32, to: u32, taken: bool) {
+        if let Some(covered) = &mut self.covered {
+            covered.on_branch(next, to, taken);
+        }
+    }
+
+    fn on_flow_start(&mut self, pc: u32) {
+        if let Some(covered) = &mut self.covered {
+            covered.on_flow_start(pc);
+        }
+    }
+
+    fn on_flow_end(&mut self, pc: u32) {
+        if let Some(covered) = &mut self.covered {
+            covered.on_flow_end(pc);
+        }
+    }
+
+    fn on_interrupt(&mut self, at: u64, vector: u8) {
+        if let Some(profile) = &mut self.profile {
+            profile.on_interrupt(at, vector);
+        }
+    }
+}
+
+impl RunProbe for CoverAndProfile {
+    fn on_breakpoint_passed(&mut self, memory: ReadMemory<'_>, pc: u32) {
+        if let Some(covered) = &mut self.covered {
+            covered.on_breakpoint_passed(memory, pc);
+        }
+    }
+}
+
+impl<'a> CoverageRun<'a> {
+    /// Reads the map and begins the files.
+    pub fn new(
+        args: &'a CoverArgs,
+        map: Option<&str>,
+        (source, image): (&ProgramSource<'_>, &'a Image),
+        (taken, terminal): (&'a [String], &MessageStyle),
+    ) -> Result<CoverageRun<'a>, VerbFailure> {
+        let map = map.filter(|_| args.coverage.is_some() || args.profile.is_some());
+        let ladder = args.ladder.as_deref();
+        let rungs = map.map(|map| MappedLadder::read(map, ladder, source, terminal)).transpose()?;
+        match args.coverage.as_deref().filter(|_| !has_lines(source, rungs.as_ref())) {
+            Some("-") => {
+                let why =
+                    "nothing is known of source lines, so --coverage writes a listing beside its file; give it a file";
+                return Err(VerbFailure::Usage(why.to_owned()));
+            }
+            Some(file) => check_listing_place(&format!("{file}.lst"), taken)?,
+            None => {}
+        }
+        let begin = |file: &'a str| -> Result<(&'a str, Option<PendingFile>), VerbFailure> {
+            Ok((file, if output::is_stdout(file) { None } else { Some(PendingFile::new(file)?) }))
+        };
+        let folded = args.profile.as_deref().filter(|file| !file.is_empty());
+        Ok(CoverageRun {
+            args,
+            image,
+            used_files: taken,
+            coverage: args.coverage.as_deref().map(begin).transpose()?,
+            folded: folded.map(begin).transpose()?,
+            rungs,
+        })
+    }
+
+    /// [`run_with_probe`] with what looks at it.
+    pub fn run<C: Cpu>(
+        &self,
+        (cpu, board): (&mut C, &mut AttachedDevices),
+        plan: &RunPlan,
+        (wave, look): (Option<WaveWriter>, Option<&mut TraceProbe<'_>>),
+        host: &mut dyn RunController<C>,
+    ) -> (RunResult, CoverAndProfile) {
+        let covered = self.args.coverage.is_some().then(|| CoverageProbe {
+            coverage: CodeCoverage::default(),
+            elements: self.rungs.as_ref().and_then(MappedLadder::elements),
+        });
+        if let Some(elements) = covered.as_ref().and_then(|covered| covered.elements.as_ref()) {
+            cpu.set_breakpoint(elements.at(), true);
+        }
+        let profile = self.args.profile.is_some().then(|| CycleProfile::new(cpu.chip(), self.image, cpu.cycle()));
+        // Each has a loop of its own, which asks for nothing else.
+        match (covered, profile) {
+            (None, None) => {
+                let ended = run_with_probe((cpu, board), plan, wave, (&mut (), look), host);
+                (ended, CoverAndProfile::default())
+            }
+            (Some(mut covered), None) => {
+                let ended = run_with_probe((cpu, board), plan, wave, (&mut covered, look), host);
+                (ended, CoverAndProfile { covered: Some(covered), profile: None })
+            }
+            (covered, profile) => {
+                let mut seen = CoverAndProfile { covered, profile };
+                let ended = run_with_probe((cpu, board), plan, wave, (&mut seen, look), host);
+                if let Some(profile) = &mut seen.profile {
+                    profile.finish(cpu.cycle());
+                }
+                (ended, seen)
+            }
+        }
+    }
+
+    /// Writes the files, and gives what is told of it to people and as members of the document.
+    pub fn write_reports(
+        self,
+        seen: &CoverAndProfile,
+        source: &ProgramSource<'_>,
+    ) -> Result<CoverageReport, VerbFailure> {
+        let (mut text, mut members) = (String::new(), Vec::new());
+        if let (Some(CoverageProbe { coverage, elements }), Some((file, pending))) = (&seen.covered, self.coverage) {
+            let reached = coverage.covered_instructions(source.names.chip, self.image);
+            let (records, listing) = coverage_records(&reached, source, self.rungs.as_ref(), elements.as_ref(), file);
+            let mut totals = CoverageTotals::of(&reached, &records);
+            totals.elements = elements.as_ref().map(ElementCounts::covered_share);
+            let beside = format!("{file}.lst");
+            let listing = listing.map(|listing| -> Result<_, VerbFailure> {
+                check_listing_place(&beside, self.used_files)?;
+                let place = PendingFile::new(&beside)?;
+                write_to_pending(&place, &beside, &listing)?;
+                Ok(place)
+            });
+            let listing = listing.transpose()?;
+            write_begun_file(file, pending, &lcov::format_tracefile(&records))?;
+            listing.map_or(Ok(()), PendingFile::complete)?;
+            text.push_str(&figures(&totals));
+            members.push(("coverage", document(&totals)));
+        }
+        if let Some(profile) = &seen.profile {
+            let spent = CycleReport::new(profile, source, self.rungs.as_ref());
+            if let Some((file, pending)) = self.folded {
+                write_begun_file(file, pending, &spent.folded_stacks())?;
+            }
+            text.push_str(&spent.text());
+            members.push(("profile", spent.document()));
+        }
+        Ok((text, members))
+    }
+}
+
+/// Refuses a listing in the place of a file that is read or written otherwise.
+fn check_listing_place(listing: &str, taken: &[String]) -> Result<(), VerbFailure> {
+    match taken.iter().find(|file| *file != "-" && output::same_place(file, listing)) {
+        Some(_) => {
+            let why = format!(
+                "--coverage writes the listing {listing} beside its file, which would replace a file of this run; give it another name"
+            );
+            Err(VerbFailure::Usage(why))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Lines of sources or of a ladder program are known.
+fn has_lines(source: &ProgramSource<'_>, rungs: Option<&MappedLadder>) -> bool {
+    rungs.is_some_and(MappedLadder::has_lines) || !source.lines.all_lines().is_empty()
+}
+
+/// What is written of a run: by lines of the ladder program, of the sources, or of a listing, which comes along.
+fn coverage_records(
+    reached: &[CoveredInstruction],
+    source: &ProgramSource<'_>,
+    rungs: Option<&MappedLadder>,
+    elements: Option<&ElementCounts>,
+    file: &str,
+) -> (Vec<lcov::LcovRecord>, Option<String>) {
+    if let Some(record) = rungs.and_then(|rungs| rungs.record(reached, elements)) {
+        return (vec![record], None);
+    }
+    let records = lcov::source_records(reached, source);
+    if records.is_empty() {
+        let (listing, record) = lcov::listing_record(reached, source, &format!("{file}.lst"));
+        return (vec![record], Some(listing));
+    }
+    (records, None)
+}
+
+fn write_to_pending(place: &PendingFile, file: &str, text: &str) -> Result<(), VerbFailure> {
+    let mut out = place.writer()?;
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|error| VerbFailure::write_failed(file, &error))
+}
+
+/// Writes a file that was begun, or standard output.
+fn write_begun_file(file: &str, place: Option<PendingFile>, text: &str) -> Result<(), VerbFailure> {
+    match place {
+        None => output::print(text),
+        Some(place) => {
+            write_to_pending(&place, file, text)?;
+            place.complete()
+        }
+    }
+}
+
+/// The figures of the coverage, for people.
+fn figures(totals: &CoverageTotals) -> String {
+    let CoverageTotals { instructions, branches, lines, functions, elements } = totals;
+    let mut rows = vec![("instructions", instructions), ("branches", branches), ("lines", lines)];
+    rows.extend((functions.total > 0).then_some(("functions", functions)));
+    rows.extend(elements.as_ref().map(|elements| ("elements", elements)));
+    let rows = rows.iter().enumerate().map(|(i, (what, part))| {
+        let head = if i == 0 { "coverage" } else { "" };
+        format!("{head:<10} {what:<12} {part}\n")
+    });
+    rows.collect()
+}
+
+/// The same as a member of the document.
+fn document(totals: &CoverageTotals) -> Value {
+    let part = |part: &emu_debug::coverage::CoveredShare| json!({ "seen": part.covered, "all": part.total });
+    let mut document = json!({
+        "instructions": part(&totals.instructions),
+        "branches": part(&totals.branches),
+        "lines": part(&totals.lines),
+        "functions": part(&totals.functions),
+    });
+    if let Some(elements) = &totals.elements {
+        document["elements"] = part(elements);
+    }
+    document
+}

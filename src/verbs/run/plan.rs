@@ -1,0 +1,81 @@
+//! What the flags of `emu run` come to on the chosen chip.
+
+use emu_core::cpu::Cpu;
+use emu_debug::stop_condition::StopCondition;
+use emu_debug::{AddressRange, CycleClock, ProgramSource, RunEnd, RunPlan, RunResult, TimedDrive, time};
+
+use super::{DEFAULT_LIMIT, RamChoice, RunArgs};
+use crate::shared::fail::VerbFailure;
+use crate::shared::fail::exit;
+use crate::shared::machine;
+
+/// What the flags come to on the chosen chip.
+pub struct PlannedRun {
+    pub clock: CycleClock,
+    pub plan: RunPlan,
+    pub drives: Vec<TimedDrive>,
+    pub peek: Vec<(String, AddressRange)>,
+}
+
+pub fn plan_run(args: &RunArgs, source: &ProgramSource<'_>, clock: CycleClock) -> Result<PlannedRun, VerbFailure> {
+    let names = &source.names;
+    let time = args.time.as_deref().unwrap_or(DEFAULT_LIMIT);
+    let limit = match args.cycles {
+        Some(n) if n > time::MAX_CYCLES => {
+            return Err(VerbFailure::invalid_flag_value("--cycles <N>", &n.to_string(), "at most 2^62 cycles"));
+        }
+        Some(n) => n,
+        None => clock.parse_cycles(time).map_err(|why| VerbFailure::invalid_flag_value("--for <TIME>", time, &why))?,
+    };
+    let drives = args.machine.drives(source, clock, &str::to_owned)?;
+    let conditions = args
+        .until
+        .iter()
+        .map(|t| source.parse_condition(t).map_err(|why| VerbFailure::invalid_flag_value("--until <COND>", t, &why)));
+    let peek = args.peek.iter().map(|text| match names.parse_range(text) {
+        Ok(range) => Ok((text.clone(), range)),
+        Err(why) => Err(VerbFailure::invalid_flag_value("--peek <RANGE>", text, &why)),
+    });
+    let plan = RunPlan {
+        limit,
+        until: conditions.collect::<Result<_, _>>()?,
+        expect: args.expect_uart.clone().map(|t| t.0),
+        fail: args.fail_uart.clone().map(|t| t.0),
+        stop_on_unwritten_read: matches!(args.ram, RamChoice::Trap),
+        initialized: Vec::new(),
+        continues: false,
+        lint: args.lint.is_some(),
+    };
+    Ok(PlannedRun { clock, plan, drives, peek: peek.collect::<Result<_, _>>()? })
+}
+
+/// Refuses pins that the machine does not have because its image says so.
+pub fn check_pins_exist<C: Cpu>(job: &PlannedRun, cpu: &C) -> Result<(), VerbFailure> {
+    let awaited = job.plan.until.iter().filter_map(|until| match until {
+        StopCondition::Pin(pin, _) => Some(*pin),
+        _ => None,
+    });
+    machine::check_pins_exist(cpu, &job.drives, awaited)
+}
+
+/// The text of --expect-uart, where it has not come.
+pub fn missing_expected_text<'p>(plan: &'p RunPlan, ended: &RunResult) -> Option<&'p [u8]> {
+    let text = plan.expect.as_deref()?;
+    (!text.is_empty() && !ended.uart.windows(text.len()).any(|sent| sent == text)).then_some(text)
+}
+
+/// The exit code: a condition of --until, or the end of a scenario, ends the run well unless --expect-uart still waits.
+pub fn exit_code(plan: &RunPlan, ended: &RunResult, asked: bool) -> u8 {
+    let waits = missing_expected_text(plan, ended).is_some() || !plan.until.is_empty();
+    match ended.reason {
+        RunEnd::Finished if missing_expected_text(plan, ended).is_some() => exit::FAILED,
+        RunEnd::Expected | RunEnd::Finished => exit::OK,
+        RunEnd::Until(..) if plan.expect.is_none() => exit::OK,
+        RunEnd::Until(..) | RunEnd::Failed => exit::FAILED,
+        RunEnd::Halted if waits => exit::FAILED,
+        RunEnd::Halted => exit::OK,
+        RunEnd::Limit if asked && !waits => exit::OK,
+        RunEnd::Limit | RunEnd::Declined | RunEnd::Interrupted => exit::LIMIT,
+        RunEnd::Illegal { .. } | RunEnd::Fault { .. } => exit::FAULT,
+    }
+}

@@ -1,0 +1,303 @@
+//! `emu run --scenario`, `--stimulus` and `--record`: scenarios on a chip with an image.
+//!
+//! A tick is a clock of the oscillator. Drives are queued ahead of their time, so that each acts in its own clock; conditions are
+//! looked at between two instructions: after each edge of a pin that they name, and after every instruction where they name memory.
+
+mod stimuli;
+
+use std::sync::Arc;
+
+use emu_core::chip::Chip;
+use emu_core::cpu::{Cpu, ResetCause};
+use emu_core::pins::{CycleTime, PinLevel};
+use emu_debug::chip_scenario::{ChipBindings, ChipObservable, ChipStimulus};
+use emu_debug::stimulus::{ExternalDrive, INITIAL_SUPPLY_MV, queue_drive};
+use emu_debug::{CycleClock, RunController, RunDecision, SerialLineSender, StretchWatch, TimedDrive};
+use scenario::{
+    BoundScenario, OutputReading, PlayerState, RecordedAction, Recorder, ScenarioPlayer, ScenarioValue,
+    ScenarioVerdict, ScenarioWorld,
+};
+
+pub use stimuli::ScenarioFlags;
+
+use crate::shared::fail::VerbFailure;
+use crate::shared::snapshots::SnapshotWriter;
+use crate::shared::{family, output};
+
+/// Machine cycles by which drives are queued ahead of their time.
+const QUEUE_AHEAD_CYCLES: u64 = 1 << 10;
+
+/// Scenarios on one machine.
+pub struct ScenarioHost<'a> {
+    chip: &'static Chip,
+    clock: CycleClock,
+    table: ChipBindings,
+    /// The one that decides, and stimuli beside it.
+    deciding_player: Option<ScenarioPlayer>,
+    stimulus_players: Vec<ScenarioPlayer>,
+    /// What sends to the chip's receiver.
+    sender: Option<SerialLineSender>,
+    /// What the supply is set to, in millivolts, and when.
+    supplies: Vec<(CycleTime, u32)>,
+    /// The tick up to which the machine need not be asked.
+    next_look: u64,
+    started: bool,
+    pub verdict: Option<ScenarioVerdict>,
+    pub recorder: Option<Recorder>,
+    snapshot_writer: SnapshotWriter,
+    /// What was done to the pins and the supply, where somebody wants to do it again.
+    pub drives: Option<Vec<TimedDrive>>,
+    /// Whether the user wants to wait any longer; told what was sent.
+    pub keep_waiting: &'a mut dyn FnMut(&[u8]) -> bool,
+}
+
+/// What a stage is made of.
+pub struct ScenarioSetup {
+    pub table: ChipBindings,
+    /// What the supply is set to beside it, in millivolts, and when.
+    pub supplies: Vec<(CycleTime, u32)>,
+    pub deciding: Option<BoundScenario>,
+    pub stimuli: Vec<BoundScenario>,
+    pub baud: u64,
+    pub recorder: Option<Recorder>,
+    pub snapshot_writer: SnapshotWriter,
+}
+
+impl<'a> ScenarioHost<'a> {
+    /// Nothing has happened yet.
+    ///
+    /// # Errors
+    /// `--baud` is a rate that no line has; that of a scenario was looked at as it was bound.
+    pub fn new(
+        chip: &'static Chip,
+        clock: CycleClock,
+        cast: ScenarioSetup,
+        patience: &'a mut dyn FnMut(&[u8]) -> bool,
+    ) -> Result<ScenarioHost<'a>, VerbFailure> {
+        let ScenarioSetup { table, supplies, deciding: main, stimuli: beside, baud, recorder, snapshot_writer: shelf } =
+            cast;
+        let sends = main.iter().chain(&beside).any(|bound| bound.has_send_step);
+        let baud = main.iter().find_map(|bound| bound.baud).unwrap_or(baud);
+        let line = family::receive_pin(chip).filter(|_| sends).map(|pin| SerialLineSender::new(pin, baud)).transpose();
+        let line = line.map_err(|why| VerbFailure::invalid_flag_value("--baud <RATE>", &baud.to_string(), &why))?;
+        let player = |bound: BoundScenario| ScenarioPlayer::new(Arc::new(bound));
+        Ok(ScenarioHost {
+            chip,
+            clock,
+            table,
+            deciding_player: main.map(player),
+            stimulus_players: beside.into_iter().map(player).collect(),
+            sender: line,
+            supplies,
+            next_look: 0,
+            started: false,
+            verdict: None,
+            recorder: recorder.map(|mut recorder| {
+                recorder.baud = recorder.baud.or(sends.then_some(baud));
+                recorder
+            }),
+            snapshot_writer: shelf,
+            drives: None,
+            keep_waiting: patience,
+        })
+    }
+
+    /// What is done before the first cycle.
+    pub fn start<C: Cpu>(&mut self, cpu: &mut C) {
+        if let Some(sender) = &self.sender {
+            let (at, pin) = (CycleTime::at(cpu.cycle()), sender.pin);
+            cpu.drive(at, pin, PinLevel::High);
+            self.note(TimedDrive { at, drive: ExternalDrive::Level(pin, PinLevel::High) });
+            let tick = cpu.cycle().saturating_mul(self.clocks());
+            let name = self.chip.pins.get(usize::from(pin)).map_or("", |pin| pin.name);
+            self.record(tick, || RecordedAction::Set(name.to_owned(), ScenarioValue::Number(1)));
+        }
+        self.started = true;
+        self.run_players(cpu, &[]);
+    }
+
+    fn clocks(&self) -> u64 {
+        u64::from(self.clock.clocks_per_cycle.max(1))
+    }
+
+    /// Lets all players look; sets when to look next, and the verdict at the end.
+    fn run_players<C: Cpu>(&mut self, cpu: &mut C, sent: &[u8]) {
+        let (mut main, mut beside) = (self.deciding_player.take(), std::mem::take(&mut self.stimulus_players));
+        let mut next = u64::MAX;
+        let mut floor = CpuWorld { host: self, cpu, sent };
+        let mut verdict = None;
+        for player in &mut beside {
+            if let PlayerState::WakeAt(tick) = player.poll(&mut floor) {
+                next = next.min(tick);
+            }
+        }
+        if let Some(player) = &mut main {
+            match player.poll(&mut floor) {
+                PlayerState::WakeAt(tick) => next = next.min(tick),
+                PlayerState::Done(done) => verdict = Some(done),
+            }
+        }
+        (self.deciding_player, self.stimulus_players, self.next_look) = (main, beside, next);
+        self.verdict = self.verdict.take().or(verdict);
+    }
+
+    /// The verdict, where the run ended before the scenario did.
+    pub fn end_scenario<C: Cpu>(&mut self, cpu: &mut C, sent: &[u8], why: &str) -> Option<ScenarioVerdict> {
+        if self.verdict.is_none() {
+            self.run_players(cpu, sent);
+        }
+        if let (None, Some(mut player)) = (&self.verdict, self.deciding_player.take()) {
+            let floor = CpuWorld { host: self, cpu, sent };
+            self.verdict = Some(player.abort(&floor, why));
+        }
+        self.verdict.clone()
+    }
+
+    /// The recording, which lasts up to now.
+    pub fn recording<C: Cpu>(&self, cpu: &C) -> Option<String> {
+        self.recorder.as_ref().map(|recorder| recorder.write(cpu.cycle().saturating_mul(self.clocks())))
+    }
+
+    /// What the supply is at, in millivolts.
+    fn supply(&self, time: CycleTime) -> u32 {
+        let before = self.supplies.iter().filter(|(at, _)| *at <= time);
+        before.max_by_key(|(at, _)| *at).map_or(INITIAL_SUPPLY_MV, |(_, millivolts)| *millivolts)
+    }
+
+    fn note(&mut self, drive: TimedDrive) {
+        if let Some(drives) = &mut self.drives {
+            drives.push(drive);
+        }
+    }
+
+    fn record(&mut self, tick: u64, done: impl FnOnce() -> RecordedAction) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.push(tick, done());
+        }
+    }
+}
+
+impl<C: Cpu> RunController<C> for ScenarioHost<'_> {
+    fn next_decision(&mut self, cpu: &mut C, sent: &[u8], watched: &mut StretchWatch) -> RunDecision {
+        if !(self.keep_waiting)(sent) {
+            return RunDecision::StopWaiting;
+        }
+        self.run_players(cpu, sent);
+        if self.verdict.is_some() {
+            return RunDecision::Finished;
+        }
+        // Somebody still wants time to pass.
+        cpu.set_run_while_halted(self.deciding_player.is_some() || self.next_look != u64::MAX);
+        let now = cpu.cycle();
+        watched.pins.clear();
+        watched.bytes = false;
+        let mut until = self.next_look.div_ceil(self.clocks());
+        if let Some(player) = &self.deciding_player {
+            watched.bytes = player.awaits_bytes();
+            for output in player.watched_outputs() {
+                match self.table.observables.get(output) {
+                    Some(ChipObservable::Pin(pin)) => watched.pins.push(*pin),
+                    // Registers of the chip change by themselves.
+                    Some(ChipObservable::Memory(..)) => until = now + 1,
+                    None => {}
+                }
+            }
+        }
+        RunDecision::RunUntil(until.max(now + 1))
+    }
+
+    fn is_waiting(&self) -> bool {
+        self.deciding_player.is_some() && self.verdict.is_none()
+    }
+
+    fn finish(&mut self, _: &mut C, sent: &[u8]) {
+        (self.keep_waiting)(sent);
+    }
+}
+
+/// A chip as its scenario sees it between two instructions.
+struct CpuWorld<'f, 'a, C> {
+    host: &'f mut ScenarioHost<'a>,
+    cpu: &'f mut C,
+    sent: &'f [u8],
+}
+
+impl<C: Cpu> CpuWorld<'_, '_, C> {
+    /// When something is done that is asked for at a tick: what stands behind a look at the machine comes behind its instruction.
+    fn drive_time(&self, tick: u64) -> (u64, CycleTime) {
+        let (tick, clocks) = (tick.max(self.now()), self.host.clocks());
+        (tick, CycleTime { cycle: tick / clocks, phase: (tick % clocks) as u8 })
+    }
+}
+
+impl<C: Cpu> ScenarioWorld for CpuWorld<'_, '_, C> {
+    fn now(&self) -> u64 {
+        self.cpu.cycle().saturating_mul(self.host.clocks())
+    }
+
+    fn queue_ahead_ticks(&self) -> u64 {
+        QUEUE_AHEAD_CYCLES * self.host.clocks()
+    }
+
+    fn set_input(&mut self, input: usize, at: u64) -> Result<(), String> {
+        let Some((given, name, value)) = self.host.table.stimuli.get(input).cloned() else { return Ok(()) };
+        let (tick, time) = self.drive_time(at);
+        match given {
+            ChipStimulus::Drive(put) => {
+                if let ExternalDrive::Supply(millivolts) = put {
+                    self.host.supplies.push((time, millivolts));
+                }
+                queue_drive(self.cpu, TimedDrive { at: time, drive: put }, &mut self.host.supply(time))?;
+                self.host.note(TimedDrive { at: time, drive: put });
+            }
+            ChipStimulus::Poke(space, addr, bytes) => {
+                for (addr, byte) in (addr..).zip(bytes) {
+                    self.cpu.poke(space, addr, byte);
+                }
+            }
+        }
+        self.host.record(tick, || RecordedAction::Set(name, value));
+        Ok(())
+    }
+
+    fn read_output(&self, output: usize) -> OutputReading {
+        self.host.table.observables.get(output).map_or(OutputReading::Floating, |seen| seen.read(self.cpu))
+    }
+
+    fn send(&mut self, bytes: &[u8], at: u64) -> Result<(), String> {
+        let ((tick, time), clock) = (self.drive_time(at), self.host.clock);
+        let Some(sender) = &mut self.host.sender else { return Ok(()) };
+        for drive in sender.edges_of_bytes(clock, time, bytes)? {
+            queue_drive(self.cpu, drive, &mut self.host.supply(time))?;
+            self.host.note(drive);
+        }
+        self.host.record(tick, || RecordedAction::Send(bytes.to_vec()));
+        Ok(())
+    }
+
+    fn received(&self) -> &[u8] {
+        self.sent
+    }
+
+    fn power_cycle(&mut self) -> Result<(), String> {
+        self.cpu.reset(ResetCause::PowerOn);
+        let now = self.now();
+        self.host.record(now, || RecordedAction::PowerCycle);
+        Ok(())
+    }
+
+    fn snapshot(&mut self, file: &str) -> Result<(), String> {
+        let written = self.host.snapshot_writer.write_within(file, self.cpu.cycle(), &self.cpu.save());
+        written.map_err(|failure| format!("no snapshot was written: {}", failure.sentence()))
+    }
+
+    fn log(&mut self, line: &str) {
+        let moment = self.describe_tick(self.now());
+        output::print_to_stderr(&format!("{moment}: {line}\n"));
+    }
+
+    fn describe_tick(&self, tick: u64) -> String {
+        let cycle = tick / self.host.clocks();
+        format!("cycle {cycle} ({} s)", self.host.clock.seconds(cycle))
+    }
+}

@@ -1,0 +1,161 @@
+//! What `emu run` is asked for in scenarios: flags, files, and what is known before the first cycle.
+
+use clap::Args;
+use emu_core::chip::ChipFamily;
+use emu_core::cpu::Cpu;
+use emu_core::pins::{CycleTime, PinId};
+use emu_debug::ProgramSource;
+use emu_debug::chip_scenario::{ChipBindings, ChipResolver};
+use emu_debug::stimulus::{ExternalDrive, check_drive_supported, find_pin, supply_changes};
+use emu_debug::text_escapes::unescape;
+use scenario::{RecordedAction, Recorder, ScenarioValue, bind};
+
+use super::super::RunArgs;
+use super::super::plan::PlannedRun;
+use super::ScenarioSetup;
+use crate::shared::fail::VerbFailure;
+use crate::shared::report::FileTexts;
+use crate::shared::report::MessageStyle;
+use crate::shared::report::report_diagnostics;
+use crate::shared::scenarios::ScenarioFile;
+use crate::shared::snapshots::SnapshotWriter;
+use crate::shared::{avr, family, scenarios};
+
+/// Flags of scenarios.
+#[derive(Debug, Args)]
+pub struct ScenarioFlags {
+    /// Play a scenario (docs/scenario.md): the run ends with it, with exit code 1 where an expectation was not met and 5 where
+    /// something was still waited for at its limit. --for and --cycles are its limit.
+    #[arg(long, value_name = "FILE")]
+    pub scenario: Option<String>,
+    /// Take a waveform (VCD) as stimulus: wires with the name of a pin drive it. Wires that name none are passed over.
+    #[arg(long, value_name = "FILE")]
+    pub stimulus: Option<String>,
+    /// Of the wires of --stimulus only these: PD2,PD3. Repeatable.
+    #[arg(long, value_name = "PIN", value_delimiter = ',', requires = "stimulus")]
+    pub drive: Vec<String>,
+    /// Write what was done to the chip (--set, --at, --uart-in, --scenario, --stimulus) as a scenario that does the same again.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<String>,
+}
+
+impl ScenarioFlags {
+    /// Anything of it.
+    pub fn is_any_given(&self) -> bool {
+        self.scenario.is_some() || self.stimulus.is_some() || self.record.is_some()
+    }
+
+    /// Reads the files and looks their names up on a machine.
+    pub fn scenario_setup<C: Cpu>(
+        &self,
+        cpu: &C,
+        source: &ProgramSource<'_>,
+        (args, job, file): (&RunArgs, &PlannedRun, Option<&ScenarioFile>),
+        (shelf, terminal): (&SnapshotWriter, &MessageStyle),
+    ) -> Result<ScenarioSetup, VerbFailure> {
+        let there = |space: &str, addr: u32| cpu.peek(space, addr).is_some();
+        let has_pin = |pin: PinId| cpu.has_pin(pin);
+        let deaf = (!args.machine.uart_in.is_empty()).then(|| "--uart-in has the line already".to_owned());
+        let devices = || "a snapshot holds no state of the devices of --attach".to_owned();
+        let stateless = (!args.machine.attach.is_empty()).then(devices);
+        let chip = cpu.chip();
+        let own = |name: &str| avr::chip_pin_text(chip, name);
+        let mut site = ChipResolver {
+            names: source.names,
+            clock: job.clock,
+            has_byte: &there,
+            has_pin: &has_pin,
+            check_drive: &|put| check_drive_supported(cpu, put),
+            canonical_pin_name: &own,
+            serial: (family::has_uart(chip), family::receive_pin(chip)),
+            no_snapshots: stateless,
+            no_serial_input: deaf,
+            bindings: ChipBindings::default(),
+        };
+        let clocks = u64::from(job.clock.clocks_per_cycle.max(1));
+        let main = match file {
+            Some(file) => {
+                let bound = bind(&file.scenario, &mut site, Some(&args.image), Some(chip.name));
+                let asked = args.time.is_some() || args.cycles.is_some();
+                let limit = asked.then(|| job.plan.limit.saturating_mul(clocks));
+                Some(bound.map_err(|faults| file.binding_failure(faults))?.with_limit(limit))
+            }
+            None => None,
+        };
+        let mut beside = Vec::new();
+        if let Some(name) = &self.stimulus {
+            let wave = scenarios::read_waveform(name)?;
+            for wire in &self.drive {
+                if !wave.has_wire(wire) {
+                    return Err(VerbFailure::invalid_flag_value(
+                        "--drive <PIN>",
+                        wire,
+                        "the waveform has no wire of this name",
+                    ));
+                }
+            }
+            let wanted = |wire: &str| {
+                let asked = self.drive.is_empty() || self.drive.iter().any(|name| name == wire);
+                let own = avr::chip_pin_text(chip, &source.names.replace_channel_name(wire));
+                asked && find_pin(chip, &own).is_ok_and(|pin| cpu.has_pin(pin))
+            };
+            let (stimuli, told) = wave.scenario(&mut { wanted })?;
+            // Wires that were left out on purpose are no news.
+            if self.drive.is_empty() {
+                report_diagnostics(terminal, &told, FileTexts::NONE);
+            }
+            let bound = bind(&stimuli, &mut site, None, None).map_err(|faults| wave.binding_failure(faults))?;
+            beside.push(bound.with_limit(Some(u64::MAX)));
+        }
+        let recorder = self.record.as_ref().map(|_| {
+            let mut recorder = Recorder::new(Some(job.clock.clocks_per_cycle.max(1)));
+            recorder.program = (args.image != "-").then(|| file_name(&args.image));
+            recorder.mcu = Some(chip.name.to_owned());
+            // There what is driven acts as its cycle begins.
+            recorder.align_to_cycles = chip.family == ChipFamily::Mcs51;
+            recorder.baud = (!args.machine.uart_in.is_empty()).then_some(args.machine.baud);
+            recorded_flags(args, job, clocks).into_iter().for_each(|(tick, done)| recorder.push(tick, done));
+            recorder
+        });
+        let (table, shelf) = (std::mem::take(&mut site.bindings), shelf.clone());
+        let supplies = supply_changes(&job.drives);
+        Ok(ScenarioSetup {
+            table,
+            supplies,
+            deciding: main,
+            stimuli: beside,
+            baud: args.machine.baud,
+            recorder,
+            snapshot_writer: shelf,
+        })
+    }
+}
+
+/// A path without its folders.
+fn file_name(path: &str) -> String {
+    path.rsplit(['/', '\\']).next().unwrap_or(path).to_owned()
+}
+
+/// What --set, --at and --uart-in do.
+fn recorded_flags(args: &RunArgs, job: &PlannedRun, clocks: u64) -> Vec<(u64, RecordedAction)> {
+    let at = args.machine.at.iter().map(|text| text.split_once(':').map_or(text.as_str(), |(_, put)| put));
+    let texts = args.machine.set.iter().map(String::as_str).chain(at);
+    let tick = |at: CycleTime| at.cycle.saturating_mul(clocks).saturating_add(at.phase.into());
+    let mut done: Vec<(u64, bool, RecordedAction)> = Vec::new();
+    for (text, drive) in texts.zip(&job.drives) {
+        let Some((name, value)) = text.split_once('=') else { continue };
+        let value = value.trim();
+        let value = value.parse().map_or_else(|_| ScenarioValue::Text(value.to_owned()), ScenarioValue::Number);
+        let pin = !matches!(drive.drive, ExternalDrive::Supply(_));
+        done.push((tick(drive.at), pin, RecordedAction::Set(name.trim().to_owned(), value)));
+    }
+    let texts = args.machine.uart_in.iter().filter_map(|text| text.split_once(':'));
+    for (time, text) in texts {
+        if let (Ok(at), Ok(bytes)) = (job.clock.parse_moment(time), unescape(text)) {
+            done.push((tick(at), true, RecordedAction::Send(bytes)));
+        }
+    }
+    // As they are queued: the supply before the pins.
+    done.sort_by_key(|(tick, pin, _)| (*tick, *pin));
+    done.into_iter().map(|(tick, _, done)| (tick, done)).collect()
+}

@@ -1,0 +1,81 @@
+//! `--snapshot-in` and `--snapshot-out`: a run that goes on where another one has ended.
+
+use std::io::Write as _;
+
+use clap::Args;
+use emu_core::cpu::Cpu;
+use emu_core::pins::CycleTime;
+use emu_debug::snapshot::{self, SnapshotHeader};
+
+use super::plan::PlannedRun;
+use crate::shared::fail::VerbFailure;
+use crate::shared::output::PendingFile;
+use crate::shared::report::FileTexts;
+use crate::shared::{input, output};
+
+/// The flags.
+#[derive(Debug, Args)]
+#[group(id = "snapshot")]
+pub struct SnapshotFlags {
+    /// Go on from a state that --snapshot-out has written, of the same chip, image and configuration. --for and --cycles count from
+    /// there, --set drives pins from there; --at and --uart-in are in the chip's time since power-up, and must not have passed. Drives
+    /// that were still to come when the state was written are in it.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["eeprom", "attach", "cod", "lint", "scenario", "stimulus", "record"])]
+    pub snapshot_in: Option<String>,
+    /// Write the state of the machine at the end of the run, however it ends, for --snapshot-in; - is standard output.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["attach", "cod"])]
+    pub snapshot_out: Option<String>,
+}
+
+/// What is read and written for them.
+pub struct RunSnapshots {
+    wanted: SnapshotHeader,
+    input: Option<(String, Vec<u8>)>,
+    out: Option<(String, Option<PendingFile>)>,
+}
+
+impl RunSnapshots {
+    /// Reads what is to be read, and begins what is to be written.
+    pub fn open(flags: &SnapshotFlags, wanted: SnapshotHeader) -> Result<RunSnapshots, VerbFailure> {
+        let given = flags.snapshot_in.as_ref().map(|name| Ok((name.clone(), input::read_bytes(name)?))).transpose()?;
+        let pending = |name: &String| if output::is_stdout(name) { Ok(None) } else { PendingFile::new(name).map(Some) };
+        let out = flags.snapshot_out.as_ref().map(|name| Ok((name.clone(), pending(name)?))).transpose()?;
+        Ok(RunSnapshots { wanted, input: given, out })
+    }
+
+    /// Puts the machine where the snapshot left it, and what is to happen where it belongs then.
+    pub fn resume<C: Cpu>(&self, cpu: &mut C, job: &mut PlannedRun) -> Result<(), VerbFailure> {
+        job.plan.continues = self.out.is_some();
+        let Some((name, bytes)) = &self.input else { return Ok(()) };
+        let refused = |fault| VerbFailure::Refused(vec![fault], FileTexts::default());
+        let (cycle, state) = snapshot::decode_snapshot_for(name, bytes, &self.wanted).map_err(refused)?;
+        cpu.restore(state).map_err(|_| refused(snapshot::invalid_state(name)))?;
+        if cpu.cycle() != cycle {
+            return Err(refused(snapshot::invalid_state(name)));
+        }
+        job.plan.limit = job.plan.limit.saturating_add(cycle);
+        for drive in &mut job.drives {
+            if drive.at == CycleTime::default() {
+                drive.at = CycleTime::at(cycle);
+            } else if drive.at.cycle < cycle {
+                let why = format!(
+                    "--at and --uart-in: cycle {} has passed, the snapshot is of cycle {cycle}",
+                    drive.at.cycle
+                );
+                return Err(VerbFailure::Usage(why));
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the state at the end of the run.
+    pub fn write_snapshot<C: Cpu>(self, cpu: &C) -> Result<(), VerbFailure> {
+        let Some((name, pending)) = self.out else { return Ok(()) };
+        let file = snapshot::encode_snapshot(&SnapshotHeader { cycle: cpu.cycle(), ..self.wanted }, &cpu.save());
+        let Some(pending) = pending else { return output::print(file) };
+        let mut out = pending.writer()?;
+        out.write_all(&file).and_then(|()| out.flush()).map_err(|error| VerbFailure::write_failed(&name, &error))?;
+        drop(out);
+        pending.complete()
+    }
+}

@@ -1,0 +1,319 @@
+//! How a run went, for people and as JSON.
+
+use emu_core::chip::PinDef;
+use emu_core::cpu::{Cpu, ProgramFault};
+use emu_core::pins::{PinId, PinLevel};
+use emu_debug::text_escapes::escape;
+use emu_debug::{AddressRange, CycleClock, ProgramSource, RunEnd, RunPlan, RunResult};
+use serde_json::{Map, Value, json};
+
+use crate::shared::{family, output};
+
+/// Pins of a chip of which all are shown.
+const MAX_PINS_LISTED: usize = 100;
+
+/// Words of the longest instruction of any family.
+const MAX_INSTRUCTION_WORDS: u32 = 3;
+
+/// Everything that is told about a run.
+pub struct RunSummary<'a, C> {
+    /// The chip at the end.
+    pub cpu: &'a C,
+    /// Names and source lines of addresses.
+    pub source: ProgramSource<'a>,
+    /// Seconds.
+    pub clock: CycleClock,
+    /// What was waited for.
+    pub plan: &'a RunPlan,
+    /// How it ended.
+    pub ended: &'a RunResult,
+    /// Memory to show, as typed.
+    pub peek: &'a [(String, AddressRange)],
+    /// Why it can never go on, where it is held in reset.
+    pub reset_hold: Option<String>,
+}
+
+/// Why a run ended, in a word.
+pub fn reason_word(reason: RunEnd) -> &'static str {
+    match reason {
+        RunEnd::Limit => "limit",
+        RunEnd::Halted => "halted",
+        RunEnd::Until(..) => "until",
+        RunEnd::Expected => "expect-uart",
+        RunEnd::Failed => "fail-uart",
+        RunEnd::Illegal { .. } => "illegal",
+        RunEnd::Fault { .. } => "fault",
+        RunEnd::Declined => "timeout",
+        RunEnd::Interrupted => "interrupted",
+        RunEnd::Finished => "scenario",
+    }
+}
+
+impl<C: Cpu> RunSummary<'_, C> {
+    /// One word for the end.
+    fn reason(&self) -> &'static str {
+        reason_word(self.ended.reason)
+    }
+
+    /// Program word at which the run ended: of the instruction that did it, else of the next one.
+    fn word(&self) -> u32 {
+        match self.ended.reason {
+            RunEnd::Illegal { pc, .. } | RunEnd::Fault { pc, .. } => pc,
+            _ => self.cpu.pc(),
+        }
+    }
+
+    /// Its address as it is written for the chip.
+    fn pc(&self) -> u32 {
+        self.source.names.chip.code_address(self.word())
+    }
+
+    /// The byte address of a program word, by which symbols and lines go.
+    fn byte(&self, word: u32) -> u32 {
+        word * self.source.names.chip.word_bytes
+    }
+
+    /// More about the end, where there is more.
+    fn detail(&self) -> Option<String> {
+        match self.ended.reason {
+            RunEnd::Until(i, access) => {
+                let condition = self.plan.until.get(i)?.describe(&self.source.names);
+                Some(match access {
+                    Some(a) => {
+                        let object = self.object(a.space, a.addr.into());
+                        let (at, pc) = (format!("{}:0x{:x}{object}", a.space, a.addr), self.source.describe_word(a.pc));
+                        format!("{condition}: 0x{:02x} at {at}, pc {pc}", a.value)
+                    }
+                    None => condition,
+                })
+            }
+            RunEnd::Expected => self.plan.expect.as_deref().map(escape),
+            RunEnd::Failed => self.plan.fail.as_deref().map(escape),
+            RunEnd::Illegal { .. } => Some(self.instruction()),
+            RunEnd::Fault { fault: ProgramFault::UninitialisedRead { space, addr }, .. } => {
+                let (instruction, object) = (self.instruction(), self.object(space, addr.into()));
+                Some(format!("{instruction}: {space}:0x{addr:04x}{object} was read before it was written"))
+            }
+            RunEnd::Fault { fault, .. } => Some(format!("{}: {fault}", self.instruction())),
+            RunEnd::Halted => self.reset_hold.clone(),
+            RunEnd::Limit | RunEnd::Declined | RunEnd::Interrupted | RunEnd::Finished => None,
+        }
+    }
+
+    /// The symbol that an address of data memory belongs to, or the register of the chip there, ` (buf+0x2)`; nothing where it is
+    /// in none.
+    fn object(&self, space: &str, addr: u32) -> String {
+        let chip = self.source.names.chip;
+        let register = || chip.regs.iter().find(|reg| space == chip.reg_space && u32::from(reg.addr) == addr);
+        let object = self.source.names.containing_symbol(space, addr).or_else(|| Some(register()?.name.to_owned()));
+        object.map_or(String::new(), |object| format!(" ({object})"))
+    }
+
+    /// The instruction at the end, as text.
+    fn instruction(&self) -> String {
+        let (chip, size) = (self.source.names.chip, self.source.names.chip.word_bytes);
+        let byte = |addr: u32| u16::from(self.cpu.peek(chip.code_space, addr % chip.flash_bytes).unwrap_or(0xFF));
+        let word = |start: u32| (0..size).rev().fold(0, |high, i| high << 8 | byte(start + i));
+        let words: Vec<u16> = (0..MAX_INSTRUCTION_WORDS).map(|i| word(self.byte(self.word()) + i * size)).collect();
+        (chip.isa.disassemble)(&words, self.word()).text
+    }
+
+    /// What stands at the addresses of a range, in hex: bytes, or words where its addresses count words (low byte first).
+    fn cells(&self, range: &AddressRange) -> Vec<String> {
+        let width = self.source.names.chip.bytes_per_address(range.space);
+        let byte = |addr: u32| self.cpu.peek(range.space, addr).map(|byte| format!("{byte:02x}"));
+        let cell = |addr: u32| (0..width).rev().map(|i| byte(addr * width + i)).collect();
+        (range.start..range.end).filter_map(cell).collect()
+    }
+
+    /// Name and level of the pins that are shown ([`Cpu::pins_to_show`]), or high; of those that are analog alone, the ones that something
+    /// drives.
+    fn pins(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
+        let pins = self.source.names.chip.pins.iter().zip(0..);
+        let all = self.cpu.pins_to_show();
+        let is_high = |id: PinId| self.cpu.has_pin(id) && self.cpu.pin_level(id) == PinLevel::High;
+        let shown = move |(def, id): &(&PinDef, PinId)| {
+            (all.binary_search(id).is_ok() || is_high(*id)) && def.is_level_meaningful(self.cpu.pin_level(*id))
+        };
+        pins.filter(shown).map(|(def, id)| {
+            let level = match self.cpu.pin_level(id) {
+                PinLevel::Low => "0",
+                PinLevel::High => "1",
+                PinLevel::Float | PinLevel::PullUp | PinLevel::PullDown => "z",
+            };
+            (def.name, level)
+        })
+    }
+
+    /// Pins that chip and outside drove against each other, with the first cycle of that.
+    fn contention(&self) -> impl Iterator<Item = (&'static str, u64)> {
+        let name = |pin: PinId| self.source.names.chip.pins.get(usize::from(pin)).map_or("?", |def| def.name);
+        self.ended.contention.iter().map(move |&(pin, cycle)| (name(pin), cycle))
+    }
+
+    fn register(&self, name: &str) -> u32 {
+        match (name, self.cpu.reg(name)) {
+            ("PC", _) => self.source.names.chip.code_address(self.cpu.pc()),
+            (_, value) => value.unwrap_or(0),
+        }
+    }
+}
+
+/// Says on standard error what pins were driven against each other, and what the program did wrong, if it did; `out_of_code` is what
+/// else there is to say where it met erased memory.
+pub fn report_faults<C: Cpu>(story: &RunSummary<'_, C>, out_of_code: &str) {
+    for (pin, cycle) in story.contention() {
+        output::print_to_stderr(&format!(
+            "warning: chip and outside drive {pin} against each other from cycle {cycle} on; the chip wins\n  \
+             hint: let the pin go with --set {pin}=z or --at TIME:{pin}=z while the chip drives it\n"
+        ));
+    }
+    let erased = story.source.names.chip.isa.erased_word;
+    let met_erased = format!("0x{erased:x} is erased memory: the program ran or jumped out of its code{out_of_code}");
+    let (what, hint) = match story.ended.reason {
+        RunEnd::Illegal { word, .. } if word == erased => ("no instruction", met_erased.as_str()),
+        RunEnd::Illegal { .. } => ("no instruction", "is the image built for this chip?"),
+        RunEnd::Fault { fault: ProgramFault::UninitialisedRead { .. }, .. } => {
+            ("a fault of the program", "write the cell first; after power-up RAM holds anything")
+        }
+        RunEnd::Fault { fault: ProgramFault::JumpOutOfProgram { .. }, .. } => {
+            ("a fault of the program", "jump only within the program, as the program table has it")
+        }
+        RunEnd::Fault { fault: ProgramFault::CycleTooLong, .. } => {
+            ("a fault of the program", "let NA pass the last word of the program, or jump to its first one")
+        }
+        _ => return,
+    };
+    let detail = story.detail().unwrap_or_default();
+    let (place, cycle) = (story.source.describe_word(story.word()), story.cpu.cycle());
+    output::print_to_stderr(&format!("error: {what} at {place}, cycle {cycle}: {detail}\n  hint: {hint}\n"));
+}
+
+/// The JSON document.
+pub fn json_document<C: Cpu>(story: &RunSummary<'_, C>) -> Value {
+    let cpu = story.cpu;
+    let mut stop = json!({ "reason": story.reason(), "pc": story.pc() });
+    if let Some(detail) = story.detail() {
+        stop["detail"] = json!(detail);
+    }
+    let symbol = story.source.names.nearest_symbol(story.byte(story.word()));
+    for (key, value) in [("symbol", symbol), ("line", story.source.line_text(story.word()))] {
+        if let Some(value) = value {
+            stop[key] = json!(value);
+        }
+    }
+    let registers =
+        story.source.names.chip.cpu_regs.iter().map(|name| ((*name).to_owned(), json!(story.register(name))));
+    let pins = story.pins().map(|(name, level)| (name.to_owned(), json!(level)));
+    let peek = story.peek.iter().map(|(text, range)| (text.clone(), json!(story.cells(range).concat())));
+    let contention: Vec<Value> = story.contention().map(|(pin, cycle)| json!({ "pin": pin, "cycle": cycle })).collect();
+    let mut document = json!({
+        "schema": 1,
+        "mcu": story.source.names.chip.name,
+        "clock_hz": story.clock.hz,
+        "cycles": cpu.cycle(),
+        "instructions": cpu.instructions(),
+        "time_s": story.clock.seconds(cpu.cycle()),
+        "stop": stop,
+        "registers": Value::Object(registers.collect::<Map<_, _>>()),
+        "pins": Value::Object(pins.collect::<Map<_, _>>()),
+    });
+    if family::has_uart(story.source.names.chip) {
+        document["uart"] = json!(story.ended.uart.iter().map(|&byte| char::from(byte)).collect::<String>());
+    }
+    document["peek"] = Value::Object(peek.collect::<Map<_, _>>());
+    if !story.peek.is_empty() {
+        let width = |(text, range): &(String, AddressRange)| {
+            (text.clone(), json!(story.source.names.chip.bytes_per_address(range.space)))
+        };
+        document["peek_width"] = Value::Object(story.peek.iter().map(width).collect());
+    }
+    if !contention.is_empty() {
+        document["contention"] = Value::Array(contention);
+    }
+    document
+}
+
+/// The summary for people.
+pub fn summary_text<C: Cpu>(story: &RunSummary<'_, C>) -> String {
+    let cpu = story.cpu;
+    let mut out = format!("stop       {}", story.reason());
+    if let Some(detail) = story.detail() {
+        out.push_str(&format!(": {detail}"));
+    }
+    out.push_str(&format!("\npc         {}\n", story.source.describe_word(story.word())));
+    out.push_str(&format!(
+        "time       {} s, {} cycles at {} Hz, {} instructions\n",
+        story.clock.seconds(cpu.cycle()),
+        cpu.cycle(),
+        story.clock.hz,
+        cpu.instructions()
+    ));
+    let (general, special): (Vec<&str>, Vec<&str>) = story
+        .source
+        .names
+        .chip
+        .cpu_regs
+        .iter()
+        .copied()
+        .filter(|name| *name != "PC")
+        .partition(|name| name.starts_with('r'));
+    for (row, chunk) in general.chunks(16).enumerate() {
+        let values: Vec<String> = chunk.iter().map(|name| format!("{:02x}", story.register(name))).collect();
+        out.push_str(&format!("r{:<10}{}\n", row * 16, values.join(" ")));
+    }
+    let special: Vec<String> = special.iter().map(|name| format!("{name}=0x{:02x}", story.register(name))).collect();
+    out.push_str(&format!("registers  {}\n", special.join(" ")));
+    let (head, pins) = if story.cpu.chip().pins.len() > MAX_PINS_LISTED {
+        ("pins at 1", high(story.pins()))
+    } else {
+        ("pins 7..0", pins(story.pins()))
+    };
+    out.push_str(&format!("{head:<10} {pins}\n"));
+    if !story.ended.uart.is_empty() {
+        out.push_str(&format!("uart       {}\n", escape(&story.ended.uart)));
+    }
+    for (text, range) in story.peek {
+        let columns = 16 / story.source.names.chip.bytes_per_address(range.space).clamp(1, 16) as usize;
+        for (row, chunk) in story.cells(range).chunks(columns).enumerate() {
+            let head =
+                if row == 0 { text.clone() } else { format!("  0x{:04x}", range.start as usize + row * columns) };
+            out.push_str(&format!("{head:<10} {}\n", chunk.join(" ")));
+        }
+    }
+    out
+}
+
+/// The pins that are high, where there are too many to show all.
+fn high(pins: impl Iterator<Item = (&'static str, &'static str)>) -> String {
+    let high: Vec<&str> = pins.filter(|(_, level)| *level == "1").map(|(name, _)| name).collect();
+    if high.is_empty() { "none".to_owned() } else { high.join(" ") }
+}
+
+/// Ports with their pins from bit 7 down, `PB=zz1zzzzz P1=zzzz1111`, with `-` where one is missing in between; then the other
+/// pins.
+fn pins(pins: impl Iterator<Item = (&'static str, &'static str)>) -> String {
+    let (mut ports, mut others): (Vec<(&str, String)>, _) = (Vec::new(), Vec::new());
+    for (name, level) in pins {
+        let Some((port, bit)) = port_and_bit(name) else {
+            others.push(format!("{name}={level}"));
+            continue;
+        };
+        let i = ports.iter().position(|(other, _)| *other == port).unwrap_or(ports.len());
+        if i == ports.len() {
+            ports.push((port, String::new()));
+        }
+        let levels = &mut ports[i].1;
+        *levels = format!("{level}{levels:->bit$}");
+    }
+    ports.iter().map(|(port, levels)| format!("{port}={levels}")).chain(others).collect::<Vec<_>>().join(" ")
+}
+
+/// `PB5` is bit 5 of `PB`, `P1.0` bit 0 of `P1`. Other pins are in no port.
+fn port_and_bit(name: &str) -> Option<(&str, usize)> {
+    let (port, bit) = name.split_at_checked(2)?;
+    match bit.strip_prefix('.').unwrap_or(bit).as_bytes() {
+        [bit @ b'0'..=b'7'] => Some((port, usize::from(bit - b'0'))),
+        _ => None,
+    }
+}

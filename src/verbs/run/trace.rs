@@ -1,0 +1,255 @@
+//! `emu run --trace` and `--vcd-add`: what is looked at instruction by instruction.
+
+use std::io::{BufWriter, Write, stdout};
+
+use clap::{Args, ValueEnum};
+use emu_core::chip::Chip;
+use emu_core::cpu::Cpu;
+use emu_core::image::SymbolAt;
+use emu_debug::trace::{TraceFormat, TraceLineWriter, TraceOutput, TraceProbe, TraceSignals, TraceSink, WordCache};
+use emu_debug::waveform::WaveColumn;
+use emu_debug::{ProgramSource, RunResult};
+use ladder_compile::{ImageMap, SCHEMA};
+
+use super::signals::parse_signal;
+use crate::shared::codes::NOT_A_MAP;
+use crate::shared::codes::file_error;
+use crate::shared::fail::VerbFailure;
+use crate::shared::output::PendingFile;
+use crate::shared::report::FileTexts;
+use crate::shared::{input, output};
+use crate::verbs::run::summary;
+
+/// Most lines that `--trace-last` keeps.
+const MAX_TRACE_LAST: usize = 1_000_000;
+
+/// Flags of traces and of signals beside the pins.
+#[derive(Debug, Args)]
+#[group(id = "tracing")]
+pub struct TraceFlags {
+    /// Write a line for each instruction: machine cycle, address, symbol, text, registers that changed, memory read and written; and
+    /// for each interrupt that is entered. A JSON document a line where the name ends in .jsonl; - is standard output. Every turn of
+    /// a waiting loop is a line: give --for, or one of the next two.
+    #[arg(long, value_name = "FILE")]
+    pub trace: Option<String>,
+    /// Trace only instructions at these addresses: 0x80..0x100 (end excluded; bytes, on PIC16 and AP101 words), a symbol (main, the
+    /// whole function), source lines (main.c:10..20), or with --map a rung of a ladder program (rung:3). Repeatable.
+    #[arg(long, value_name = "RANGE", requires = "trace")]
+    trace_only: Vec<String>,
+    /// Keep only the last lines of the trace, so many at most: what came before a fault.
+    #[arg(long, value_name = "N", requires = "trace", value_parser = parse_trace_last)]
+    trace_last: Option<usize>,
+    /// How the trace is written, whatever its name: text or json.
+    #[arg(long, value_name = "FORMAT", requires = "trace", hide_possible_values = true)]
+    trace_format: Option<TraceShape>,
+    /// The map of a ladder program, as `emu compile --map` writes it: --trace-only, --vcd-add, --coverage and
+    /// --profile then know its rungs and symbols.
+    #[arg(long, value_name = "FILE")]
+    pub map: Option<String>,
+    /// Put a signal beside the pins of --vcd: a register of the core (r16, ACC, W) or of the chip (TCNT0, P1), memory (data:0x100, a
+    /// symbol; at most 8 bytes), a bit of either (PORTB.5), or with --map a symbol of the ladder program (Ymotor). Repeatable.
+    #[arg(long, value_name = "WHAT", requires = "vcd")]
+    vcd_add: Vec<String>,
+    /// Write single bits only to --vcd: each bit of a signal of several as a wire of its own (TCNT0_3). For readers that know no
+    /// vectors, as sigrok's.
+    #[arg(long, requires = "vcd")]
+    pub vcd_bits: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum TraceShape {
+    Text,
+    Json,
+}
+
+fn parse_trace_last(text: &str) -> Result<usize, String> {
+    let lines = text.parse().ok().filter(|lines| (1..=MAX_TRACE_LAST).contains(lines));
+    lines.ok_or_else(|| format!("write a number of lines, 1 to {MAX_TRACE_LAST}"))
+}
+
+/// What the flags come to on the chosen machine.
+pub struct TraceRequest {
+    only: Option<WordCache>,
+    signals: Option<TraceSignals>,
+}
+
+impl TraceFlags {
+    /// Files that are read.
+    pub fn inputs(&self) -> impl Iterator<Item = &String> {
+        self.map.iter()
+    }
+
+    /// Reads the map, and finds all that is named.
+    pub fn resolve<C: Cpu>(&self, cpu: &C, source: &ProgramSource<'_>) -> Result<TraceRequest, VerbFailure> {
+        let map = self.map.as_deref().map(|file| read_map(file, cpu.chip())).transpose()?;
+        let mut only = WordCache::none(cpu.chip().flash_bytes / cpu.chip().word_bytes);
+        for text in &self.trace_only {
+            let found = self::add_trace_range(&mut only, text, source, map.as_ref());
+            found.map_err(|why| VerbFailure::invalid_flag_value("--trace-only <RANGE>", text, &why))?;
+        }
+        let signals = self.vcd_add.iter().map(|text| {
+            let found = parse_signal(text, cpu, source, map.as_ref());
+            found.map_err(|why| VerbFailure::invalid_flag_value("--vcd-add <WHAT>", text, &why))
+        });
+        let signals = signals.collect::<Result<Vec<_>, _>>()?;
+        for (i, signal) in signals.iter().enumerate() {
+            if signals.iter().take(i).any(|other| other.name == signal.name) {
+                return Err(VerbFailure::Usage(format!("--vcd-add {} is given twice", signal.name)));
+            }
+        }
+        Ok(TraceRequest {
+            only: (!self.trace_only.is_empty()).then_some(only),
+            signals: (!signals.is_empty()).then(|| TraceSignals::new(signals, cpu)),
+        })
+    }
+
+    /// The trace file, where it is not standard output.
+    pub fn pending(&self) -> Result<Option<PendingFile>, VerbFailure> {
+        self.trace.as_deref().filter(|file| !output::is_stdout(file)).map(PendingFile::new).transpose()
+    }
+
+    /// What looks at the run; nothing where nothing is asked for.
+    pub fn trace_probe<'a>(
+        &self,
+        asked: TraceRequest,
+        pending: Option<&PendingFile>,
+        (source, hz): (ProgramSource<'a>, u64),
+    ) -> Result<Option<TraceProbe<'a>>, VerbFailure> {
+        let Some(file) = self.trace.as_deref() else {
+            return Ok(asked.signals.map(|signals| TraceProbe::new(None, None, Some(signals))));
+        };
+        let json = match self.trace_format {
+            Some(shape) => matches!(shape, TraceShape::Json),
+            None => file.to_ascii_lowercase().ends_with(".jsonl"),
+        };
+        let out: Box<dyn Write> = match pending {
+            Some(pending) => pending.writer()?,
+            None => Box::new(BufWriter::new(stdout())),
+        };
+        let lines = TraceLineWriter::new(source, if json { TraceFormat::Json } else { TraceFormat::Text });
+        let trace = TraceOutput::new(lines, out, self.trace_last.map_or(TraceSink::All, TraceSink::Last), hz);
+        Ok(Some(TraceProbe::new(Some(trace), asked.only, asked.signals)))
+    }
+
+    /// Ends the trace, and puts it into its place.
+    pub fn finish_trace(
+        &self,
+        look: TraceProbe<'_>,
+        pending: Option<PendingFile>,
+        cycle: u64,
+        ended: &RunResult,
+    ) -> Result<(), VerbFailure> {
+        let name = self.trace.as_deref().unwrap_or_default();
+        if let Some(trace) = look.trace {
+            let why = summary::reason_word(ended.reason);
+            trace.finish(cycle, why).map_err(|error| VerbFailure::write_failed(name, &error))?;
+        }
+        pending.map_or(Ok(()), PendingFile::complete)
+    }
+}
+
+impl TraceRequest {
+    /// The columns of the waveform beside the pins.
+    pub fn columns(&self) -> Vec<WaveColumn> {
+        self.signals.as_ref().map_or_else(Vec::new, TraceSignals::columns)
+    }
+}
+
+/// Reads a map, for a chip.
+pub fn read_map(file: &str, chip: &Chip) -> Result<ImageMap, VerbFailure> {
+    let refuse = |cause: String| {
+        let hint = "give the file that `emu compile --map` wrote together with the image";
+        VerbFailure::Refused(vec![file_error(NOT_A_MAP, file, cause, hint)], FileTexts::default())
+    };
+    let map: ImageMap = serde_json::from_slice(&input::read_bytes(file)?)
+        .map_err(|why| refuse(format!("is no map of an image: {why}")))?;
+    if map.schema != SCHEMA {
+        return Err(refuse(format!("is a map of version {}; this is version {SCHEMA}", map.schema)));
+    }
+    if !map.mcu.eq_ignore_ascii_case(chip.name) {
+        return Err(refuse(format!("is a map for {}, and the chip is {}", map.mcu, chip.name)));
+    }
+    Ok(map)
+}
+
+/// Adds the program words that a text stands for.
+fn add_trace_range(
+    words: &mut WordCache,
+    text: &str,
+    source: &ProgramSource<'_>,
+    map: Option<&ImageMap>,
+) -> Result<(), String> {
+    let (names, chip) = (&source.names, source.names.chip);
+    if let Some(number) = text.trim().strip_prefix("rung:") {
+        let Some(map) = map else { return Err("rungs need the map of the program: --map FILE".to_owned()) };
+        let rung = number.trim().parse().ok().and_then(|n: u32| map.rungs.iter().find(|rung| rung.rung == n));
+        let rung = rung.ok_or_else(|| format!("the program has the rungs 1 to {}", map.rungs.len()))?;
+        words.add(rung.start / chip.word_bytes, rung.end.div_ceil(chip.word_bytes));
+        if rung.start >= rung.end {
+            return Err("that rung has no code".to_owned());
+        }
+        return Ok(());
+    }
+    let whole = names.symbols.iter().any(|symbol| symbol.is_named(text.trim()));
+    let (start, end) = match text.split_once("..").filter(|_| !whole) {
+        Some((start, end)) => (start.trim(), Some(end.trim())),
+        None => (text.trim(), None),
+    };
+    let line = start.rsplit_once(':').filter(|(file, _)| !file.ends_with(':'));
+    if let Some((file, first)) = line {
+        return add_line_words(words, (file, first), end, source);
+    }
+    let first = names.parse_program_word(start)?;
+    let last = match end {
+        Some(end) => names.parse_program_end(end)?,
+        None => {
+            let byte = first * chip.word_bytes;
+            let code = || names.symbols.iter().filter(|symbol| symbol.space == chip.code_space);
+            let is = |s: &SymbolAt| s.is_named(start) || s.is_shortened_to(start).is_some();
+            let here = code().filter(|s| s.addr == byte && (is(s) || start.starts_with(char::is_numeric)));
+            let size = here.map(|symbol| symbol.size).max().unwrap_or(0);
+            let named = code().any(is);
+            // Without a size a function reaches to the next symbol.
+            let next = code().map(|s| s.addr).filter(|&addr| addr > byte).min();
+            match (size, named) {
+                (0, true) => next.map_or(chip.flash_bytes / chip.word_bytes, |next| next.div_ceil(chip.word_bytes)),
+                (0, false) => first + 1,
+                (size, _) => (byte + size).div_ceil(chip.word_bytes),
+            }
+        }
+    };
+    if first >= last {
+        return Err("holds no instruction: its end is excluded".to_owned());
+    }
+    words.add(first, last);
+    Ok(())
+}
+
+/// Adds the words of source lines, from the first to the one before the end; without an end of that line alone.
+fn add_line_words(
+    words: &mut WordCache,
+    (file, first): (&str, &str),
+    end: Option<&str>,
+    source: &ProgramSource<'_>,
+) -> Result<(), String> {
+    let number = |text: &str| text.parse::<u32>().map_err(|_| format!("`{text}` is no line; write main.c:10..20"));
+    let first = number(first)?;
+    let end = end.map_or(Ok(first.saturating_add(1)), number)?;
+    if first >= end {
+        return Err("holds no line: its end is excluded".to_owned());
+    }
+    // The file is there, and is named well enough.
+    let known = (first..end).take(1 << 16).find_map(|line| source.lines.addresses_of_line(file, line).ok());
+    if known.is_none() {
+        return source.lines.addresses_of_line(file, first).map(|_| ());
+    }
+    let chip = source.names.chip;
+    let ends = |path: &str| path == file || path.ends_with(&format!("/{file}"));
+    for word in 0..chip.flash_bytes / chip.word_bytes {
+        let line = source.line_at(word);
+        if line.is_some_and(|at| ends(&at.file) && (first..end).contains(&at.line)) {
+            words.add(word, word + 1);
+        }
+    }
+    Ok(())
+}

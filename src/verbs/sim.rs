@@ -1,0 +1,261 @@
+//! `emu sim`: what a ladder program means, scan by scan, without any chip.
+
+pub mod inputs;
+mod scenario;
+mod trace;
+
+use std::io::{self, BufWriter, Write};
+
+use clap::Args;
+use emu_debug::text_escapes::unescape;
+use ladder::{Element, LadderProgram};
+use ladder_eval::{Evaluator, UnsupportedElement};
+
+use crate::args::LadderFlags;
+use crate::shared::codes::UNSUPPORTED_ELEMENT;
+use crate::shared::fail::VerbFailure;
+use crate::shared::fail::exit;
+use crate::shared::output::PendingFile;
+use crate::shared::report::MessageStyle;
+use crate::shared::{input, output, scan_bits};
+use crate::verbs::sim::inputs::ScanChange;
+use crate::verbs::sim::inputs::SimInput;
+use crate::verbs::sim::trace::ScanTraceTable;
+
+const EXAMPLES: &str = "\
+Examples:
+  emu sim examples/welder.ld --scans 10 --set Xtrigger=1
+  emu sim examples/welder.ld --scans 320 --at 21:Xtrigger=1 --at 181:Xtrigger=0 --wave
+  emu sim examples/modulo5.ld --scans 30 --at 3:Xpulse=1 --at 4:Xpulse=0 --csv trace.csv --vcd trace.vcd
+  emu sim program.ld --set Alevel=512 --uart-in '5:start\\n' --json
+  emu sim examples/traffic.ld --watch --realtime
+  emu sim examples/welder.ld --scenario examples/welder.toml
+
+Exit codes: 0 all well; with --scenario 1 where an expectation was not met and 5 where something was still waited for at its
+limit.";
+
+/// Most scans.
+const MAX_SCANS: u64 = 1_000_000;
+
+/// Scans where nothing says how many.
+const DEFAULT_SCANS: u64 = 20;
+
+/// How long a byte is on the serial line, for ten bits and in microseconds.
+const BYTE_US: u128 = 10_000_000;
+
+/// Flags of `emu sim`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct SimArgs {
+    #[command(flatten)]
+    program: LadderFlags,
+    /// Number of scans, 1 to 1000000. Default 20, or as many as --inputs goes to.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=MAX_SCANS))]
+    scans: Option<u64>,
+    /// Give a symbol a value before the first scan: Xstart=1, Cparts=-5; an analog input that READ_ADC reads its level, 0 to
+    /// 1023: Alevel=512; a cell of the EEPROM that PERSIST uses a byte: eeprom:0=0x12. Repeatable.
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<String>,
+    /// Give a symbol, an analog input or a cell a value before a scan, counted from 1: 5:Xstart=0. Repeatable.
+    #[arg(long, value_name = "SCAN:NAME=VALUE")]
+    at: Vec<String>,
+    /// Values of inputs by scan, as --csv writes them: a head line `scan,NAME,..`, then scans in rising order, from each on with
+    /// its values; columns of inputs X.. and analog inputs count, an empty value changes nothing. - is standard input.
+    #[arg(long, value_name = "FILE")]
+    inputs: Option<String>,
+    /// Bytes that arrive on the serial line: '5:hello\n' (escapes \n \r \t \0 \\ \" \xNN), the first completely before that scan, the others
+    /// as fast as the line is, or behind those before them. Repeatable.
+    #[arg(long, value_name = "SCAN:TEXT")]
+    uart_in: Vec<String>,
+    /// Play a scenario: docs/scenario.md. Its verdict is the result; --csv, --vcd, --wave and --json write the scans as well, and --scans
+    /// is its limit.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["set", "at", "inputs", "uart_in"])]
+    scenario: Option<String>,
+    /// Take a waveform (VCD) as stimulus: wires with the name of an input X.. or of an analog input drive it from the first scan on that
+    /// begins at their time or later.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["set", "at", "inputs", "uart_in"])]
+    stimulus: Option<String>,
+    /// Write comma-separated values: a head line, then a line for each scan; - is standard output.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<String>,
+    /// Write a waveform (VCD), in which scan k shows what it left from k cycles on; - is standard output.
+    #[arg(long, value_name = "FILE")]
+    vcd: Option<String>,
+    /// A waveform in text: a line for each input, output and relay.
+    #[arg(long, conflicts_with = "json")]
+    wave: bool,
+    /// One JSON document.
+    #[arg(long)]
+    pub json: bool,
+    #[cfg(feature = "tui")]
+    #[command(flatten)]
+    watch: crate::shared::full_screen::WatchArgs,
+}
+
+/// Most values of a trace, which is held in memory as a whole.
+const MAX_VALUES: u64 = 20_000_000;
+
+/// Runs a program on the reference evaluator and prints every symbol after every scan.
+pub fn sim(args: &SimArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
+    if args.inputs.as_deref() == Some("-") && args.program.file == "-" {
+        return Err(VerbFailure::Usage("the program and --inputs cannot both be standard input".to_owned()));
+    }
+    let used = check_outputs(args)?;
+    let read = input::read_program(&args.program.file, args.program.dialect, true, terminal)?;
+    if args.scenario.is_some() || args.stimulus.is_some() {
+        return scenario::play(args, &read, &used, terminal);
+    }
+    let mut evaluator = match Evaluator::new(&read.program) {
+        Ok(evaluator) => evaluator,
+        Err(refusal) => return Err(VerbFailure::Refused(vec![unsupported(&read.program, &refusal)], read.texts)),
+    };
+    let (scans, changes) = planned_changes(args, &evaluator)?;
+    #[cfg(feature = "tui")]
+    if args.watch.is_requested() {
+        return crate::shared::full_screen::show_panel(&args.watch, &read.program, evaluator, &changes, terminal);
+    }
+    let bytes = byte_arrivals(args, scans, &read.program)?;
+    let symbols = evaluator.symbols().to_vec();
+    let mut trace = ScanTraceTable::new(&symbols, &evaluator, can_send(&read.program));
+    let most = MAX_VALUES / (trace.width() as u64).max(1);
+    if scans > most {
+        let why = format!("with {} values a scan at most {most} scans are traced at once", trace.width());
+        return Err(VerbFailure::invalid_flag_value("--scans <N>", &scans.to_string(), &why));
+    }
+    let (mut changes, mut bytes) = (changes.iter().peekable(), bytes.iter().peekable());
+    for scan in 1..=scans {
+        while let Some(change) = changes.next_if(|change| change.scan <= scan) {
+            change.apply(&mut evaluator);
+        }
+        while let Some((_, byte)) = bytes.next_if(|(at, _)| *at <= scan) {
+            if !evaluator.receive(*byte) {
+                output::print_to_stderr(&format!(
+                    "warning: byte 0x{byte:02X} arrived before scan {scan} while another waited: here it is lost, on a chip that is open\n"
+                ));
+            }
+        }
+        evaluator.scan();
+        trace.note_scan(&evaluator);
+    }
+    write_results(args, &read.program, &trace, None)?;
+    if used.is_empty() {
+        output::print(trace.table())?;
+    }
+    Ok(exit::OK)
+}
+
+/// The program has elements that send bytes.
+fn can_send(program: &LadderProgram) -> bool {
+    let sends = |element: &Element| matches!(element, Element::UartSend { .. } | Element::FormattedString { .. });
+    program.elements().any(|(_, element, _)| sends(element))
+}
+
+/// Writes what was asked for; `played`: the verdict of a scenario.
+fn write_results(
+    args: &SimArgs,
+    program: &LadderProgram,
+    trace: &ScanTraceTable<'_>,
+    played: Option<serde_json::Value>,
+) -> Result<(), VerbFailure> {
+    let (file, cycle_us) = (&args.program.file, program.settings.cycle_us);
+    write(args.csv.as_deref(), |mut out| out.write_all(trace.csv().as_bytes()).and_then(|()| out.flush()))?;
+    write(args.vcd.as_deref(), |out| trace.vcd(file, cycle_us, out))?;
+    if args.json {
+        let mut document = trace.json(file, cycle_us);
+        played.into_iter().for_each(|played| document["scenario"] = played);
+        output::print_json(&document)?;
+    } else if args.wave {
+        let bits = trace.symbols.iter().enumerate().filter(|(_, s)| s.kind.is_bit());
+        output::print(scan_bits::draw_scan_bits(
+            &bits.map(|(i, s)| (s.name.as_str(), i)).collect::<Vec<_>>(),
+            &trace.rows,
+        ))?;
+    }
+    Ok(())
+}
+
+/// The results other than the table, which must not meet.
+fn check_outputs(args: &SimArgs) -> Result<Vec<(&'static str, &str)>, VerbFailure> {
+    let printed = |flag| if flag { "-" } else { "" };
+    let (csv, vcd) = (args.csv.as_deref().unwrap_or(""), args.vcd.as_deref().unwrap_or(""));
+    let all = [("--json", printed(args.json)), ("--wave", printed(args.wave)), ("--csv", csv), ("--vcd", vcd)];
+    let used: Vec<_> = all.into_iter().filter(|(_, file)| !file.is_empty()).collect();
+    output::check_distinct_outputs(&used)?;
+    for input in std::iter::once(&args.program.file).chain(&args.inputs).chain(&args.scenario).chain(&args.stimulus) {
+        output::check_input_not_overwritten(input, &used)?;
+    }
+    Ok(used)
+}
+
+/// Writes a result to a file that was asked for, whole or not at all.
+fn write(file: Option<&str>, body: impl FnOnce(Box<dyn Write>) -> io::Result<()>) -> Result<(), VerbFailure> {
+    let Some(name) = file else { return Ok(()) };
+    let failed = |error: io::Error| VerbFailure::write_failed(name, &error);
+    if output::is_stdout(name) {
+        return body(Box::new(BufWriter::new(io::stdout()))).map_err(failed);
+    }
+    let pending = PendingFile::new(name)?;
+    body(pending.writer()?).map_err(failed)?;
+    pending.complete()
+}
+
+/// The refusal of an element with its place.
+fn unsupported(program: &LadderProgram, refusal: &UnsupportedElement) -> diag::Diagnostic {
+    let pos = program.elements().find(|(id, ..)| *id == refusal.element).map_or(diag::Pos::default(), |(.., pos)| pos);
+    let hint = "docs/semantics.md lists the elements that have a meaning";
+    diag::Diagnostic::new(diag::Severity::Error, UNSUPPORTED_ELEMENT, &program.file, pos, refusal.to_string(), hint)
+}
+
+/// The number of scans, and all changes in the order in which they are made.
+fn planned_changes(args: &SimArgs, evaluator: &Evaluator) -> Result<(u64, Vec<ScanChange>), VerbFailure> {
+    let (last, mut changes) = match &args.inputs {
+        Some(file) => inputs::read_input_table(file, evaluator)?,
+        None => (None, Vec::new()),
+    };
+    let scans = args.scans.or(last).unwrap_or(DEFAULT_SCANS).min(MAX_SCANS);
+    for text in &args.set {
+        let what = SimInput::new(evaluator, text)
+            .map_err(|why| VerbFailure::invalid_flag_value("--set <NAME=VALUE>", text, &why))?;
+        changes.push(ScanChange { scan: 1, input: what });
+    }
+    for text in &args.at {
+        let refuse = |why: String| VerbFailure::invalid_flag_value("--at <SCAN:NAME=VALUE>", text, &why);
+        let (scan, rest) = split_scan(scans, text, "5:Xstart=0").map_err(refuse)?;
+        changes.push(ScanChange { scan, input: SimInput::new(evaluator, rest).map_err(refuse)? });
+    }
+    // What comes later on the command line, or in it rather than in the file, is made last in its scan.
+    changes.sort_by_key(|change| change.scan);
+    Ok((scans, changes))
+}
+
+/// The bytes that arrive, and before which scan each is complete.
+fn byte_arrivals(args: &SimArgs, scans: u64, program: &LadderProgram) -> Result<Vec<(u64, u8)>, VerbFailure> {
+    let (mut bytes, mut free) = (Vec::new(), 1);
+    let receives = program.elements().any(|(_, element, _)| matches!(element, Element::UartRecv { .. }));
+    if !args.uart_in.is_empty() && !receives {
+        return Err(VerbFailure::Usage("--uart-in is for programs with UART_RECV; this one has none".to_owned()));
+    }
+    let (baud, cycle) = (program.settings.baud.unwrap_or(0).max(1), program.settings.cycle_us.max(1));
+    let apart = BYTE_US.div_ceil(u128::from(baud) * u128::from(cycle)).try_into().unwrap_or(u64::MAX);
+    for text in &args.uart_in {
+        let refuse = |why: String| VerbFailure::invalid_flag_value("--uart-in <SCAN:TEXT>", text, &why);
+        let (scan, rest) = split_scan(scans, text, "5:hello").map_err(refuse)?;
+        let mut at = scan.max(free);
+        for byte in unescape(rest).map_err(refuse)? {
+            bytes.push((at, byte));
+            at = at.saturating_add(apart);
+        }
+        free = at;
+    }
+    Ok(bytes)
+}
+
+/// Takes a scan off the front of a text.
+fn split_scan<'a>(scans: u64, text: &'a str, example: &str) -> Result<(u64, &'a str), String> {
+    let (scan, rest) = text.split_once(':').ok_or_else(|| format!("give a scan, as in {example}"))?;
+    match scan.trim().parse() {
+        Ok(scan) if (1..=scans).contains(&scan) => Ok((scan, rest)),
+        Ok(scan) => Err(format!("scan {scan} does not run; scans are 1 to {scans} (--scans)")),
+        Err(_) => Err(format!("`{scan}` is no scan; scans are 1 to {scans}")),
+    }
+}

@@ -1,0 +1,160 @@
+//! What `emu sim` gives to a program from outside: on the command line, and from a file of inputs by scan.
+
+use diag::{Diagnostic, Pos, Severity};
+use ladder::SymbolKind;
+use ladder_eval::Evaluator;
+
+use crate::shared::codes::INPUT_TABLE;
+use crate::shared::fail::VerbFailure;
+use crate::shared::input;
+use crate::shared::report::FileTexts;
+use diag::nearest;
+
+/// Something is given a value before a scan, counted from 1.
+pub struct ScanChange {
+    /// The scan.
+    pub scan: u64,
+    /// What, and which value.
+    pub input: SimInput,
+}
+
+/// What can be given.
+#[derive(Debug, Clone, Copy)]
+pub enum SimInput {
+    /// A symbol, by its index.
+    Symbol(usize, i32),
+    /// The level at an analog input, by the index of its symbol.
+    Level(usize, u16),
+    /// A cell of the EEPROM, by its address.
+    Cell(usize, u8),
+}
+
+impl ScanChange {
+    /// Gives it.
+    pub fn apply(&self, evaluator: &mut Evaluator) {
+        match self.input {
+            SimInput::Symbol(symbol, value) => evaluator.set(symbol, value),
+            SimInput::Level(symbol, level) => evaluator.set_adc(symbol, level),
+            SimInput::Cell(cell, byte) => evaluator.set_eeprom(cell, byte),
+        }
+    }
+}
+
+impl SimInput {
+    /// Reads `NAME=VALUE`.
+    pub fn new(evaluator: &Evaluator, text: &str) -> Result<SimInput, String> {
+        let (name, value) = text.split_once('=').ok_or("give a value, as in Xstart=1")?;
+        SimInput::of(evaluator, name.trim(), value.trim())
+    }
+
+    /// `value` for `name`; the cause where that cannot be.
+    fn of(evaluator: &Evaluator, name: &str, value: &str) -> Result<SimInput, String> {
+        let number = |low: i64, high: i64| {
+            let number = value.strip_prefix("0x").map_or_else(|| value.parse(), |hex| i64::from_str_radix(hex, 16));
+            let number = number.ok().filter(|number| (low..=high).contains(number));
+            number.ok_or_else(|| format!("`{name}` takes {low} to {high}, not `{value}`"))
+        };
+        if let Some(cell) = name.strip_prefix("eeprom:") {
+            let count = evaluator.eeprom().len();
+            let cell = cell.parse().ok().filter(|cell| *cell < count);
+            let cell = cell.ok_or_else(|| match count {
+                0 => "the program has no PERSIST, so no cell of the EEPROM".to_owned(),
+                _ => format!("there is no cell `{name}`; cells are eeprom:0 to eeprom:{}", count - 1),
+            })?;
+            return Ok(SimInput::Cell(cell, number(0, 255)? as u8));
+        }
+        let index = evaluator.index(name);
+        let Some((index, symbol)) = index.and_then(|i| Some((i, evaluator.symbols().get(i)?))) else {
+            let names: Vec<&str> = evaluator.symbols().iter().map(|s| s.name.as_str()).collect();
+            return Err(format!("the program has no symbol `{name}`; it has {}", names.join(", ")));
+        };
+        if evaluator.adc_symbols().any(|adc| adc == index) {
+            return Ok(SimInput::Level(index, number(0, 1023)? as u16));
+        }
+        let (low, high) = match symbol.bytes {
+            0 => (0, 1),
+            bytes => (-1_i64 << (8 * bytes - 1), (1_i64 << (8 * bytes - 1)) - 1),
+        };
+        Ok(SimInput::Symbol(index, number(low, high)? as i32))
+    }
+}
+
+/// Reads a file of inputs by scan: columns of X and of analog inputs count. Gives the last scan, where there is one, and the
+/// changes in their order. Its faults are told with their places.
+pub fn read_input_table(file: &str, evaluator: &Evaluator) -> Result<(Option<u64>, Vec<ScanChange>), VerbFailure> {
+    let bytes = input::read_bytes(file)?;
+    let text = diag::text::readable(&bytes);
+    read(file, &text, evaluator).map_err(|fault| VerbFailure::Refused(vec![*fault], FileTexts::one(file, bytes)))
+}
+
+fn read(file: &str, text: &str, evaluator: &Evaluator) -> Result<(Option<u64>, Vec<ScanChange>), Box<Diagnostic>> {
+    let mut lines = (1u32..).zip(text.lines()).map(|(number, line)| (number, cells(line)));
+    let fault = |pos: Pos, cause: String, hint: &str| {
+        Box::new(Diagnostic::new(Severity::Error, INPUT_TABLE, file, pos, cause, hint))
+    };
+    let (_, head) = lines.next().unwrap_or((1, Vec::new()));
+    let Some((("scan", _), columns)) = head.split_first() else {
+        let hint = "begin with a line such as scan,Xa,Xb";
+        return Err(fault(Pos::new(1, 1, 1), "the head line does not begin with `scan`".to_owned(), hint));
+    };
+    let names: Vec<&str> = evaluator.symbols().iter().map(|s| s.name.as_str()).collect();
+    for &(name, column) in columns {
+        let input = name.starts_with(['X', 'A']);
+        if input && evaluator.index(name).is_none() {
+            let near =
+                nearest(name, names.iter().copied()).map_or(String::new(), |near| format!("; did you mean {near}?"));
+            let cause = format!("the program has no symbol `{}`", shown(name));
+            let pos = Pos::new(1, column, name.chars().count() as u32);
+            return Err(fault(pos, cause, &format!("mend the name{near}")));
+        }
+    }
+    let counts = |name: &str| {
+        let symbol = evaluator.index(name).and_then(|i| Some((i, evaluator.symbols().get(i)?)));
+        symbol.is_some_and(|(i, s)| s.kind == SymbolKind::Input || evaluator.adc_symbols().any(|adc| adc == i))
+    };
+    let mut changes: Vec<ScanChange> = Vec::new();
+    let mut before = 0;
+    for (number, row) in lines.filter(|(_, row)| row.iter().any(|(cell, _)| !cell.is_empty())) {
+        let place = |at: usize| {
+            let (cell, column) = row.get(at).copied().unwrap_or(("", 1));
+            Pos::new(number, column, cell.chars().count().max(1) as u32)
+        };
+        let scan = row.first().and_then(|(scan, _)| scan.parse().ok()).filter(|scan| *scan > before);
+        let Some(scan) = scan else {
+            let cause = format!("`{}` is no scan after {before}", shown(row.first().map_or("", |(scan, _)| scan)));
+            return Err(fault(place(0), cause, "number the scans from 1, rising"));
+        };
+        before = scan;
+        if row.len() != columns.len() + 1 {
+            let cause = format!("{} value(s), wanted {} as in the head line", row.len(), columns.len() + 1);
+            return Err(fault(place(0), cause, "give every column a value, or leave it empty between its commas"));
+        }
+        for (at, (&(name, _), &(value, _))) in (1..).zip(columns.iter().zip(row.iter().skip(1))) {
+            if value.is_empty() || !counts(name) {
+                continue;
+            }
+            match SimInput::of(evaluator, name, value) {
+                Ok(what) => changes.push(ScanChange { scan, input: what }),
+                Err(cause) => return Err(fault(place(at), cause, "write a number in that range, or nothing")),
+            }
+        }
+    }
+    Ok(((before > 0).then_some(before), changes))
+}
+
+/// The values of a line, trimmed, each with its column from 1.
+fn cells(line: &str) -> Vec<(&str, u32)> {
+    let mut column = 1;
+    let mut out = Vec::new();
+    for cell in line.split(',') {
+        let indent = cell.chars().take_while(|c| c.is_whitespace()).count() as u32;
+        out.push((cell.trim(), column + indent));
+        column += cell.chars().count() as u32 + 1;
+    }
+    out
+}
+
+/// A word of the file as it may stand in a message.
+fn shown(text: &str) -> String {
+    text.chars().take(40).map(|c| if c.is_control() { '?' } else { c }).collect()
+}
