@@ -217,3 +217,30 @@ fn chips_say_what_is_not_modelled() {
         assert!(quirks.lines().count() > 5, "{name} has no QUIRKS.md");
     }
 }
+
+/// A new ladder element must not pass a reader of elements by: an arm for all others says above it why they do not matter.
+#[test]
+fn arms_for_all_other_elements_say_why() {
+    let mut silent = Vec::new();
+    for (_, dir) in crates() {
+        let mut files = Vec::new();
+        rust_files(&dir.join("src"), &mut files);
+        for file in files {
+            let text = fs::read_to_string(&file).expect("source");
+            let lines: Vec<&str> = text.lines().collect();
+            let indent = |line: &str| line.len() - line.trim_start().len();
+            for (n, line) in lines.iter().enumerate().filter(|(_, line)| line.trim_start().starts_with("_ =>")) {
+                let before = lines[..n].iter().rev().filter(|other| !other.trim().is_empty());
+                let arms =
+                    before.take_while(|other| indent(other) >= indent(line)).filter(|o| indent(o) == indent(line));
+                let elements =
+                    arms.filter(|arm| arm.trim_start().trim_start_matches("| ").starts_with("Element::")).count();
+                let why = lines[n.saturating_sub(1)].trim_start().starts_with("// ");
+                if elements > 1 && !why {
+                    silent.push(format!("{}:{}", file.display(), n + 1));
+                }
+            }
+        }
+    }
+    assert!(silent.is_empty(), "{}", silent.join("\n"));
+}

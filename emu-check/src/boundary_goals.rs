@@ -4,7 +4,7 @@
 //! Random values rarely bring an integer to its limit while all contacts beside the comparison pass, so a limit that
 //! is off by one would hide. Each wish is tried with several states; one that cannot be granted is dropped.
 
-use ladder::{CompareOp, Element, LadderOperand, LadderProgram, MathOp, SymbolKind};
+use ladder::{CompareOp, Element, LadderOperand, LadderProgram, MathOp, PowerEffect, SymbolKind};
 use ladder_eval::Evaluator;
 
 use crate::coverage_goals::EvaluatedScan;
@@ -62,8 +62,8 @@ impl BoundaryGoals {
         let mut stores = Vec::new();
         let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));
         for (at, (_, element, _)) in elements.enumerate() {
-            let plain = matches!(element, Element::Contacts { .. } | Element::Compare { .. } | Element::Short);
-            stores.push(!plain);
+            let facts = element.facts();
+            stores.push(!matches!(facts.power, PowerEffect::Narrows | PowerEffect::Wire));
             let mut add_goals = |symbol: Option<usize>, targets: Vec<GoalTarget>| {
                 let wish = |symbol| {
                     move |target| BoundaryGoal { position: at, symbol, target, failed_tries: 0, is_reached: false }
@@ -117,6 +117,7 @@ impl BoundaryGoals {
                         add_goals(Some(a), DIVIDENDS.into_iter().flat_map(by).collect());
                     }
                 }
+                // What compares, counts or looks up nothing has no boundary.
                 _ => {}
             }
         }

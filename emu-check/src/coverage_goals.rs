@@ -256,17 +256,7 @@ impl CoverageGoals {
 }
 
 fn is_simple_branch(branch: &[RungNode]) -> bool {
-    let timed = |element: &Element| {
-        matches!(
-            element,
-            Element::Timer { .. }
-                | Element::Counter { .. }
-                | Element::Osr
-                | Element::Osf
-                | Element::FormattedString { .. }
-                | Element::UartSend { .. }
-        )
-    };
+    let timed = |element: &Element| element.facts().has_memory;
     !branch.iter().any(|node| matches!(node, RungNode::Leaf(element, _) if timed(element)))
 }
 

@@ -133,7 +133,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
             }
             (CoverageClass::Serial, goals)
         }
-        _ => return None,
+        Element::Comment(_) | Element::Short | Element::Open | Element::Placeholder => return None,
     })
 }
 

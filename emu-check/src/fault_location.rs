@@ -1,6 +1,6 @@
 //! Which element went wrong: the differing scan once more, stopped at every element.
 
-use ladder::{Element, ElementId, LadderProgram};
+use ladder::{ChipPart, Element, ElementId, LadderProgram, WriteMoment};
 use ladder_compile::ImageMap;
 
 use crate::coverage_goals::EvaluatedScan;
@@ -22,17 +22,14 @@ pub(crate) fn find_faulty_element<C: CheckedChip, F: Fn(u64) -> C>(
         let byte = mismatch.pc.map(|pc| pc * bench.places.word_bytes);
         return (byte.and_then(|byte| element_at(map, byte)), None);
     }
-    let only = |what: fn(&Element) -> bool| {
-        let mut all = program.elements().filter(|(_, element, _)| what(element)).map(|(id, ..)| id);
+    let only = |part: ChipPart| {
+        let mut all = program.elements().filter(|(_, e, _)| e.facts().part == Some(part)).map(|(id, ..)| id);
         all.next().filter(|_| all.next().is_none())
     };
     match mismatch.kind {
-        DifferenceKind::Serial => {
-            let sends = |e: &Element| matches!(e, Element::UartSend { .. } | Element::FormattedString { .. });
-            return (only(sends), None);
-        }
-        DifferenceKind::Pwm => return (only(|e| matches!(e, Element::SetPwm { .. })), None),
-        DifferenceKind::Eeprom => return (only(|e| matches!(e, Element::Persist { .. })), None),
+        DifferenceKind::Serial => return (only(ChipPart::Transmitter), None),
+        DifferenceKind::Pwm => return (only(ChipPart::Pwm), None),
+        DifferenceKind::Eeprom => return (only(ChipPart::Eeprom), None),
         _ => {}
     }
     let first = mismatch.differing.first().copied();
@@ -114,49 +111,20 @@ fn suspect_element(
     let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));
     let mut writers = Vec::new();
     let mut last = None;
-    for ((id, element, _), (input, _)) in elements.zip(&seen.trace) {
-        let Some((written, when)) = written_symbol(element) else { continue };
-        let shifts =
-            |stages: u32| name.strip_prefix(written).and_then(|n| n.parse().ok()).is_some_and(|n: u32| n < stages);
-        let writes = match element {
-            Element::ShiftRegister { stages, .. } => shifts(*stages),
-            _ => written == name,
+    for ((id, element, _), (input, output)) in elements.zip(&seen.trace) {
+        let Some(moment) = element.facts().write_moment(name) else { continue };
+        writers.push(id);
+        let has_written = match moment {
+            WriteMoment::Always => true,
+            WriteMoment::Powered => *input,
+            WriteMoment::Passing => *output,
         };
-        if writes {
-            writers.push(id);
-            if when == WriteCondition::Always || *input {
-                last = Some(id);
-            }
+        if has_written {
+            last = Some(id);
         }
     }
     // An element that has no business with the symbol; then one that acted after the last that should have; then that.
     let stray = changes.iter().flatten().find(|id| !writers.contains(id));
     let late = changes.iter().flatten().find(|id| last.is_none_or(|last| **id > last));
     stray.or(late).copied().or(last)
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum WriteCondition {
-    Always,
-    /// Only on a true rung.
-    OnTrue,
-}
-
-/// What an element writes (of a shift register the stem of its integers), and when.
-fn written_symbol(element: &Element) -> Option<(&str, WriteCondition)> {
-    match element {
-        Element::Coil { name, set: false, reset: false, .. } => Some((name, WriteCondition::Always)),
-        Element::Timer { name, .. } | Element::Counter { name, .. } => Some((name, WriteCondition::Always)),
-        Element::Coil { name, .. }
-        | Element::Res { name }
-        | Element::ShiftRegister { name, .. }
-        | Element::ReadAdc { name, .. }
-        | Element::UartRecv { name, .. }
-        | Element::Persist { name } => Some((name, WriteCondition::OnTrue)),
-        Element::Move { dest, .. }
-        | Element::Math { dest, .. }
-        | Element::LookUpTable { dest, .. }
-        | Element::PiecewiseLinear { dest, .. } => Some((dest, WriteCondition::OnTrue)),
-        _ => None,
-    }
 }

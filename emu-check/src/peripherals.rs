@@ -4,7 +4,7 @@ use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
-use ladder::{Element, LadderProgram};
+use ladder::{ChipPart, LadderProgram};
 use ladder_compile::{ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
@@ -142,7 +142,5 @@ impl CheckedPeripherals {
 
 /// Whether a program sends bytes, and whether it receives any.
 pub(crate) fn uses_serial(program: &LadderProgram) -> (bool, bool) {
-    let any = |what: fn(&Element) -> bool| program.elements().any(|(_, element, _)| what(element));
-    let sends = any(|e| matches!(e, Element::UartSend { .. } | Element::FormattedString { .. }));
-    (sends, any(|e| matches!(e, Element::UartRecv { .. })))
+    (program.uses_part(ChipPart::Transmitter), program.uses_part(ChipPart::Receiver))
 }

@@ -217,13 +217,15 @@ impl<'a> ReachPass<'a> {
                 self.integers.remove(name);
                 same
             }
-            Element::SetPwm { .. } => same,
+            Element::SetPwm { .. } | Element::Comment(_) => same,
             Element::UartRecv { name, .. } => {
                 self.integers.remove(name);
                 when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE)
             }
             // Sending is busy whatever the rung; whatever they do is taken for possible.
-            _ => when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE),
+            Element::UartSend { .. } | Element::FormattedString { .. } | Element::Placeholder => {
+                when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE)
+            }
         }
     }
 

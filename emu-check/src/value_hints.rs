@@ -167,9 +167,6 @@ pub(crate) fn element_constants(program: &LadderProgram, element: &Element) -> V
             });
             scans.and_then(|n| i32::try_from(n + i64::from(adjust)).ok()).into_iter().collect()
         }
-        Element::Counter { max, init, .. } => {
-            [Some(max), init.as_ref()].into_iter().flatten().filter_map(value).collect()
-        }
         Element::LookUpTable { index, values, .. } => {
             let last = i32::try_from(values.len()).unwrap_or(i32::MAX);
             value(index).into_iter().chain([0, last]).collect()
@@ -180,10 +177,7 @@ pub(crate) fn element_constants(program: &LadderProgram, element: &Element) -> V
         }
         Element::SetPwm { duty, .. } => value(duty).into_iter().chain([0, 100]).collect(),
         Element::FormattedString { var: Some(_), .. } => vec![0, 9, 10, 99, 100, 999, 1_000, 9_999, 10_000],
-        Element::Move { src, .. } => value(src).into_iter().collect(),
-        Element::Math { op1, op2, .. } | Element::Compare { op1, op2, .. } => {
-            [op1, op2].into_iter().filter_map(value).collect()
-        }
-        _ => Vec::new(),
+        // Whatever it is, its constants are worth trying.
+        _ => element.facts().constants.into_iter().filter_map(|value| i32::try_from(value).ok()).collect(),
     }
 }

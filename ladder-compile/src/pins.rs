@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::Chip;
-use ladder::{Element, LadderProgram, SymbolKind};
+use ladder::{ChipPart, Element, LadderProgram, SymbolKind};
 
 use crate::codes;
 use crate::target::CompileTarget;
@@ -204,10 +204,8 @@ fn usable_pins(target: &'static CompileTarget, kind: SymbolKind) -> Vec<&'static
 
 /// Pins that parts of the chip take, and which.
 fn peripheral_pins(program: &LadderProgram, target: &'static CompileTarget) -> Vec<(&'static str, &'static str)> {
-    let any = |which: fn(&Element) -> bool| program.elements().any(|(_, element, _)| which(element));
-    let sends = any(|e| matches!(e, Element::UartSend { .. } | Element::FormattedString { .. }));
-    let receives = any(|e| matches!(e, Element::UartRecv { .. }));
-    let pwm = any(|e| matches!(e, Element::SetPwm { .. }));
+    let (sends, receives) = (program.uses_part(ChipPart::Transmitter), program.uses_part(ChipPart::Receiver));
+    let pwm = program.uses_part(ChipPart::Pwm);
     let mut out = Vec::new();
     out.extend(target.uart.filter(|_| sends).map(|(transmit, _)| (transmit, "the serial line")));
     out.extend(target.uart.filter(|_| receives).map(|(_, receive)| (receive, "the serial line")));

@@ -72,6 +72,7 @@ impl FlatBuilder<'_> {
                 Element::ReadAdc { name, .. } => {
                     self.code.adc_symbols.extend(self.by_name.get(name).and_then(|at| u32::try_from(*at).ok()));
                 }
+                // No other element says anything about its symbols before it is executed.
                 _ => {}
             }
         }
@@ -165,7 +166,15 @@ impl FlatBuilder<'_> {
                 ElementOp::Compare { op: *op, a: self.operand_source(op1)?, b: self.operand_source(op2)? }
             }
             Element::Placeholder => return Err("an empty place: the rung is not complete".to_owned()),
-            _ => peripheral_ops::peripheral_op(self, element)?,
+            Element::ShiftRegister { .. }
+            | Element::LookUpTable { .. }
+            | Element::PiecewiseLinear { .. }
+            | Element::ReadAdc { .. }
+            | Element::SetPwm { .. }
+            | Element::UartRecv { .. }
+            | Element::UartSend { .. }
+            | Element::Persist { .. }
+            | Element::FormattedString { .. } => peripheral_ops::peripheral_op(self, element)?,
         };
         Ok(Some(op))
     }

@@ -79,6 +79,7 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
             builder.code.eeprom_cells += u32::from(builder.integer_bytes(var));
             ElementOp::Persist { var, cell, memory: builder.new_memory() }
         }
+        // The caller hands over those above alone.
         _ => return Err("this element has no meaning here".to_owned()),
     })
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use emu_debug::debug::{DynMachine, ProgramFollower};
-use ladder::{Element, ElementId, LadderProgram, SymbolKind, element_text};
+use ladder::{ChipPart, Element, ElementId, LadderProgram, PowerEffect, SymbolKind, WriteMoment, element_text};
 use ladder_eval::Evaluator;
 
 use crate::power_flow::{PowerDecider, deciders};
@@ -131,7 +131,7 @@ impl LadderView {
         }
         let behind = ElementId { index: decider.id.index + 1, ..decider.id };
         let one = |name: &str| Some(format!("{name} {}", scan.value(self.facts.power_up.index(name)?, Some(behind))));
-        let all: Vec<String> = read_symbols(decider.element).into_iter().filter_map(one).collect();
+        let all: Vec<String> = deciding_symbols(decider.element).iter().filter_map(|name| one(name)).collect();
         if all.is_empty() { String::new() } else { format!(" ({})", all.join(", ")) }
     }
 
@@ -146,13 +146,11 @@ impl LadderView {
         let name = &self.facts.power_up.symbols().get(symbol)?.name;
         let wrote = |id: ElementId, element: &Element| {
             let (powered, passing) = scan.power(id).unwrap_or_default();
-            match written_symbols(element) {
-                WrittenSymbols::Always(written) => written == name,
-                WrittenSymbols::Powered(written) => powered && written == name,
-                WrittenSymbols::Passing(written) => passing && written == name,
-                WrittenSymbols::Stages(stem, stages) => powered && is_stage(name, stem, stages),
-                WrittenSymbols::Nothing => false,
-            }
+            element.facts().write_moment(name).is_some_and(|moment| match moment {
+                WriteMoment::Always => true,
+                WriteMoment::Powered => powered,
+                WriteMoment::Passing => passing,
+            })
         };
         let elements = self.facts.program.elements().take_while(|(id, ..)| to.is_none_or(|to| *id < to));
         elements.filter(|(id, element, _)| wrote(*id, element)).map(|(id, ..)| id).last()
@@ -197,7 +195,7 @@ impl ChangeExplainer<'_> {
         }
         // Of what decided, that which had changed not long before: in this scan, or in the one before.
         for decider in deciders_on_path {
-            for name in read_symbols(decider.element) {
+            for name in &deciding_symbols(decider.element) {
                 let Some(cause) = view.facts.power_up.index(name).filter(|cause| *cause != symbol) else { continue };
                 // What an element reads and writes itself, it has read as it left it.
                 let behind = ElementId { index: decider.id.index + 1, ..decider.id };
@@ -224,14 +222,8 @@ impl ChangeExplainer<'_> {
 pub(crate) fn symbol_writes(program: &LadderProgram, start: &Evaluator) -> Vec<(ElementId, u32)> {
     let mut all = Vec::new();
     for (id, element, _) in program.elements() {
-        let is_written = |name: &str| match written_symbols(element) {
-            WrittenSymbols::Always(written) | WrittenSymbols::Powered(written) | WrittenSymbols::Passing(written) => {
-                written == name
-            }
-            WrittenSymbols::Stages(stem, stages) => is_stage(name, stem, stages),
-            WrittenSymbols::Nothing => false,
-        };
-        let symbols = (0..).zip(start.symbols()).filter(|(_, symbol)| is_written(&symbol.name));
+        let facts = element.facts();
+        let symbols = (0..).zip(start.symbols()).filter(|(_, symbol)| facts.write_moment(&symbol.name).is_some());
         all.extend(symbols.map(|(symbol, _)| (id, symbol)));
     }
     all
@@ -239,68 +231,23 @@ pub(crate) fn symbol_writes(program: &LadderProgram, start: &Evaluator) -> Vec<(
 
 /// Symbols that nothing but the serial line writes.
 pub(crate) fn serial_symbols(program: &LadderProgram, start: &Evaluator, writes: &[(ElementId, u32)]) -> Vec<usize> {
-    let names = program.elements().filter_map(|(_, element, _)| match element {
-        Element::UartRecv { name, .. } => start.index(name),
-        _ => None,
-    });
+    let receives = program.elements().filter(|(_, element, _)| element.facts().part == Some(ChipPart::Receiver));
+    let names = receives
+        .flat_map(|(_, element, _)| element.facts().written().filter_map(|name| start.index(name)).collect::<Vec<_>>());
     names.filter(|symbol| writes.iter().filter(|write| write.1 as usize == *symbol).count() == 1).collect()
 }
 
-/// A shift register of so many stages writes it: all but the first, which is its input.
-fn is_stage(name: &str, stem: &str, stages: u32) -> bool {
-    let number = name.strip_prefix(stem);
-    number.is_some_and(|n| n.parse().is_ok_and(|stage: u32| (1..stages).contains(&stage) && stage.to_string() == n))
-}
-
-/// What an element writes.
-enum WrittenSymbols<'a> {
-    Nothing,
-    /// Whether it has power or not.
-    Always(&'a str),
-    /// Only with power.
-    Powered(&'a str),
-    /// Only where it gives power on.
-    Passing(&'a str),
-    /// The stages of a shift register, with power: its stem and their number.
-    Stages(&'a str, u32),
-}
-
-fn written_symbols(element: &Element) -> WrittenSymbols<'_> {
-    match element {
-        Element::Coil { name, set, reset, .. } if *set || *reset => WrittenSymbols::Powered(name),
-        Element::Coil { name, .. } | Element::Timer { name, .. } | Element::Counter { name, .. } => {
-            WrittenSymbols::Always(name)
-        }
-        Element::Res { name } | Element::ReadAdc { name, .. } => WrittenSymbols::Powered(name),
-        Element::UartRecv { name, .. } => WrittenSymbols::Passing(name),
-        Element::Persist { name } => WrittenSymbols::Always(name),
-        Element::Move { dest, .. }
-        | Element::Math { dest, .. }
-        | Element::LookUpTable { dest, .. }
-        | Element::PiecewiseLinear { dest, .. } => WrittenSymbols::Powered(dest),
-        Element::ShiftRegister { name, stages } => WrittenSymbols::Stages(name, *stages),
-        _ => WrittenSymbols::Nothing,
-    }
-}
-
 /// Symbols whose values decide what an element gives on.
-fn read_symbols(element: &Element) -> Vec<&str> {
-    let name = |operand: &'_ ladder::LadderOperand| match operand {
-        ladder::LadderOperand::Var(_) => true,
-        ladder::LadderOperand::Const { .. } => false,
+fn deciding_symbols(element: &Element) -> Vec<String> {
+    let facts = element.facts();
+    let decides = match facts.power {
+        PowerEffect::Narrows => true,
+        // What decides is the element's own count, not what it is compared with.
+        PowerEffect::Decides => false,
+        PowerEffect::NoWire | PowerEffect::Wire | PowerEffect::Acts => return Vec::new(),
     };
-    match element {
-        Element::Contacts { name, .. } | Element::Timer { name, .. } | Element::Counter { name, .. } => vec![name],
-        Element::Compare { op1, op2, .. } => {
-            let variables = [op1, op2].into_iter().filter(|operand| name(operand));
-            variables
-                .filter_map(
-                    |operand| if let ladder::LadderOperand::Var(name) = operand { Some(name.as_str()) } else { None },
-                )
-                .collect()
-        }
-        _ => Vec::new(),
-    }
+    let symbols = facts.symbols.into_iter().filter(|symbol| symbol.is_read && (decides || symbol.write.is_some()));
+    symbols.map(|symbol| symbol.name.into_owned()).collect()
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Through which elements power came to a place of a rung, or which kept it from coming.
 
-use ladder::{Element, ElementId, LadderProgram, Rung, RungNode};
+use ladder::{Element, ElementId, LadderProgram, PowerEffect, Rung, RungNode};
 
 use crate::scan_follower::FollowedScan;
 
@@ -60,12 +60,12 @@ impl<'a> RungWalk<'a, '_> {
 
     fn leaf(&mut self, id: ElementId, element: &'a Element) {
         let Some((before, behind)) = self.scan.power(id) else { return };
-        let decides = !matches!(element, Element::Comment(_) | Element::Short);
+        let decides = matches!(element.facts().power, PowerEffect::Narrows | PowerEffect::Decides);
         if !behind && before {
             // Whatever let power through before has not mattered.
             self.path.clear();
             self.path.push(PowerDecider { id, element, passed_power: false });
-        } else if behind && (decides && affects_power(element) || !before) {
+        } else if behind && (decides || !before) {
             if !before {
                 // It gives power by itself.
                 self.path.clear();
@@ -110,22 +110,4 @@ impl<'a> RungWalk<'a, '_> {
         let last = (first..end).rev().find_map(|index| self.scan.power(ElementId { rung: self.rung, index }));
         last.map_or_else(|| before.first().is_none_or(|decider| decider.passed_power), |(_, behind)| behind)
     }
-}
-
-/// Power behind the element may differ from that before it: coils and moves give on what they get.
-fn affects_power(element: &Element) -> bool {
-    !matches!(
-        element,
-        Element::Coil { .. }
-            | Element::Move { .. }
-            | Element::Math { .. }
-            | Element::Res { .. }
-            | Element::MasterRelay
-            | Element::ShiftRegister { .. }
-            | Element::LookUpTable { .. }
-            | Element::PiecewiseLinear { .. }
-            | Element::ReadAdc { .. }
-            | Element::SetPwm { .. }
-            | Element::Persist { .. }
-    )
 }

@@ -129,7 +129,26 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
             let cause = "divides by 0, which gives -1 for a dividend from 0 and 1 below";
             checker.warning(codes::DIVISION_BY_ZERO, at, cause, "test the divisor first");
         }
-        _ => peripheral_checks::check_peripheral_element(checker, at),
+        Element::LookUpTable { .. }
+        | Element::PiecewiseLinear { .. }
+        | Element::ReadAdc { .. }
+        | Element::SetPwm { .. }
+        | Element::UartRecv { .. }
+        | Element::UartSend { .. }
+        | Element::FormattedString { .. } => peripheral_checks::check_peripheral_element(checker, at),
+        Element::Comment(_)
+        | Element::Contacts { .. }
+        | Element::Short
+        | Element::Open
+        | Element::MasterRelay
+        | Element::Osr
+        | Element::Osf
+        | Element::Res { .. }
+        | Element::Move { .. }
+        | Element::Math { .. }
+        | Element::Compare { .. }
+        | Element::ShiftRegister { .. }
+        | Element::Persist { .. } => {}
     }
 }
 
@@ -217,24 +236,6 @@ fn check_counter(
     }
 }
 
-/// Elements that may only end their path to the right rail.
-pub(crate) const fn must_be_last(element: &Element) -> bool {
-    matches!(
-        element,
-        Element::Coil { .. }
-            | Element::Res { .. }
-            | Element::Move { .. }
-            | Element::Math { .. }
-            | Element::ShiftRegister { .. }
-            | Element::LookUpTable { .. }
-            | Element::PiecewiseLinear { .. }
-            | Element::ReadAdc { .. }
-            | Element::SetPwm { .. }
-            | Element::MasterRelay
-            | Element::Persist { .. }
-    )
-}
-
 /// Walks a series whose right end is (or is not) the right rail.
 fn check_last_elements(checker: &mut Checker<'_>, series: &[RungNode], at_rail: bool, next: &mut ElementId) {
     // A comment is no part of the circuit, so it does not separate an element from the rail.
@@ -243,7 +244,7 @@ fn check_last_elements(checker: &mut Checker<'_>, series: &[RungNode], at_rail: 
         let at_rail = at_rail && end.is_none_or(|end| i >= end);
         match node {
             RungNode::Leaf(element, pos) => {
-                if must_be_last(element) && !at_rail {
+                if !at_rail && element.facts().must_be_last() {
                     let at = CheckedElement { id: *next, element, pos: *pos };
                     let cause = "must be the last element before the right rail, but something follows it";
                     checker.error(

@@ -32,6 +32,7 @@ impl<'a> IntegerWidths<'a> {
                     (name, timer_preset(program, delay, adjust.as_ref()).map_or(DEFAULT_BYTES, min_bytes))
                 }
                 Element::Counter { name, max, init, .. } => (name, operand(max).max(init.as_ref().map_or(0, operand))),
+                // Nothing else has a width of its own.
                 _ => continue,
             };
             let slot = known.entry(name.as_str()).or_insert(bytes);

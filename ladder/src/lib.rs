@@ -6,6 +6,7 @@ mod check;
 mod codes;
 mod counted_elements;
 mod draw;
+mod element_facts;
 mod element_keywords;
 mod element_reader;
 mod element_symbol;
@@ -25,6 +26,7 @@ mod write;
 pub use check::check;
 pub use codes::{CODES, REWRITTEN};
 pub use draw::{Drawing, DrawnElement, draw, draw_rung};
+pub use element_facts::{ChipPart, ElementFacts, PowerEffect, SymbolUse, WriteMoment};
 pub use model::*;
 pub use packages::{chip_of, has_pin_table, package_pin};
 pub use parse::{

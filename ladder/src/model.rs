@@ -7,6 +7,8 @@
 use diag::Pos;
 use serde::Serialize;
 
+use crate::element_facts::ChipPart;
+
 /// Which set of meanings the elements have. Same text, different behaviour: a program always states its dialect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 pub enum LadderDialect {
@@ -421,6 +423,12 @@ impl LadderProgram {
     #[must_use]
     pub fn symbols(&self) -> Vec<LadderSymbol> {
         crate::symbols::collect_symbols(self)
+    }
+
+    /// Whether an element of the program uses a part of the chip.
+    #[must_use]
+    pub fn uses_part(&self, part: ChipPart) -> bool {
+        self.elements().any(|(_, element, _)| element.facts().part == Some(part))
     }
 
     /// All elements with their identity, in text order, comments included.

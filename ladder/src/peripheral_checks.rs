@@ -50,6 +50,7 @@ pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedEle
             check_string(checker, at, var.as_deref(), text, *quoted);
             check_baud(checker, at);
         }
+        // The rest has nothing that its own line could get wrong.
         _ => {}
     }
 }

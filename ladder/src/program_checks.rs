@@ -6,23 +6,18 @@ use diag::Severity;
 
 use crate::check::{CheckedElement, Checker};
 use crate::codes;
-use crate::model::{CounterKind, Element, ElementId};
+use crate::model::{CounterKind, Element, ElementId, SymbolKind};
 
 /// Double coils, undriven contacts, shared accumulators, RES of anything.
 pub(crate) fn check_names(checker: &mut Checker<'_>) {
     let program = checker.program;
     // Names of coils -> the first one and whether all so far were set-only or reset-only.
     let mut coils: BTreeMap<&str, (ElementId, bool)> = BTreeMap::new();
-    let mut owners: BTreeMap<&str, (ElementId, &Element)> = BTreeMap::new();
+    let mut owners: BTreeMap<String, (ElementId, &Element)> = BTreeMap::new();
     let mut contacts: BTreeSet<&str> = BTreeSet::new();
-    let driven: BTreeSet<&str> = program
-        .elements()
-        .filter_map(|(_, e, _)| match e {
-            Element::Coil { name, .. } => Some(name.as_str()),
-            _ => None,
-        })
-        .collect();
-    let counted: BTreeSet<&str> = program.elements().filter_map(|(_, e, _)| accumulator(e)).collect();
+    let driven: BTreeSet<String> =
+        program.elements().flat_map(|(_, e, _)| e.facts().written().map(str::to_owned).collect::<Vec<_>>()).collect();
+    let counted: BTreeSet<String> = program.elements().filter_map(|(_, e, _)| accumulator(e)).collect();
     for (id, element, pos) in program.elements() {
         let at = CheckedElement { id, element, pos };
         match element {
@@ -55,11 +50,12 @@ pub(crate) fn check_names(checker: &mut Checker<'_>) {
                 let hint = format!("mend the name, or write MOVE {name} 0");
                 checker.warning(codes::RES_TARGET, at, cause, hint);
             }
+            // The checks below go by what the table says of an element.
             _ => {}
         }
         if let Some(name) = accumulator(element) {
-            match owners.get(name) {
-                Some((first, other)) => report_shared_accumulator(checker, at, name, *first, other),
+            match owners.get(&name) {
+                Some((first, other)) => report_shared_accumulator(checker, at, &name, *first, other),
                 None => drop(owners.insert(name, (id, element))),
             }
         }
@@ -67,11 +63,10 @@ pub(crate) fn check_names(checker: &mut Checker<'_>) {
 }
 
 /// The accumulator of a timer or counter.
-fn accumulator(element: &Element) -> Option<&str> {
-    match element {
-        Element::Timer { name, .. } | Element::Counter { name, .. } => Some(name),
-        _ => None,
-    }
+fn accumulator(element: &Element) -> Option<String> {
+    let facts = element.facts();
+    let of = facts.symbols.iter().find(|symbol| matches!(symbol.kind, SymbolKind::Timer | SymbolKind::Counter));
+    of.map(|symbol| symbol.name.to_string())
 }
 
 fn report_shared_accumulator(

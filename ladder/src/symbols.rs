@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::integer_widths::IntegerWidths;
-use crate::model::{Element, LadderOperand, LadderProgram, LadderSymbol, SymbolKind};
+use crate::model::{Element, LadderProgram, LadderSymbol, SymbolKind};
 
 pub(crate) fn collect_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
     let mut found: BTreeMap<String, SymbolKind> = BTreeMap::new();
@@ -51,58 +51,5 @@ pub fn kind_by_letter(name: &str) -> SymbolKind {
 
 /// Calls `each` for every name that `element` reads or writes, with the kind that this use gives it.
 pub fn for_each_symbol_use(element: &Element, each: &mut dyn FnMut(&str, SymbolKind)) {
-    use SymbolKind::{Adc, Counter, Timer, Variable};
-    let operand = |o: &LadderOperand, each: &mut dyn FnMut(&str, SymbolKind)| {
-        if let LadderOperand::Var(name) = o {
-            each(name, Variable);
-        }
-    };
-    match element {
-        Element::Comment(_)
-        | Element::Short
-        | Element::Open
-        | Element::Placeholder
-        | Element::MasterRelay
-        | Element::Osr
-        | Element::Osf => {}
-        Element::Contacts { name, .. } | Element::Coil { name, .. } => each(name, kind_by_letter(name)),
-        Element::Timer { name, delay, adjust, .. } => {
-            each(name, Timer);
-            operand(delay, each);
-            adjust.iter().for_each(|o| operand(o, each));
-        }
-        Element::Counter { name, max, init, .. } => {
-            each(name, Counter);
-            operand(max, each);
-            init.iter().for_each(|o| operand(o, each));
-        }
-        Element::Res { name } => each(name, Variable),
-        Element::Move { dest, src } => {
-            each(dest, Variable);
-            operand(src, each);
-        }
-        Element::Math { dest, op1, op2, .. } => {
-            each(dest, Variable);
-            operand(op1, each);
-            operand(op2, each);
-        }
-        Element::Compare { op1, op2, .. } => {
-            operand(op1, each);
-            operand(op2, each);
-        }
-        Element::ShiftRegister { name, stages } => (0..*stages).for_each(|i| each(&format!("{name}{i}"), Variable)),
-        Element::LookUpTable { dest, index, .. } | Element::PiecewiseLinear { dest, index, .. } => {
-            each(dest, Variable);
-            operand(index, each);
-        }
-        Element::ReadAdc { name, .. } => each(name, Adc),
-        Element::SetPwm { duty, hertz, .. } => {
-            operand(duty, each);
-            operand(hertz, each);
-        }
-        Element::UartRecv { name, .. } | Element::UartSend { name, .. } | Element::Persist { name } => {
-            each(name, Variable)
-        }
-        Element::FormattedString { var, .. } => var.iter().for_each(|name| each(name, Variable)),
-    }
+    element.facts().symbols.iter().for_each(|symbol| each(&symbol.name, symbol.kind));
 }

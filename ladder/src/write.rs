@@ -225,7 +225,7 @@ pub(crate) const fn math_keyword(op: MathOp) -> &'static str {
     }
 }
 
-const fn compare_keyword(op: CompareOp) -> &'static str {
+pub(crate) const fn compare_keyword(op: CompareOp) -> &'static str {
     match op {
         CompareOp::Equ => "EQU",
         CompareOp::Neq => "NEQ",

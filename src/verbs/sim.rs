@@ -8,7 +8,7 @@ use std::io::{self, BufWriter, Write};
 
 use clap::Args;
 use emu_debug::text_escapes::unescape;
-use ladder::{Element, LadderProgram};
+use ladder::{ChipPart, LadderProgram};
 use ladder_eval::{Evaluator, UnsupportedElement};
 
 use crate::args::LadderFlags;
@@ -116,7 +116,7 @@ pub fn sim(args: &SimArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
     }
     let bytes = byte_arrivals(args, scans, &read.program)?;
     let symbols = evaluator.symbols().to_vec();
-    let mut trace = ScanTraceTable::new(&symbols, &evaluator, can_send(&read.program));
+    let mut trace = ScanTraceTable::new(&symbols, &evaluator, read.program.uses_part(ChipPart::Transmitter));
     let most = MAX_VALUES / (trace.width() as u64).max(1);
     if scans > most {
         let why = format!("with {} values a scan at most {most} scans are traced at once", trace.width());
@@ -142,12 +142,6 @@ pub fn sim(args: &SimArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
         output::print(trace.table())?;
     }
     Ok(exit::OK)
-}
-
-/// The program has elements that send bytes.
-fn can_send(program: &LadderProgram) -> bool {
-    let sends = |element: &Element| matches!(element, Element::UartSend { .. } | Element::FormattedString { .. });
-    program.elements().any(|(_, element, _)| sends(element))
 }
 
 /// Writes what was asked for; `played`: the verdict of a scenario.
@@ -231,7 +225,7 @@ fn planned_changes(args: &SimArgs, evaluator: &Evaluator) -> Result<(u64, Vec<Sc
 /// The bytes that arrive, and before which scan each is complete.
 fn byte_arrivals(args: &SimArgs, scans: u64, program: &LadderProgram) -> Result<Vec<(u64, u8)>, VerbFailure> {
     let (mut bytes, mut free) = (Vec::new(), 1);
-    let receives = program.elements().any(|(_, element, _)| matches!(element, Element::UartRecv { .. }));
+    let receives = program.uses_part(ChipPart::Receiver);
     if !args.uart_in.is_empty() && !receives {
         return Err(VerbFailure::Usage("--uart-in is for programs with UART_RECV; this one has none".to_owned()));
     }

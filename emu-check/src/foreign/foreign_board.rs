@@ -3,7 +3,7 @@
 use diag::{Diagnostic, Pos, Severity};
 use emu_core::chip::Chip;
 use emu_core::pins::PinId;
-use ladder::{Element, LadderOperand, LadderProgram, SymbolKind};
+use ladder::{ChipPart, Element, LadderOperand, LadderProgram, SymbolKind};
 use ladder_compile::{ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
@@ -116,10 +116,8 @@ impl ForeignBoard {
         for symbol in eval.symbols().iter().filter(|s| s.kind == SymbolKind::Output && is_loose(s)) {
             left_out.push(format!("{}: depends on the moment at which a byte is sent", symbol.name));
         }
-        let bytes = !program.elements().any(|(_, element, _)| match element {
-            Element::UartSend { name, .. } => names(name),
-            Element::FormattedString { var: Some(name), .. } => names(name),
-            _ => false,
+        let bytes = !program.elements().map(|(_, element, _)| element.facts()).any(|facts| {
+            facts.part == Some(ChipPart::Transmitter) && facts.symbols.iter().any(|symbol| names(&symbol.name))
         });
         if !bytes {
             left_out.push("values of bytes: they depend on the moment at which others were sent".to_owned());
@@ -187,44 +185,19 @@ fn timing_dependent_symbols(program: &LadderProgram, lasts: u64) -> Vec<String> 
             if rung != Some(id.rung) {
                 (rung, tainted) = (Some(id.rung), all);
             }
-            let mut used = false;
-            ladder::symbols::for_each_symbol_use(element, &mut |name, _| {
-                used |= names.iter().any(|other| other == name)
-            });
-            tainted |= used
-                || match element {
-                    Element::UartSend { .. } => true,
-                    Element::FormattedString { .. } => lasts > 1,
-                    _ => false,
-                };
+            let facts = element.facts();
+            tainted |= facts.symbols.iter().any(|symbol| names.iter().any(|other| *other == symbol.name))
+                || facts.part == Some(ChipPart::Transmitter)
+                    && (lasts > 1 || !matches!(element, Element::FormattedString { .. }));
             all |= tainted && *element == Element::MasterRelay;
-            for name in written_symbols(element).into_iter().filter(|_| tainted) {
-                if !names.contains(&name) {
-                    names.push(name);
+            for name in facts.written().filter(|_| tainted) {
+                if !names.iter().any(|other| other == name) {
+                    names.push(name.to_owned());
                 }
             }
         }
         if before == (names.len(), all) {
             return names;
         }
-    }
-}
-
-/// The symbols that an element writes.
-fn written_symbols(element: &Element) -> Vec<String> {
-    match element {
-        Element::Coil { name, .. }
-        | Element::Timer { name, .. }
-        | Element::Counter { name, .. }
-        | Element::Res { name }
-        | Element::Move { dest: name, .. }
-        | Element::Math { dest: name, .. }
-        | Element::LookUpTable { dest: name, .. }
-        | Element::PiecewiseLinear { dest: name, .. }
-        | Element::ReadAdc { name, .. }
-        | Element::UartRecv { name, .. }
-        | Element::Persist { name } => vec![name.clone()],
-        Element::ShiftRegister { name, stages } => (0..*stages).map(|n| format!("{name}{n}")).collect(),
-        _ => Vec::new(),
     }
 }

@@ -20,6 +20,7 @@ pub(crate) fn long_run_scans(program: &LadderProgram) -> usize {
             Element::Counter { max: LadderOperand::Const { value, .. }, .. } => {
                 count = count.max(value.unsigned_abs().saturating_add(1));
             }
+            // Nothing else takes more than one scan to come to its end.
             _ => {}
         }
     }

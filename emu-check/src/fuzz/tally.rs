@@ -178,7 +178,7 @@ fn keyword(element: &Element) -> String {
         };
         return how.to_owned();
     }
-    ladder::element_text(element).split_whitespace().next().unwrap_or_default().to_owned()
+    element.facts().keyword.to_owned()
 }
 
 /// What of a program compilers get wrong easily.
@@ -201,6 +201,7 @@ fn delicate_features(program: &LadderProgram) -> Vec<&'static str> {
             {
                 found.insert("aliased tables");
             }
+            // Only what is listed here is counted.
             _ => {}
         }
     }

@@ -1,6 +1,6 @@
 //! Timers and counters, one row each: what they count to, where they are, and whether they are done.
 
-use ladder::{CounterKind, Element, ElementId, LadderOperand, LadderProgram, TimerKind};
+use ladder::{Element, ElementId, LadderOperand, LadderProgram};
 
 use super::scan_history::PanelMachine;
 use crate::rung_picture::PowerFlowSource;
@@ -33,25 +33,13 @@ pub(super) struct PartRow {
 /// Those of a program, in text order.
 pub(super) fn counting_parts(program: &LadderProgram) -> Vec<CountingPart> {
     let part = |(id, element, _): (ElementId, &Element, _)| {
-        let (word, name, limit, timer) = match element {
-            Element::Timer { kind, name, delay, .. } => {
-                let word = match kind {
-                    TimerKind::Ton => "TON",
-                    TimerKind::Tof => "TOF",
-                    TimerKind::Rto => "RTO",
-                };
-                (word, name, delay, true)
-            }
-            Element::Counter { kind, name, max, .. } => {
-                let word = match kind {
-                    CounterKind::Ctu => "CTU",
-                    CounterKind::Ctd => "CTD",
-                    CounterKind::Ctc => "CTC",
-                };
-                (word, name, max, false)
-            }
+        let (name, limit, timer) = match element {
+            Element::Timer { name, delay, .. } => (name, delay, true),
+            Element::Counter { name, max, .. } => (name, max, false),
+            // Nothing else counts to a preset.
             _ => return None,
         };
+        let word = element.facts().keyword;
         Some(CountingPart { id, word, name: name.clone(), limit: limit.clone(), timer })
     };
     program.elements().filter_map(part).collect()

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use ladder::{Element, ElementId, LadderProgram, SymbolKind};
+use ladder::{ChipPart, ElementId, LadderProgram, SymbolKind};
 use ladder_eval::{Evaluator, LadderSymbol};
 
 use crate::rung_picture::PowerFlowSource;
@@ -267,16 +267,12 @@ impl PanelMachine {
 
     /// Whether the program can send.
     pub(super) fn can_send(&self) -> bool {
-        self.has_element(|e| matches!(e, Element::UartSend { .. } | Element::FormattedString { .. }))
+        self.program.uses_part(ChipPart::Transmitter)
     }
 
     /// Whether the program can receive.
     pub(super) fn can_receive(&self) -> bool {
-        self.has_element(|e| matches!(e, Element::UartRecv { .. }))
-    }
-
-    fn has_element(&self, is: impl Fn(&Element) -> bool) -> bool {
-        self.program.elements().any(|(_, element, _)| is(element))
+        self.program.uses_part(ChipPart::Receiver)
     }
 
     pub(super) fn cycle_us(&self) -> u64 {

@@ -1,7 +1,7 @@
 //! Serial line, strings, converter and EEPROM.
 
 use ladder::format::{StringPiece, split_format_string};
-use ladder::{CompareOp, Element, LadderProgram};
+use ladder::{ChipPart, CompareOp, Element, LadderProgram};
 
 use super::{Lowering, if_accumulator, step_word};
 use crate::ir::{
@@ -44,18 +44,15 @@ impl Lowering<'_> {
         let program = self.program;
         let settings = &program.settings;
         let cycle = settings.cycle_us.max(1);
+        self.ir.uart.send = program.uses_part(ChipPart::Transmitter);
+        self.ir.uart.receive = program.uses_part(ChipPart::Receiver);
         let mut duties = Vec::new();
         for (_, element, _) in program.elements() {
             if let Element::SetPwm { duty, .. } = element {
                 duties.push(self.value(duty));
             }
-            match element {
-                Element::UartSend { .. } | Element::FormattedString { .. } => self.ir.uart.send = true,
-                Element::UartRecv { .. } => self.ir.uart.receive = true,
-                Element::SetPwm { hertz: ladder::LadderOperand::Const { value, .. }, .. } => {
-                    self.ir.pwm_hz = u32::try_from(*value).ok();
-                }
-                _ => {}
+            if let Element::SetPwm { hertz: ladder::LadderOperand::Const { value, .. }, .. } = element {
+                self.ir.pwm_hz = u32::try_from(*value).ok();
             }
         }
         if duties.len() > 1 {

@@ -4,9 +4,11 @@
 use crate::common::model;
 use crate::common::model::{constant, leaf, parallel, program, var};
 use crate::naive;
+use std::collections::HashMap;
+
 use ladder::{
-    CompareOp, CounterKind, Element, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp, RungNode,
-    TimerKind, VarEntry,
+    CompareOp, CounterKind, Element, ElementId, LadderDialect, LadderOperand, LadderProgram, LdFormat, MathOp,
+    PowerEffect, RungNode, TimerKind, VarEntry, WriteMoment,
 };
 use ladder_eval::Evaluator;
 use proptest::prelude::*;
@@ -251,6 +253,81 @@ proptest! {
                 prop_assert_eq!(i64::from(eval.get(i)), wanted, "scan {}, {}", scan + 1, &symbol.name);
                 prop_assert_eq!(unwatched.get(i), eval.get(i), "unwatched, scan {}, {}", scan + 1, &symbol.name);
             }
+        }
+    }
+
+    /// What the table of elements says of power, writes and memory is what the evaluator does.
+    #[test]
+    fn elements_do_what_their_rows_say(
+        rungs in prop::collection::vec(prop::collection::vec(node(), 0..6), 1..5),
+        (five, old) in any::<(bool, bool)>(),
+        cells in prop::collection::vec(any::<u8>(), 0..6),
+        stimulus in stimulus(),
+    ) {
+        let program = in_dialect(rungs, five, old, Vec::new(), 2500);
+        let mut eval = Evaluator::new(&program).map_err(|e| TestCaseError::fail(e.to_string()))?;
+        cells.iter().enumerate().for_each(|(addr, &byte)| eval.set_eeprom(addr, byte));
+        let elements: HashMap<ElementId, &Element> = program.elements().map(|(id, element, _)| (id, element)).collect();
+        for (a, b, write, ..) in stimulus {
+            for (name, value) in [("Xa", a.into()), ("Xb", b.into())].into_iter().chain(write) {
+                eval.index(name).iter().for_each(|&symbol| eval.set(symbol, value as i32));
+            }
+            let mut steps = Vec::new();
+            let mut values: Vec<i32> = (0..eval.symbols().len()).map(|symbol| eval.get(symbol)).collect();
+            eval.clone().scan_traced(|id, before, after, now| steps.push((id, before, after, now.to_vec())));
+            eval.scan();
+            for (id, before, after, now) in steps {
+                let element = elements[&id];
+                let facts = element.facts();
+                let fits = match facts.power {
+                    PowerEffect::NoWire => false,
+                    PowerEffect::Wire | PowerEffect::Acts => before == after,
+                    PowerEffect::Narrows => before || !after,
+                    PowerEffect::Decides => true,
+                };
+                prop_assert!(fits, "{element:?}: {before} {after}");
+                for (symbol, (old, new)) in eval.symbols().iter().zip(values.iter().zip(&now)) {
+                    let may = facts.write_moment(&symbol.name).is_some_and(|moment| match moment {
+                        WriteMoment::Always => true,
+                        WriteMoment::Powered => before,
+                        WriteMoment::Passing => after,
+                    });
+                    prop_assert!(old == new || may, "{element:?} writes {}: {old} {new}", symbol.name);
+                }
+                values = now;
+            }
+        }
+    }
+
+    /// What an element does hangs on no symbol but those that its row says it reads.
+    #[test]
+    fn elements_read_what_their_rows_say(
+        element in element(),
+        settings in prop::collection::vec((any::<bool>(), select(INTEGERS), select(VALUES)), 1..8),
+        other in select(VALUES),
+    ) {
+        let program = in_dialect(vec![vec![leaf(model::contacts("Xa", false)), leaf(element.clone())]], true, false, Vec::new(), 2500);
+        let mut eval = Evaluator::new(&program).map_err(|e| TestCaseError::fail(e.to_string()))?;
+        let facts = element.facts();
+        for (power, name, value) in settings {
+            for (name, value) in [("Xa", power.into()), (name, value)] {
+                eval.index(name).iter().for_each(|&symbol| eval.set(symbol, value as i32));
+            }
+            let seen = |mut eval: Evaluator, but: usize| {
+                let mut out = None;
+                eval.scan_watched(&mut |_, _, after| out = Some(after));
+                let values: Vec<i32> = (0..eval.symbols().len()).filter(|n| *n != but).map(|n| eval.get(n)).collect();
+                (out, values, eval.sent(), eval.pwm_percent(), eval.eeprom().to_vec())
+            };
+            for (symbol, named) in eval.symbols().iter().enumerate() {
+                if named.name == "Xa" || facts.symbols.iter().any(|used| used.is_read && used.name == named.name) {
+                    continue;
+                }
+                let mut changed = eval.clone();
+                changed.set(symbol, other as i32);
+                prop_assert_eq!(seen(eval.clone(), symbol), seen(changed, symbol), "{:?} reads {}", element, named.name);
+            }
+            eval.scan();
         }
     }
 }

@@ -29,6 +29,15 @@ fn every_element_reads_into_the_model_and_back() {
         if element_text(element) != line {
             wrong.push(format!("line {number}: expected {line}, found {}", element_text(element)));
         }
+        let facts = element.facts();
+        let words: Vec<&str> = line.split(' ').collect();
+        if words.first() != Some(&facts.keyword) {
+            wrong.push(format!("line {number}: its row has the keyword {}", facts.keyword));
+        }
+        // A shift register has a stem instead of names.
+        let names =
+            facts.symbols.iter().filter(|symbol| facts.keyword != "SHIFT_REGISTER" && !words.contains(&&*symbol.name));
+        wrong.extend(names.map(|symbol| format!("line {number}: its row has the symbol {}", symbol.name)));
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert_eq!(keywords.len(), 36, "the elements of release 2.3");

@@ -1,10 +1,11 @@
 //! `emu sim --scenario` and `--stimulus`: the reference evaluator under a scenario, or under a waveform.
 
 use emu_check::EvaluatorPlay;
+use ladder::ChipPart;
 use ladder_eval::Evaluator;
 use scenario::bind;
 
-use super::{MAX_VALUES, SimArgs, can_send, unsupported, write_results};
+use super::{MAX_VALUES, SimArgs, unsupported, write_results};
 use crate::shared::fail::VerbFailure;
 use crate::shared::fail::exit;
 use crate::shared::input::ReadProgram;
@@ -45,7 +46,7 @@ pub fn play(
         play.add_stimuli(bound.with_limit(Some(u64::MAX)), alone);
     }
     let symbols = eval.symbols().to_vec();
-    let mut trace = ScanTraceTable::new(&symbols, &eval, can_send(program));
+    let mut trace = ScanTraceTable::new(&symbols, &eval, program.uses_part(ChipPart::Transmitter));
     let traced = !used.is_empty() || file.is_none();
     let most = if traced { MAX_VALUES / (trace.width() as u64).max(1) } else { u64::MAX };
     // A scenario has a limit of its own.
