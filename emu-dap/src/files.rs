@@ -58,7 +58,7 @@ impl DapMachine {
                     let words = self.session.scope.line_words(&places);
                     return Ok(LocatedLine { words, line });
                 }
-                Err(text) if why.is_empty() => why = text,
+                Err(error) if why.is_empty() => why = error.to_string(),
                 Err(_) => {}
             }
         }

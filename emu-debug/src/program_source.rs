@@ -56,7 +56,7 @@ impl ProgramSource<'_> {
             return Ok(vec![self.names.parse_program_word(text)?]);
         };
         let chip = self.names.chip;
-        let places = self.lines.addresses_of_line(file, line)?.into_iter();
+        let places = self.lines.addresses_of_line(file, line).map_err(|error| error.to_string())?.into_iter();
         let words = places.filter(|byte| *byte < chip.flash_bytes && byte % chip.word_bytes == 0);
         let words: Vec<u32> = words.map(|byte| byte / chip.word_bytes).collect();
         if words.is_empty() { Err(format!("`{text}` lies beyond {}", chip.code_space)) } else { Ok(words) }
