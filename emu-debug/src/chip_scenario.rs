@@ -7,7 +7,8 @@ use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use scenario::{
-    NameResolver, OutputReading, Scenario, ScenarioInput, ScenarioOutput, ScenarioValue, TimeScale, TimedStimulus, bind,
+    NameResolver, OutputReading, Scenario, ScenarioError, ScenarioInput, ScenarioOutput, ScenarioValue, TimeScale,
+    TimedStimulus, bind,
 };
 
 use crate::serial_sender::SerialLineSender;
@@ -108,11 +109,12 @@ impl ChipResolver<'_> {
     }
 
     /// Neither a pin nor a place in memory.
-    fn unknown_name_message(&self, name: &str, memory: &str) -> String {
-        match name.contains(':') {
+    fn unknown_name_error(&self, name: &str, memory: &str) -> ScenarioError {
+        let why = match name.contains(':') {
             true => memory.to_owned(),
             false => format!("`{name}` is no pin of {}, no symbol and no register", self.chip().name),
-        }
+        };
+        ScenarioError::UnknownName(why.into())
     }
 }
 
@@ -132,7 +134,7 @@ impl NameResolver for ChipResolver<'_> {
         }
     }
 
-    fn resolve_input(&mut self, name: &str, value: &ScenarioValue) -> Result<ScenarioInput, (String, bool)> {
+    fn resolve_input(&mut self, name: &str, value: &ScenarioValue) -> Result<ScenarioInput, ScenarioError> {
         let key = (name.to_owned(), format!("{value:?}"));
         if let Some(&id) = self.bindings.known.get(&key) {
             return Ok(ScenarioInput { id, can_be_queued: self.bindings.is_external_drive(id) });
@@ -143,21 +145,21 @@ impl NameResolver for ChipResolver<'_> {
             (self.check_drive)(put).map(|()| ChipStimulus::Drive(put))
         };
         let given = if self.is_supply(&own) {
-            outside().map_err(|why| (why, false))?
+            outside().map_err(|why| ScenarioError::ImpossibleValue(why.into()))?
         } else if let Ok(pin) = find_pin(self.chip(), &own) {
             if !(self.has_pin)(pin) {
-                return Err((missing_pin_reason(self.chip(), pin), true));
+                return Err(ScenarioError::UnknownName(missing_pin_reason(self.chip(), pin).into()));
             }
-            outside().map_err(|why| (why, false))?
+            outside().map_err(|why| ScenarioError::ImpossibleValue(why.into()))?
         } else {
-            let (space, addr, bytes) =
-                self.resolve_memory(name).map_err(|why| (self.unknown_name_message(name, &why), true))?;
+            let (space, addr, bytes) = self.resolve_memory(name).map_err(|why| self.unknown_name_error(name, &why))?;
             let (low, high) = (-(1i64 << (8 * bytes - 1)), (1i64 << (8 * bytes)) - 1);
             let ScenarioValue::Number(number) = value else {
-                return Err((format!("`{name}` takes a number, not `{value}`"), false));
+                return Err(ScenarioError::ImpossibleValue(format!("`{name}` takes a number, not `{value}`").into()));
             };
             if !(low..=high).contains(number) {
-                return Err((format!("`{name}` takes {low} to {high}, not {number}"), false));
+                let why = format!("`{name}` takes {low} to {high}, not {number}");
+                return Err(ScenarioError::ImpossibleValue(why.into()));
             }
             let bytes = number.to_le_bytes().into_iter().take(bytes as usize).collect();
             ChipStimulus::Poke(space, addr, bytes)
@@ -168,15 +170,17 @@ impl NameResolver for ChipResolver<'_> {
         Ok(ScenarioInput { id, can_be_queued: self.bindings.is_external_drive(id) })
     }
 
-    fn resolve_output(&mut self, name: &str) -> Result<ScenarioOutput, String> {
+    fn resolve_output(&mut self, name: &str) -> Result<ScenarioOutput, ScenarioError> {
         let own = self.canonical_name(name);
         let (seen, range) = match find_pin(self.chip(), &own) {
             Ok(pin) if (self.has_pin)(pin) => (ChipObservable::Pin(pin), (0, 1)),
-            Ok(pin) => return Err(missing_pin_reason(self.chip(), pin)),
-            Err(_) if self.is_supply(&own) => return Err(format!("{own} can be set, not looked at")),
+            Ok(pin) => return Err(ScenarioError::UnknownName(missing_pin_reason(self.chip(), pin).into())),
+            Err(_) if self.is_supply(&own) => {
+                return Err(ScenarioError::Refused(format!("{own} can be set, not looked at").into()));
+            }
             Err(_) => {
                 let (space, addr, bytes) =
-                    self.resolve_memory(name).map_err(|why| self.unknown_name_message(name, &why))?;
+                    self.resolve_memory(name).map_err(|why| self.unknown_name_error(name, &why))?;
                 (ChipObservable::Memory(space, addr, bytes), (0, (1 << (8 * bytes)) - 1))
             }
         };
@@ -194,27 +198,31 @@ impl NameResolver for ChipResolver<'_> {
         pins.chain(symbols).chain([supply_name(self.chip()).to_owned()]).collect()
     }
 
-    fn check_can_send(&mut self) -> Result<(), String> {
+    fn check_can_send(&mut self) -> Result<(), ScenarioError> {
         match (&self.no_serial_input, self.serial.1) {
-            (Some(why), _) => Err(why.clone()),
+            (Some(why), _) => Err(ScenarioError::Refused(why.clone().into())),
             (None, Some(_)) => Ok(()),
-            (None, None) => Err(format!("{} has no serial port", self.chip().name)),
+            (None, None) => Err(ScenarioError::Refused(format!("{} has no serial port", self.chip().name).into())),
         }
     }
 
-    fn check_baud_rate(&self, baud: u64) -> Result<(), String> {
-        SerialLineSender::check_baud_rate(baud)
+    fn check_baud_rate(&self, baud: u64) -> Result<(), ScenarioError> {
+        SerialLineSender::check_baud_rate(baud).map_err(|why| ScenarioError::Refused(why.into()))
     }
 
-    fn check_can_receive(&mut self) -> Result<(), String> {
-        if self.serial.0 { Ok(()) } else { Err(format!("{} has no serial port", self.chip().name)) }
+    fn check_can_receive(&mut self) -> Result<(), ScenarioError> {
+        if self.serial.0 {
+            Ok(())
+        } else {
+            Err(ScenarioError::Refused(format!("{} has no serial port", self.chip().name).into()))
+        }
     }
 
-    fn check_can_snapshot(&mut self) -> Result<(), String> {
-        self.no_snapshots.clone().map_or(Ok(()), Err)
+    fn check_can_snapshot(&mut self) -> Result<(), ScenarioError> {
+        self.no_snapshots.clone().map_or(Ok(()), |why| Err(ScenarioError::Refused(why.into())))
     }
 
-    fn check_can_power_cycle(&mut self) -> Result<(), String> {
+    fn check_can_power_cycle(&mut self) -> Result<(), ScenarioError> {
         Ok(())
     }
 }
