@@ -1,0 +1,22 @@
+//! Why there is no server for gdb.
+
+use std::io;
+
+/// Why an address to listen on cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum GdbError {
+    /// A text is no address, or its host is not found.
+    #[error("`{text}` is no address ({source}); write :1234 or 127.0.0.1:1234")]
+    BadAddress {
+        /// The text.
+        text: String,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A host has no address.
+    #[error("`{text}` is no address (it has none); write :1234 or 127.0.0.1:1234")]
+    HostWithoutAddress {
+        /// The text.
+        text: String,
+    },
+}
