@@ -8,7 +8,7 @@ use emu_avr::Avr;
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::{ElfMachine, Image, SourceLines, load};
-use emu_dap::{LaunchArguments, OpenedMachine};
+use emu_dap::{LaunchArguments, LaunchError, OpenedMachine};
 use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions};
 use emu_debug::{AttachedDevices, CycleClock};
 use ladder_view::LadderView;
@@ -75,7 +75,7 @@ fn ladder(path: &Path, chip: &'static Chip) -> Result<(Image, LadderView, u64), 
 }
 
 /// The opener of the tests.
-pub fn open(arguments: &LaunchArguments) -> Result<OpenedMachine, String> {
+pub fn open(arguments: &LaunchArguments) -> Result<OpenedMachine, LaunchError> {
     let chip = chip(arguments.mcu.as_deref().unwrap_or("atmega328p"))?;
     let path = root().join(&arguments.program);
     let (image, view, hz) = if arguments.program.ends_with(".ld") {
