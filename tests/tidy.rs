@@ -1,5 +1,5 @@
 //! The house rules that a compiler does not keep: who may use whom, how long a file may be, no unsafe code, and that every
-//! crate of chips says what it does not model.
+//! crate of chips says what it does not model, and that errors are enums.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -166,6 +166,58 @@ fn public_type_names_are_of_at_most_two_crates() {
     assert!(homes.len() > 400, "public types are found: {}", homes.len());
     homes.retain(|name, list| list.len() > 2 && !NAMES_OF_MANY_CRATES.contains(&name.as_str()));
     assert!(homes.is_empty(), "public type names in more than two crates: {homes:#?}");
+}
+
+/// Crates whose functions still return `Result<_, String>`, and how many do. Numbers only shrink: a new error is a variant
+/// of the crate's error enum.
+const STRING_ERRORS: &[(&str, usize)] = &[("emu-asm", 3), ("emu-debug", 98)];
+
+/// How many types `Result<_, String>` a source has. Whole types are compared, over several lines as well.
+fn count_string_errors(source: &str) -> usize {
+    let code: String = source.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
+    let is_string_error = |(at, prefix): (usize, &str)| {
+        let (mut depth, mut last_argument) = (1, "");
+        let arguments = &code[at + prefix.len()..];
+        let mut start = 0;
+        for (at, c) in arguments.char_indices() {
+            match c {
+                '<' | '(' | '[' => depth += 1,
+                '>' if arguments[..at].ends_with('-') => {}
+                '>' | ')' | ']' => depth -= 1,
+                ',' if depth == 1 => start = at + 1,
+                _ => {}
+            }
+            last_argument = arguments[start..at].trim();
+            if depth == 0 {
+                break;
+            }
+        }
+        start > 0 && last_argument == "String"
+    };
+    code.match_indices("Result<").filter(|&found| is_string_error(found)).count()
+}
+
+#[test]
+fn errors_of_libraries_are_enums() {
+    assert_eq!(count_string_errors("fn f() -> Result<Vec<(u8, u8)>,\n    String> {} // Result<u8, String>"), 1);
+    assert_eq!(
+        count_string_errors("fn f() -> Result<String, fmt::Error>; type T = Result<String>; Map<u8, String>"),
+        0
+    );
+    for (name, dir) in crates().into_iter().filter(|(name, _)| name != "emu") {
+        let mut files = Vec::new();
+        rust_files(&dir.join("src"), &mut files);
+        assert!(!files.is_empty(), "{name} has sources");
+        let count: usize =
+            files.iter().map(|file| count_string_errors(&fs::read_to_string(file).expect("source"))).sum();
+        match STRING_ERRORS.iter().find(|(listed, _)| *listed == name) {
+            Some((_, most)) => {
+                assert!(count <= *most, "{name} has {count} types Result<_, String>, and had {most}");
+                assert!(count > 0, "{name} has no Result<_, String> any more: take it off the list");
+            }
+            None => assert_eq!(count, 0, "{name} has types Result<_, String>: give it an error enum with thiserror"),
+        }
+    }
 }
 
 #[test]
