@@ -25,7 +25,7 @@ pub fn unescape(text: &str) -> Result<Vec<u8>, InputError> {
                 let digits: String = chars.by_ref().take(2).collect();
                 let hex = digits.len() == 2 && digits.bytes().all(|b| b.is_ascii_hexdigit());
                 let value = u8::from_str_radix(&digits, 16).ok().filter(|_| hex);
-                value.ok_or_else(|| InputError::BadHexEscape { digits })?
+                value.ok_or(InputError::BadHexEscape { digits })?
             }
             Some(other) => return Err(InputError::UnknownEscape { letter: other }),
             None => return Err(InputError::BackslashAtEnd),
