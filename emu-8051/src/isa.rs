@@ -3,6 +3,7 @@
 //! Source: user's manual, "MCS-51 instruction set". Order of rows: its groups (arithmetic, logic, data transfer, bits,
 //! branching). Rows that reach bytes or bits by address name a second kind, for addresses in RAM.
 
+use emu_core::CoreError;
 use emu_core::chip::InstructionSet;
 use emu_core::table::{
     DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, Operand, PredecodedOp,
@@ -337,7 +338,7 @@ fn locate(pc: u32, len: u32) -> InstructionLocation {
 /// # Errors
 /// An operand that does not fit, with what is allowed.
 pub fn encode(kind: Kind, operands: &[i32], pc: u32) -> Result<Vec<u8>, EncodeError> {
-    let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: "not an instruction".into() })?;
+    let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: CoreError::NotAnInstruction })?;
     let bits = row.encode(operands, &locate(pc, row.len()))?;
     Ok(instruction_words(row, WORD_BITS, bits).iter().map(|&word| word as u8).collect())
 }

@@ -4,6 +4,7 @@
 
 use std::fmt::Write;
 
+use emu_core::CoreError;
 use emu_core::table::{InstructionLocation, Operand, OperandKind, PredecodedOp, RamOperand};
 
 use crate::chips::{BITS, SFRS};
@@ -129,9 +130,13 @@ fn unchanged(raw: u32, _: u32, _: &InstructionLocation) -> i32 {
     raw as i32
 }
 
-fn check_range(value: i32, bits: u32, what: &str) -> Result<u32, String> {
+fn check_range(value: i32, bits: u32, what: &'static str) -> Result<u32, CoreError> {
     let most = (1 << bits) - 1;
-    if (0..=most).contains(&value) { Ok(value as u32) } else { Err(format!("{what} {value} is not in 0..={most}")) }
+    if (0..=most).contains(&value) {
+        Ok(value as u32)
+    } else {
+        Err(CoreError::OutOfRange { what, value, low: 0, high: most })
+    }
 }
 
 /// Address of the next instruction.
@@ -139,25 +144,22 @@ fn next_address(site: &InstructionLocation) -> i32 {
     site.pc.wrapping_add(site.len) as i32 & 0xFFFF
 }
 
-fn in_page(value: i32, _: u32, site: &InstructionLocation) -> Result<u32, String> {
+fn in_page(value: i32, _: u32, site: &InstructionLocation) -> Result<u32, CoreError> {
     let page = next_address(site) & 0xF800;
     if value & !0x7FF == page {
         Ok(value as u32 & 0x7FF)
     } else {
-        Err(format!(
-            "target 0x{value:04X} is not in the page 0x{page:04X} to 0x{:04X} of the next instruction",
-            page + 0x7FF
-        ))
+        Err(CoreError::OutsidePage { target: value, page_start: page, page_end: page + 0x7FF })
     }
 }
 
-fn encode_distance(value: i32, _: u32, site: &InstructionLocation) -> Result<u32, String> {
+fn encode_distance(value: i32, _: u32, site: &InstructionLocation) -> Result<u32, CoreError> {
     let straight = value.wrapping_sub(next_address(site));
     let around = straight as i16;
     if (0..0x1_0000).contains(&value) && i8::try_from(around).is_ok() {
         Ok(around as u32 & 0xFF)
     } else {
-        Err(format!("target 0x{value:04X} is {straight} bytes away; this instruction reaches -128 to 127"))
+        Err(CoreError::TargetTooFar { target: value, distance: straight, unit: "bytes", low: -128, high: 127 })
     }
 }
 
@@ -177,8 +179,8 @@ fn write_hex4(value: i32, out: &mut String) {
     let _ = write!(out, "0x{value:04X}");
 }
 
-fn reject_number(value: i32, _: &InstructionLocation) -> Result<i32, String> {
-    Err(format!("{value} is a number, and a register is wanted"))
+fn reject_number(value: i32, _: &InstructionLocation) -> Result<i32, CoreError> {
+    Err(CoreError::NumberForRegister { value })
 }
 
 /// The special function register at an address, by its data-sheet name.

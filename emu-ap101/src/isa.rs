@@ -4,6 +4,7 @@
 //! instruction with an address has two rows, one for each addressing mode: direct, and relative to the index register. A direct
 //! address that is a plain bit of memory has a kind of its own.
 
+use emu_core::CoreError;
 use emu_core::chip::InstructionSet;
 use emu_core::table::{
     DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, PredecodedOp, SyntaxAlias,
@@ -132,7 +133,7 @@ const fn site(pc: u32) -> InstructionLocation {
 /// # Errors
 /// An operand that does not fit, with what is allowed.
 pub fn encode(kind: Kind, operands: &[i32]) -> Result<u16, EncodeError> {
-    let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: "not an instruction".into() })?;
+    let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: CoreError::NotAnInstruction })?;
     row.encode(operands, &site(0)).map(|word| word as u16)
 }
 

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use emu_core::CoreError;
 use emu_core::table::{Operand, OperandKind, PredecodedOp, RamOperand};
 
 /// Letters of the zones, by bits 10 and 9 of an address.
@@ -114,7 +115,7 @@ operands! {
     X "bit behind RX" |v| X(BitAddress(v)), raw |v, b, _| check_range(v, b, "address"), text write_address, named parse_zone;
     JumpTarget "target" JumpTarget, raw |v, b, _| check_range(v, b, "target"), text |v, out| { let _ = write!(out, "0x{v:03X}"); },
         named OperandKind::never_a_name;
-    D "data" D, raw |v, _, _| Err(format!("a NOP with data in it is written .word 0x{:04X}", 0xF000 | v & 0xFFF)),
+    D "data" D, raw |v, _, _| Err(CoreError::NopWithData { word: 0xF000 | v & 0xFFF }),
         text |v, out| { let _ = write!(out, "{v}"); }, named OperandKind::never_a_name;
 }
 
@@ -126,9 +127,13 @@ impl RamOperand for A {
     }
 }
 
-fn check_range(value: i32, bits: u32, what: &str) -> Result<u32, String> {
+fn check_range(value: i32, bits: u32, what: &'static str) -> Result<u32, CoreError> {
     let most = (1 << bits) - 1;
-    if (0..=most).contains(&value) { Ok(value as u32) } else { Err(format!("{what} {value} is not in 0..={most}")) }
+    if (0..=most).contains(&value) {
+        Ok(value as u32)
+    } else {
+        Err(CoreError::OutOfRange { what, value, low: 0, high: most })
+    }
 }
 
 /// `I5`, `E300`, `R129`, `M256`.

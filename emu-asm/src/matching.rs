@@ -344,9 +344,10 @@ impl Assembler<'_> {
         }
         match meant {
             Ok(value_here) => OperandResult::Value(value_here, !value.is_unknown),
-            Err(cause) => {
-                OperandResult::Wrong(1, LineFault::new("ASM003", range, cause, format!("wanted here: {}", kind.name)))
-            }
+            Err(cause) => OperandResult::Wrong(
+                1,
+                LineFault::new("ASM003", range, cause.to_string(), format!("wanted here: {}", kind.name)),
+            ),
         }
     }
 

@@ -2,6 +2,7 @@
 //!
 //! Order of rows: the instruction set manual's groups (arithmetic and logic, branches, bits, data transfer, control).
 
+use emu_core::CoreError;
 use emu_core::chip::InstructionSet;
 use emu_core::table::{
     DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, PredecodedOp, SyntaxAlias,
@@ -361,7 +362,7 @@ pub const PC_MASK: u32 = 0x3FFF;
 /// # Errors
 /// An operand that does not fit, with what is allowed.
 pub fn encode(kind: Kind, operands: &[i32], pc: u32) -> Result<InstructionWords, EncodeError> {
-    let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: "not an instruction".into() })?;
+    let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: CoreError::NotAnInstruction })?;
     let bits = row.encode(operands, &InstructionLocation { pc, len: row.len(), next_len: 1, pc_mask: PC_MASK })?;
     Ok(match row.len() {
         2 => InstructionWords { words: [(bits >> WORD_BITS) as u16, bits as u16], len: 2 },

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use emu_core::CoreError;
 use emu_core::table::{InstructionLocation, Operand, OperandKind};
 
 macro_rules! operands {
@@ -30,21 +31,21 @@ fn unchanged(raw: u32, _: u32, _: &InstructionLocation) -> i32 {
     raw as i32
 }
 
-fn check_range(value: i32, low: i32, high: i32, what: &str) -> Result<u32, String> {
+fn check_range(value: i32, low: i32, high: i32, what: &'static str) -> Result<u32, CoreError> {
     if (low..=high).contains(&value) {
         Ok((value - low) as u32)
     } else {
-        Err(format!("{what} {value} is not in {low}..={high}"))
+        Err(CoreError::OutOfRange { what, value, low, high })
     }
 }
 
-fn check_field(value: i32, bits: u32, what: &str) -> Result<u32, String> {
+fn check_field(value: i32, bits: u32, what: &'static str) -> Result<u32, CoreError> {
     check_range(value, 0, (1 << bits) - 1, what)
 }
 
-fn check_even(value: i32, low: i32, high: i32, what: &str) -> Result<u32, String> {
+fn check_even(value: i32, low: i32, high: i32, what: &'static str) -> Result<u32, CoreError> {
     if value % 2 != 0 {
-        return Err(format!("{what} r{value} is odd: the lower register of a pair is wanted"));
+        return Err(CoreError::OddRegister { what, number: value });
     }
     check_range(value, low, high, what).map(|v| v / 2)
 }
@@ -93,21 +94,13 @@ fn write_target(value: i32, out: &mut String) {
 }
 
 /// A target in the text counts bytes.
-fn bytes_to_words(bytes: i32, _: &InstructionLocation) -> Result<i32, String> {
-    if bytes % 2 == 0 {
-        Ok(bytes / 2)
-    } else {
-        Err(format!("target 0x{bytes:04X} is odd: instructions stand at even addresses"))
-    }
+fn bytes_to_words(bytes: i32, _: &InstructionLocation) -> Result<i32, CoreError> {
+    if bytes % 2 == 0 { Ok(bytes / 2) } else { Err(CoreError::OddTarget { address: bytes }) }
 }
 
 /// Data addresses from 20h to 5Fh are the I/O addresses from 0 on.
-fn io_address(addr: i32) -> Result<i32, String> {
-    if (0x20..0x60).contains(&addr) {
-        Ok(addr - 0x20)
-    } else {
-        Err(format!("the register at 0x{addr:02X} has no I/O address: lds and sts reach it"))
-    }
+fn io_address(addr: i32) -> Result<i32, CoreError> {
+    if (0x20..0x60).contains(&addr) { Ok(addr - 0x20) } else { Err(CoreError::NoIoAddress { address: addr }) }
 }
 
 fn decode_relative(raw: u32, bits: u32, site: &InstructionLocation) -> i32 {
@@ -116,19 +109,20 @@ fn decode_relative(raw: u32, bits: u32, site: &InstructionLocation) -> i32 {
 }
 
 /// The distance to a target, the short way round where program memory wraps.
-fn encode_distance(value: i32, bits: u32, site: &InstructionLocation) -> Result<u32, String> {
+fn encode_distance(value: i32, bits: u32, site: &InstructionLocation) -> Result<u32, CoreError> {
     let half = 1i32 << (bits - 1);
     let straight = value - (site.pc as i32 + 1);
     let size = site.pc_mask as i32 + 1;
     let wrapped = [straight, straight - size, straight + size];
     match wrapped.into_iter().find(|d| (-half..half).contains(d)) {
         Some(d) if (0..size).contains(&value) => Ok(d as u32 & ((1 << bits) - 1)),
-        _ => Err(format!(
-            "target 0x{:04X} is {straight} words away; this instruction reaches {} to {}",
-            value * 2,
-            -half,
-            half - 1
-        )),
+        _ => Err(CoreError::TargetTooFar {
+            target: value * 2,
+            distance: straight,
+            unit: "words",
+            low: -half,
+            high: half - 1,
+        }),
     }
 }
 

@@ -18,6 +18,7 @@ mod codes;
 mod coverage;
 mod coverage_goals;
 mod coverage_rules;
+mod error;
 mod families;
 mod fault_location;
 mod foreign;
@@ -62,6 +63,7 @@ use value_hints::ValueHints;
 
 pub use codes::CODES;
 pub use coverage::{ClassCoverage, CoverageClass, LadderCoverage, MissingOutcome};
+pub use error::CheckError;
 pub use families::needs_pull_up;
 pub use foreign::{
     FOREIGN_CODES, ForeignDifference, ForeignFinding, ForeignImage, ForeignReport, MAX_SCANS, MeasuredPeriod,

@@ -11,10 +11,11 @@ use diag::Diagnostic;
 use ladder::{LadderProgram, LadderSymbol, SymbolKind};
 use ladder_eval::Evaluator;
 use scenario::{
-    BoundScenario, NameResolver, OutputReading, PlayerState, ScenarioInput, ScenarioOutput, ScenarioPlayer,
-    ScenarioValue, ScenarioVerdict, ScenarioWorld, TimeScale,
+    BoundScenario, NameResolver, OutputReading, PlayerState, ScenarioError, ScenarioInput, ScenarioOutput,
+    ScenarioPlayer, ScenarioValue, ScenarioVerdict, ScenarioWorld, TimeScale,
 };
 
+use crate::CheckError;
 use crate::check_run::unsupported_diagnostic;
 use crate::peripherals::uses_serial;
 use crate::stimulus::ScanStimulus;
@@ -73,13 +74,9 @@ impl LadderResolver {
         }
     }
 
-    fn find_symbol(&self, name: &str) -> Result<(usize, &LadderSymbol), String> {
+    fn find_symbol(&self, name: &str) -> Result<(usize, &LadderSymbol), CheckError> {
         let found = self.symbols.iter().enumerate().find(|(_, symbol)| symbol.name == name);
-        found.ok_or_else(|| {
-            let more =
-                if is_chip_name(name) { "; pins and memories are for `emu run` of what it compiles to" } else { "" };
-            format!("the program has no symbol `{name}`{more}")
-        })
+        found.ok_or_else(|| CheckError::UnknownSymbol { name: name.to_owned(), of_chip: is_chip_name(name) })
     }
 
     /// The least and the most that it holds.
@@ -110,13 +107,17 @@ fn is_chip_name(name: &str) -> bool {
     name.contains(':') || pin && rest.starts_with(|c: char| c.is_ascii_digit())
 }
 
+fn refused(error: CheckError) -> ScenarioError {
+    ScenarioError::Refused(error.into())
+}
+
 impl NameResolver for LadderResolver {
     fn time_scale(&self) -> TimeScale {
         self.scale
     }
 
-    fn resolve_input(&mut self, name: &str, value: &ScenarioValue) -> Result<ScenarioInput, (String, bool)> {
-        let (index, symbol) = self.find_symbol(name).map_err(|why| (why, true))?;
+    fn resolve_input(&mut self, name: &str, value: &ScenarioValue) -> Result<ScenarioInput, ScenarioError> {
+        let (index, symbol) = self.find_symbol(name).map_err(|error| ScenarioError::UnknownName(error.into()))?;
         let analog = self.hints.analog.iter().position(|adc| *adc == index);
         let (low, high) = if analog.is_some() { (0, 1023) } else { LadderResolver::symbol_range(symbol) };
         let number = match value {
@@ -124,12 +125,20 @@ impl NameResolver for LadderResolver {
             ScenarioValue::Text(text) => text.trim().parse().ok(),
         };
         let number = number.filter(|number| (low..=high).contains(number));
-        let number = number.ok_or_else(|| (format!("`{name}` takes {low} to {high}, not `{value}`"), false))?;
+        let number = number.ok_or_else(|| {
+            let value = value.to_string();
+            ScenarioError::ImpossibleValue(
+                CheckError::ValueOutOfRange { name: name.to_owned(), low, high, value }.into(),
+            )
+        })?;
         let stimulus = match (analog, symbol.kind) {
             (Some(at), _) => LadderStimulus::Analog(at, number as u16),
             (None, SymbolKind::Input) => match self.hints.inputs.iter().position(|input| *input == index) {
                 Some(at) => LadderStimulus::Level(at, number != 0),
-                None => return Err((format!("`{name}` is no input of the program"), false)),
+                None => {
+                    let error = CheckError::NotAnInput { name: name.to_owned() };
+                    return Err(ScenarioError::ImpossibleValue(error.into()));
+                }
             },
             (None, _) => LadderStimulus::Write(index, number as i32),
         };
@@ -140,8 +149,8 @@ impl NameResolver for LadderResolver {
         Ok(ScenarioInput { id, can_be_queued: false })
     }
 
-    fn resolve_output(&mut self, name: &str) -> Result<ScenarioOutput, String> {
-        let (id, symbol) = self.find_symbol(name)?;
+    fn resolve_output(&mut self, name: &str) -> Result<ScenarioOutput, ScenarioError> {
+        let (id, symbol) = self.find_symbol(name).map_err(|error| ScenarioError::UnknownName(error.into()))?;
         Ok(ScenarioOutput { id, range: LadderResolver::symbol_range(symbol), can_float: false })
     }
 
@@ -149,23 +158,23 @@ impl NameResolver for LadderResolver {
         self.symbols.iter().map(|symbol| symbol.name.clone()).collect()
     }
 
-    fn check_can_send(&mut self) -> Result<(), String> {
+    fn check_can_send(&mut self) -> Result<(), ScenarioError> {
         match &self.cannot_send_reason {
-            Some(why) => Err(why.clone()),
+            Some(why) => Err(refused(CheckError::CannotSend { reason: why.clone() })),
             None if self.serial.1 => Ok(()),
-            None => Err("the program has no UART_RECV that would take bytes".to_owned()),
+            None => Err(refused(CheckError::NoReceiver)),
         }
     }
 
-    fn check_can_receive(&mut self) -> Result<(), String> {
-        if self.serial.0 { Ok(()) } else { Err("the program has no element that sends bytes".to_owned()) }
+    fn check_can_receive(&mut self) -> Result<(), ScenarioError> {
+        if self.serial.0 { Ok(()) } else { Err(refused(CheckError::NoSender)) }
     }
 
-    fn check_can_snapshot(&mut self) -> Result<(), String> {
-        Err("snapshots are of images on chips; a ladder program is played scan by scan".to_owned())
+    fn check_can_snapshot(&mut self) -> Result<(), ScenarioError> {
+        Err(refused(CheckError::NoSnapshots))
     }
 
-    fn check_can_power_cycle(&mut self) -> Result<(), String> {
+    fn check_can_power_cycle(&mut self) -> Result<(), ScenarioError> {
         Ok(())
     }
 }
@@ -258,7 +267,7 @@ impl ScenarioWorld for LadderWorld<'_> {
         self.io.scan
     }
 
-    fn set_input(&mut self, input: usize, _: u64) -> Result<(), String> {
+    fn set_input(&mut self, input: usize, _: u64) -> Result<(), ScenarioError> {
         match self.resolver.inputs.get(input) {
             Some(&LadderStimulus::Level(at, level)) => {
                 self.io.inputs.get_mut(at).into_iter().for_each(|slot| *slot = level)
@@ -277,7 +286,7 @@ impl ScenarioWorld for LadderWorld<'_> {
         OutputReading::Value(if begun { (self.read)(output) } else { self.power_up.get(output) }.into())
     }
 
-    fn send(&mut self, bytes: &[u8], _: u64) -> Result<(), String> {
+    fn send(&mut self, bytes: &[u8], _: u64) -> Result<(), ScenarioError> {
         self.io.send_queue.extend(bytes);
         Ok(())
     }
@@ -286,7 +295,7 @@ impl ScenarioWorld for LadderWorld<'_> {
         &self.io.received
     }
 
-    fn power_cycle(&mut self) -> Result<(), String> {
+    fn power_cycle(&mut self) -> Result<(), ScenarioError> {
         self.io.power_cycle_requested = true;
         self.io.writes.clear();
         self.io.send_queue.clear();
@@ -295,7 +304,7 @@ impl ScenarioWorld for LadderWorld<'_> {
         Ok(())
     }
 
-    fn snapshot(&mut self, _: &str) -> Result<(), String> {
+    fn snapshot(&mut self, _: &str) -> Result<(), ScenarioError> {
         self.resolver.clone().check_can_snapshot()
     }
 

@@ -8,6 +8,7 @@ pub mod countdown;
 pub mod cpu;
 pub mod cut_tests;
 pub mod engine;
+mod error;
 pub mod external_io;
 pub mod image;
 pub mod lint;
@@ -21,4 +22,5 @@ pub mod table;
 
 pub use chip::{Chip, ChipFamily, InstructionSet, NamedAddress, PinDef};
 pub use cpu::{Bus, BusEffect, Cpu, LAST_CYCLE, NEVER, Probe, ProgramFault, RamInit, ResetCause, StopReason};
+pub use error::CoreError;
 pub use pins::{ChipEvent, CycleTime, PinId, PinLevel};

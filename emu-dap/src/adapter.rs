@@ -8,6 +8,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::breakpoints::BreakpointTable;
+use crate::error::LaunchError;
 use crate::ladder_source::LadderSource;
 use crate::listing::DisassemblyListing;
 use crate::protocol::{self, DapRequest, LaunchArguments, RequestError};
@@ -23,7 +24,7 @@ pub struct OpenedMachine {
 }
 
 /// Makes a machine of what `launch` asks for; the error is for people.
-pub type OpenMachine<'a> = dyn Fn(&LaunchArguments) -> Result<OpenedMachine, String> + 'a;
+pub type OpenMachine<'a> = dyn Fn(&LaunchArguments) -> Result<OpenedMachine, LaunchError> + 'a;
 
 /// How far the conversation has come.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

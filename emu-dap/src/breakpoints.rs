@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::adapter::{DapMachine, DebugAdapter};
+use crate::error::DapError;
 use crate::protocol::{DapRequest, DapSource, RequestError, RequestedBreakpoint, SetBreakpoints};
 
 /// Breakpoints that are set together.
@@ -220,10 +221,10 @@ impl DebugAdapter<'_> {
             let log = entry.requested.log_message.as_deref().filter(|text| !text.is_empty());
             let at = if let PointTrigger::Code(words) = &placed.what { words.first().copied() } else { None };
             entry.log = log.map(|text| parse_log_message(&machine.session, at, text)).transpose()?;
-            Ok((placed, condition))
+            Ok::<_, DapError>((placed, condition))
         });
         match found {
-            Err(why) => told["message"] = why.into(),
+            Err(error) => told["message"] = error.to_string().into(),
             Ok((PlacedBreakpoint { what, text, line }, condition)) => {
                 told["verified"] = true.into();
                 if let PointTrigger::Code(words) = &what
@@ -274,7 +275,7 @@ impl DebugAdapter<'_> {
         let found =
             machine.session.scope.parse_expression_in_frame(&text, target, 0).map(|expr| expr.bind_to_place(target));
         Ok(match found {
-            Err(why) => json!({ "dataId": null, "description": why }),
+            Err(why) => json!({ "dataId": null, "description": why.to_string() }),
             Ok(expr) => {
                 let memory = matches!(
                     expr,
@@ -308,7 +309,7 @@ impl DapMachine {
         source: &DapSource,
         wanted: &RequestedBreakpoint,
         line: u32,
-    ) -> Result<PlacedBreakpoint, String> {
+    ) -> Result<PlacedBreakpoint, DapError> {
         match group {
             BreakpointGroup::Source(_) => {
                 let found = self.words_of(source, line)?;
@@ -339,7 +340,7 @@ impl DapMachine {
                     .bind_to_place(self.session.machine());
                 let told = || {
                     let found = scope.parse_watched_range(&wanted.data_id, self.session.machine());
-                    found.map_err(|why| format!("{why}; `write` sees its changes"))
+                    found.map_err(|error| DapError::NotAccessible(Box::new(error.into())))
                 };
                 let access = |access| told().map(|(range, text)| (PointTrigger::Access(range, access), text));
                 let (what, text) = match (wanted.access_type.as_deref(), expr.place(self.session.machine())) {
@@ -349,7 +350,7 @@ impl DapMachine {
                         (PointTrigger::Pin(pin, None), wanted.data_id.clone())
                     }
                     (None | Some("write"), _) => (PointTrigger::Change(expr), wanted.data_id.clone()),
-                    (Some(other), _) => return Err(format!("`{other}` is no kind of access")),
+                    (Some(other), _) => return Err(DapError::UnknownAccess { access: other.to_owned() }),
                 };
                 Ok(PlacedBreakpoint { what, text, line: None })
             }
@@ -359,7 +360,7 @@ impl DapMachine {
 
 impl HitCondition {
     /// `5` or `>=5`: the fifth hit and all behind it; `>5`, `<5`, `<=5`, `==5`; `%5`: every fifth.
-    fn parse(text: &str) -> Result<HitCondition, String> {
+    fn parse(text: &str) -> Result<HitCondition, DapError> {
         let text = text.trim();
         let kinds: [(&str, MakeHitCondition); 7] = [
             (">=", HitCondition::From),
@@ -373,7 +374,7 @@ impl HitCondition {
         let found = kinds.iter().find_map(|(sign, kind)| Some((text.strip_prefix(sign)?, *kind)));
         let (number, kind) = found.unwrap_or((text, HitCondition::From));
         let number = number.trim().parse().ok().filter(|number| *number > 0);
-        number.map(kind).ok_or_else(|| format!("`{text}` counts no hits; write 5, >5, ==5 or %5"))
+        number.map(kind).ok_or_else(|| DapError::BadHitCondition { text: text.to_owned() })
     }
 
     fn is_met(self, hits: u64) -> bool {
@@ -387,10 +388,10 @@ impl HitCondition {
 }
 
 /// A message with expressions in braces.
-fn parse_log_message(session: &DebugSession, at: Option<u32>, text: &str) -> Result<Vec<LogMessagePart>, String> {
+fn parse_log_message(session: &DebugSession, at: Option<u32>, text: &str) -> Result<Vec<LogMessagePart>, DapError> {
     let (mut found, mut rest) = (Vec::new(), text);
     while let Some((before, behind)) = rest.split_once('{') {
-        let (inner, after) = behind.split_once('}').ok_or_else(|| format!("a }} is missing in `{text}`"))?;
+        let (inner, after) = behind.split_once('}').ok_or_else(|| DapError::UnclosedBrace { text: text.to_owned() })?;
         found.push(LogMessagePart::Text(before.to_owned()));
         let expr = match at {
             Some(word) => session.scope.parse_expression_at_word(inner, word)?,

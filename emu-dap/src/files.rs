@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::adapter::{DapMachine, DebugAdapter};
+use crate::error::DapError;
 use crate::protocol::{DapRequest, DapSource, RequestError};
 
 /// Number of the listing among the sources that this side makes.
@@ -35,34 +36,32 @@ impl DapMachine {
     ///
     /// # Errors
     /// No such source, or no code there.
-    pub fn words_of(&mut self, source: &DapSource, line: u32) -> Result<LocatedLine, String> {
+    pub fn words_of(&mut self, source: &DapSource, line: u32) -> Result<LocatedLine, DapError> {
         if source.source_reference == Some(LISTING) {
             let found = self.listing().word_at(line);
-            let (line, word) = found.ok_or_else(|| format!("no instruction stands at or behind line {line}"))?;
+            let (line, word) = found.ok_or(DapError::NoInstructionAtLine { line })?;
             return Ok(LocatedLine { words: vec![word], line });
         }
-        let path = source.path.as_ref().or(source.name.as_ref()).ok_or("the source has no path")?;
+        let path = source.path.as_ref().or(source.name.as_ref()).ok_or(DapError::SourceWithoutPath)?;
         if let Some(ladder) = self.ladder.as_ref().filter(|ladder| ladder.is_file(path)) {
             let (word, line) = ladder.word_of_line(line)?;
             return Ok(LocatedLine { words: vec![word], line });
         }
         if path.ends_with(".ld") && self.ladder.is_none() {
-            let text = "rungs are not known: launch the .ld file itself, or the image with its `map` and `ladder`";
-            return Err(text.to_owned());
+            return Err(DapError::RungsUnknown);
         }
         let lines = &self.session.scope.lines;
-        let mut why = String::new();
+        let mut first_error = None;
         for line in line..line.saturating_add(MAX_LINES_SEARCHED) {
             match lines.addresses_of_line(path, line) {
                 Ok(places) => {
                     let words = self.session.scope.line_words(&places);
                     return Ok(LocatedLine { words, line });
                 }
-                Err(text) if why.is_empty() => why = text,
-                Err(_) => {}
+                Err(error) => first_error = first_error.or(Some(error)),
             }
         }
-        Err(why)
+        Err(first_error.map_or(DapError::NoInstructionAtLine { line }, DapError::SourceLine))
     }
 
     /// A source line as the protocol names its file.

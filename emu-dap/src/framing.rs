@@ -4,6 +4,8 @@ use std::io::{self, BufRead, Read, Write};
 
 use serde_json::Value;
 
+use crate::error::DapError;
+
 /// Longest message, in bytes: nobody sends more, and a wrong number must not take all memory.
 pub const MAX_MESSAGE_BYTES: u64 = 16 << 20;
 
@@ -28,16 +30,16 @@ pub enum IncomingMessage {
 ///
 /// # Errors
 /// The input cannot be read, or is not framed, so that nobody knows where the next message begins.
-pub fn read_message(input: &mut impl BufRead) -> Result<IncomingMessage, String> {
+pub fn read_message(input: &mut impl BufRead) -> Result<IncomingMessage, DapError> {
     let Some(length) = read_header(input)? else { return Ok(IncomingMessage::End) };
     let mut body = Vec::new();
     let got = match input.take(length).read_to_end(&mut body) {
         Ok(got) => got,
         Err(why) if is_disconnect(&why) => return Ok(IncomingMessage::End),
-        Err(why) => return Err(unreadable_input(&why)),
+        Err(why) => return Err(DapError::UnreadableInput(why)),
     };
     if (got as u64) < length {
-        return Err(format!("the input ends after {got} of the {length} bytes of a message"));
+        return Err(DapError::TruncatedMessage { got, length });
     }
     Ok(match serde_json::from_slice(&body) {
         Ok(message) => IncomingMessage::Message(message),
@@ -46,42 +48,35 @@ pub fn read_message(input: &mut impl BufRead) -> Result<IncomingMessage, String>
 }
 
 /// The head of a frame: the length of its content; nothing at the end of the input.
-fn read_header(input: &mut impl BufRead) -> Result<Option<u64>, String> {
+fn read_header(input: &mut impl BufRead) -> Result<Option<u64>, DapError> {
     let mut length = None;
     for number in 0.. {
         let mut line = Vec::new();
         match input.take(MAX_HEADER_LINE).read_until(b'\n', &mut line) {
             Ok(0) if number == 0 => return Ok(None),
             Err(why) if is_disconnect(&why) => return Ok(None),
-            read => _ = read.map_err(|why| unreadable_input(&why))?,
+            read => _ = read.map_err(DapError::UnreadableInput)?,
         }
         if !line.ends_with(b"\n") || number >= MAX_HEADER_LINES {
-            return Err(
-                "the input is no frame of the protocol: a head is a few short lines and an empty one".to_owned()
-            );
+            return Err(DapError::NotFramed);
         }
         let line = String::from_utf8_lossy(&line);
         let line = line.trim();
         if line.is_empty() {
             break;
         }
-        let (name, value) =
-            line.split_once(':').ok_or_else(|| format!("`{}` is no line of a head", shortened(line)))?;
+        let (name, value) = line.split_once(':').ok_or_else(|| DapError::BadHeaderLine { line: shortened(line) })?;
         if name.trim().eq_ignore_ascii_case("content-length") {
-            let wanted = || format!("`{}` is no length of a message", shortened(value.trim()));
+            let wanted = || DapError::BadLength { text: shortened(value.trim()) };
             let digits = value.trim().bytes().all(|byte| byte.is_ascii_digit());
             let bytes: u64 = value.trim().parse().ok().filter(|_| digits).ok_or_else(wanted)?;
             if bytes > MAX_MESSAGE_BYTES {
-                return Err(format!("a message of {bytes} bytes is longer than {MAX_MESSAGE_BYTES}, the most"));
+                return Err(DapError::MessageTooLong { length: bytes });
             }
             length = Some(bytes);
         }
     }
-    length.map(Some).ok_or_else(|| "the head of a message has no Content-Length".to_owned())
-}
-
-fn unreadable_input(why: &io::Error) -> String {
-    format!("the input cannot be read: {why}")
+    length.map(Some).ok_or(DapError::NoContentLength)
 }
 
 /// The other side has closed the connection, or is gone without that.

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf, absolute};
 use ladder_view::LadderView;
 use serde_json::{Value, json};
 
+use crate::error::DapError;
+
 /// A rung and an element in it, both from 1.
 type ElementNumber = (u32, u32);
 
@@ -88,23 +90,22 @@ impl LadderSource {
     }
 
     /// First word of the rung to which a line belongs, or of the next with code; and the line of that rung.
-    pub fn word_of_line(&self, line: u32) -> Result<(u32, u32), String> {
+    pub fn word_of_line(&self, line: u32) -> Result<(u32, u32), DapError> {
         let wanted = match self.view.rung_of_line(line) {
             Some(rung) => rung,
             None => {
                 let numbers = 1..=self.view.program().rungs.len() as u32;
                 let behind = numbers.into_iter().find(|rung| self.view.rung_line(*rung).is_some_and(|at| at >= line));
-                behind.ok_or_else(|| format!("no rung stands at or behind line {line}"))?
+                behind.ok_or(DapError::NoRungAtLine { line })?
             }
         };
         let found = self.rungs.iter().find(|(rung, _)| *rung >= wanted);
-        let (rung, word) =
-            found.ok_or_else(|| format!("rung {wanted} has no code, and neither has a rung behind it"))?;
+        let (rung, word) = found.ok_or_else(|| DapError::NoCodeFromRung { rung: wanted })?;
         Ok((*word, self.view.rung_line(*rung).unwrap_or(line)))
     }
 
     /// `rung 3`, `element 3.2`, `scan`; nothing where the text has no such shape.
-    pub fn parse_name(&self, text: &str) -> Option<Result<u32, String>> {
+    pub fn parse_name(&self, text: &str) -> Option<Result<u32, DapError>> {
         let text = text.trim();
         let number = |text: &str| text.trim().parse::<u32>().ok();
         if text == "scan" {
@@ -112,12 +113,12 @@ impl LadderSource {
         }
         if let Some(rung) = text.strip_prefix("rung ").and_then(number) {
             let word = self.rungs.iter().find(|(known, _)| *known == rung).map(|(_, word)| *word);
-            return Some(word.ok_or_else(|| format!("rung {rung} has no code, or there is none")));
+            return Some(word.ok_or(DapError::NoSuchRung { rung }));
         }
         let (rung, element) = text.strip_prefix("element ")?.split_once('.')?;
         let wanted = (number(rung)?, number(element)?);
         let word = self.elements.iter().find(|(known, _)| *known == wanted).map(|(_, word)| *word);
-        Some(word.ok_or_else(|| format!("element {}.{} has no code, or there is none", wanted.0, wanted.1)))
+        Some(word.ok_or_else(|| DapError::NoSuchElement { rung: wanted.0, element: wanted.1 }))
     }
 
     /// What the listing says above the instruction at a program word.

@@ -18,6 +18,7 @@
 
 mod adapter;
 mod breakpoints;
+mod error;
 mod evaluate;
 mod files;
 pub mod framing;
@@ -34,5 +35,6 @@ mod stop_events;
 mod variables;
 
 pub use adapter::{DebugAdapter, OpenMachine, OpenedMachine};
+pub use error::{DapError, LaunchError};
 pub use protocol::LaunchArguments;
 pub use serve::serve;

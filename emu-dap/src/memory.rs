@@ -5,6 +5,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::adapter::{DapMachine, DebugAdapter};
+use crate::error::DapError;
 use crate::listing::hex_words;
 use crate::protocol::{DapRequest, RequestError};
 
@@ -28,7 +29,7 @@ struct MemoryArguments {
 
 impl DapMachine {
     /// A memory and a byte address in it: `data:0x100`, `buf`, or an address of program memory.
-    fn parse_memory_reference(&self, text: &str) -> Result<(&'static str, i64), String> {
+    fn parse_memory_reference(&self, text: &str) -> Result<(&'static str, i64), DapError> {
         let scope = &self.session.scope;
         let chip = scope.chip();
         let plain = emu_debug::address_names::parse_number(text.trim());
@@ -41,13 +42,14 @@ impl DapMachine {
     ///
     /// # Errors
     /// No address of program memory.
-    pub fn code_word(&self, text: &str, offset: i64) -> Result<u32, String> {
+    pub fn code_word(&self, text: &str, offset: i64) -> Result<u32, DapError> {
         let scope = &self.session.scope;
         let (chip, names) = (scope.chip(), scope.source().names);
         let word = names.parse_program_word(text)?;
         let address = i64::from(chip.code_address(word)).saturating_add(offset);
-        let address = u32::try_from(address).map_err(|_| format!("{text} and {offset} more is no address"))?;
-        names.parse_program_word(&format!("0x{address:x}"))
+        let address =
+            u32::try_from(address).map_err(|_| DapError::AddressOverflow { address: text.to_owned(), offset })?;
+        Ok(names.parse_program_word(&format!("0x{address:x}"))?)
     }
 
     /// Where a byte of a memory is, as the protocol writes it: by the address that users count.

@@ -34,17 +34,17 @@ pub const NOT_POSSIBLE: u32 = 2002;
 
 impl RequestError {
     /// With its number and its sentence.
-    pub fn new(id: u32, text: impl Into<String>) -> RequestError {
-        RequestError { id, text: text.into(), show_user: false }
+    pub fn new(id: u32, text: impl ToString) -> RequestError {
+        RequestError { id, text: text.to_string(), show_user: false }
     }
 
     /// There is no such thing.
-    pub fn not_found(text: impl Into<String>) -> RequestError {
+    pub fn not_found(text: impl ToString) -> RequestError {
         RequestError::new(NOT_FOUND, text)
     }
 
     /// The machine cannot do that.
-    pub fn not_possible(text: impl Into<String>) -> RequestError {
+    pub fn not_possible(text: impl ToString) -> RequestError {
         RequestError::new(NOT_POSSIBLE, text)
     }
 

@@ -8,10 +8,11 @@ use std::thread;
 use serde_json::Value;
 
 use crate::adapter::{DebugAdapter, OpenMachine};
+use crate::error::DapError;
 use crate::framing::{self, IncomingMessage};
 
 /// What the thread has read.
-type ReceivedMessage = Result<IncomingMessage, String>;
+type ReceivedMessage = Result<IncomingMessage, DapError>;
 
 /// Requests that are there, the oldest first.
 struct RequestInbox {
@@ -49,8 +50,12 @@ impl RequestInbox {
 /// Serves one client until it disconnects, its input ends or its connection is gone.
 ///
 /// # Errors
-/// The input is not framed as the protocol wants it, or the output takes no more: one sentence.
-pub fn serve(input: impl Read + Send + 'static, output: &mut dyn Write, open: &OpenMachine<'_>) -> Result<(), String> {
+/// The input is not framed as the protocol wants it, or the output takes no more.
+pub fn serve(
+    input: impl Read + Send + 'static,
+    output: &mut dyn Write,
+    open: &OpenMachine<'_>,
+) -> Result<(), DapError> {
     let (to, from) = channel();
     thread::spawn(move || {
         let mut input = BufReader::new(input);
@@ -69,14 +74,14 @@ pub fn serve(input: impl Read + Send + 'static, output: &mut dyn Write, open: &O
         |messages: Vec<Value>| match messages.iter().try_for_each(|message| framing::write_message(output, message)) {
             Ok(()) => Ok(true),
             Err(why) if framing::is_disconnect(&why) => Ok(false),
-            Err(why) => Err(format!("the output takes no more: {why}")),
+            Err(why) => Err(DapError::UnwritableOutput(why)),
         };
     while !adapter.is_finished() {
         let there = match inbox.next(!adapter.is_running()) {
             Some(Ok(IncomingMessage::Message(message))) => send(adapter.handle(&message))?,
             Some(Ok(IncomingMessage::Garbled(why))) => send(adapter.reject_garbled(&why))?,
             Some(Ok(IncomingMessage::End)) => false,
-            Some(Err(why)) => return Err(why),
+            Some(Err(error)) => return Err(error),
             None => send(adapter.run_slice(&mut || inbox.is_empty()))?,
         };
         if !there {

@@ -22,7 +22,7 @@
 //!   bits.rs      bits with addresses of their own, and the bytes that they are parts of
 //! ```
 //!
-//! The readers of text give their error as one sentence that says what was found and what is wanted.
+//! The readers of text give an [`InputError`]: one sentence that says what was found and what is wanted.
 
 #![forbid(unsafe_code)]
 
@@ -37,6 +37,7 @@ pub mod coverage;
 pub mod debug;
 pub mod devices;
 pub mod dyn_probe;
+mod input_error;
 pub mod lints;
 pub mod lockstep;
 pub mod number_formats;
@@ -59,6 +60,7 @@ pub use access_monitor::AccessMonitor;
 pub use address_names::{AddressNames, AddressRange};
 pub use attached_devices::{AttachedDevices, WiredDevice};
 pub use coverage::CodeCoverage;
+pub use input_error::InputError;
 pub use lints::{LintFinding, LintProbe};
 pub use profile::CycleProfile;
 pub use program_source::ProgramSource;

@@ -17,6 +17,7 @@
 
 #![forbid(unsafe_code)]
 
+mod error;
 mod flash;
 mod gdb_arch;
 mod gdb_points;
@@ -27,6 +28,7 @@ mod packets;
 mod resume;
 mod serve;
 
+pub use error::GdbError;
 pub use serve::{ClientEnd, GdbOptions, parse_address, serve};
 
 use emu_debug::debug::DebugSession;

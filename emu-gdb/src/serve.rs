@@ -11,6 +11,7 @@ use gdbstub::stub::state_machine::GdbStubStateMachine as Machine;
 use gdbstub::stub::{DisconnectReason, GdbStubBuilder, GdbStubError, SingleThreadStopReason};
 
 use crate::MonitorHandler;
+use crate::error::GdbError;
 use crate::gdb_target::GdbTarget;
 use crate::packets::{ClientInput, ClientItem, ClientOutput, MAX_PACKET_BYTES, frame_packet};
 
@@ -50,12 +51,12 @@ impl fmt::Display for ClientEnd {
 /// The address that a text stands for: `:1234` on this machine only, `HOST:PORT` as written; port 0 is any free one.
 ///
 /// # Errors
-/// It is no address: one sentence.
-pub fn parse_address(text: &str) -> Result<SocketAddr, String> {
+/// It is no address.
+pub fn parse_address(text: &str) -> Result<SocketAddr, GdbError> {
     let wanted = if text.starts_with(':') { format!("127.0.0.1{text}") } else { text.to_owned() };
-    let wrong = |why: &dyn fmt::Display| format!("`{text}` is no address ({why}); write :1234 or 127.0.0.1:1234");
-    let mut found = wanted.to_socket_addrs().map_err(|error| wrong(&error))?;
-    found.next().ok_or_else(|| wrong(&"it has none"))
+    let mut found =
+        wanted.to_socket_addrs().map_err(|source| GdbError::BadAddress { text: text.to_owned(), source })?;
+    found.next().ok_or_else(|| GdbError::HostWithoutAddress { text: text.to_owned() })
 }
 
 /// Serves the session to one client, or to one after the other. `log` is told line by line what happens: first where the server

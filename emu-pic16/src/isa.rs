@@ -5,6 +5,7 @@
 //! register name a second kind, for file registers that are RAM. The column of cycles is for every file register but PCL:
 //! an instruction that writes PCL takes one cycle more.
 
+use emu_core::CoreError;
 use emu_core::chip::InstructionSet;
 use emu_core::table::{
     DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, PredecodedOp, SyntaxAlias,
@@ -208,7 +209,7 @@ fn locate(pc: u32) -> InstructionLocation {
 /// # Errors
 /// An operand that does not fit, with what is allowed.
 pub fn encode(kind: Kind, operands: &[i32]) -> Result<u16, EncodeError> {
-    let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: "not an instruction".into() })?;
+    let row = ROWS.get(kind as usize).ok_or(EncodeError { mnemonic: "(none)", cause: CoreError::NotAnInstruction })?;
     row.encode(operands, &locate(0)).map(|bits| bits as u16)
 }
 

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use crate::TuiError;
+
 /// A key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ScreenKey {
@@ -62,19 +64,19 @@ pub enum ScriptStep {
 ///
 /// # Errors
 /// The first word that is none of these, or that comes too often, and what there is.
-pub fn parse_keys(text: &str) -> Result<Vec<ScriptStep>, String> {
+pub fn parse_keys(text: &str) -> Result<Vec<ScriptStep>, TuiError> {
     let mut steps = Vec::new();
     for word in text.split_whitespace() {
         let (name, times) = match word.rsplit_once('*') {
             Some((name, times)) if !name.is_empty() => {
                 let times = times.parse::<usize>().ok().filter(|times| (1..=MAX_STEPS).contains(times));
-                (name, times.ok_or_else(|| format!("`{word}`: how often is a number from 1 to {MAX_STEPS}"))?)
+                (name, times.ok_or_else(|| TuiError::BadRepetition { word: word.to_owned(), most: MAX_STEPS })?)
             }
             _ => (word, 1),
         };
         let one = parse_word(name)?;
         if steps.len() + one.len() * times > MAX_STEPS {
-            return Err(format!("`{word}`: that is more than {MAX_STEPS} keys"));
+            return Err(TuiError::TooManyKeys { word: word.to_owned(), most: MAX_STEPS });
         }
         (0..times).for_each(|_| steps.extend(&one));
     }
@@ -82,7 +84,7 @@ pub fn parse_keys(text: &str) -> Result<Vec<ScriptStep>, String> {
 }
 
 /// What a word stands for.
-fn parse_word(word: &str) -> Result<Vec<ScriptStep>, String> {
+fn parse_word(word: &str) -> Result<Vec<ScriptStep>, TuiError> {
     let mut letters = word.chars();
     if let (Some(only), None) = (letters.next(), letters.next()) {
         return Ok(vec![ScriptStep::Key(ScreenKey::Char(only))]);
@@ -94,8 +96,7 @@ fn parse_word(word: &str) -> Result<Vec<ScriptStep>, String> {
         ("alt-", Some(c)) => return Ok(vec![ScriptStep::Key(ScreenKey::Alt(c))]),
         ("ctrl-", Some(c)) => return Ok(vec![ScriptStep::Key(ScreenKey::Ctrl(c))]),
         ("wait:", _) => {
-            let time = parse_time(rest)
-                .ok_or_else(|| format!("`{word}`: give a time up to an hour, as in wait:500ms or wait:2s"))?;
+            let time = parse_time(rest).ok_or_else(|| TuiError::BadPause { word: word.to_owned() })?;
             return Ok(vec![ScriptStep::Wait(time)]);
         }
         _ => {}
@@ -105,10 +106,13 @@ fn parse_word(word: &str) -> Result<Vec<ScriptStep>, String> {
         return Ok(typed.map(ScriptStep::Key).collect());
     }
     let named = KEY_NAMES.iter().find(|(name, _)| *name == word);
-    named.map(|(_, key)| vec![ScriptStep::Key(*key)]).ok_or_else(|| {
-        let names: Vec<&str> = KEY_NAMES.iter().map(|(name, _)| *name).collect();
-        format!("there is no key `{word}`; there are single characters, {}, alt-1, wait:500ms, :TEXT", names.join(", "))
-    })
+    named.map(|(_, key)| vec![ScriptStep::Key(*key)]).ok_or_else(|| TuiError::UnknownKey { word: word.to_owned() })
+}
+
+/// The names of keys, as messages list them.
+pub(crate) fn key_names() -> String {
+    let names: Vec<&str> = KEY_NAMES.iter().map(|(name, _)| *name).collect();
+    names.join(", ")
 }
 
 /// A time in ms or s, at most an hour.

@@ -11,6 +11,7 @@
 #![forbid(unsafe_code)]
 
 pub mod debugger;
+mod error;
 pub mod key;
 pub mod key_script;
 pub mod panel;
@@ -18,6 +19,7 @@ pub mod rung_picture;
 pub mod screen;
 pub mod style;
 
+pub use error::TuiError;
 pub use key::{ScreenKey, ScriptStep};
 pub use ratatui_core::buffer::Buffer;
 pub use ratatui_core::layout::Rect;

@@ -14,6 +14,7 @@
 
 #![forbid(unsafe_code)]
 
+mod error;
 mod machines;
 mod mutate;
 pub mod omf51;
@@ -26,6 +27,7 @@ pub mod worker;
 
 use std::path::PathBuf;
 
+pub use error::FuzzError;
 pub use mutate::Mutator;
 pub use target_table::{FuzzTarget, TARGETS, find_target};
 

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use emu_fuzz::run::{DriverOptions, TargetRun, memory_limited_command, regressions, run_targets};
 use emu_fuzz::worker::{WorkerBudget, replay_input, run_worker};
-use emu_fuzz::{FuzzTarget, Mutator, TARGETS, find_target};
+use emu_fuzz::{FuzzError, FuzzTarget, Mutator, TARGETS, find_target};
 
 const USAGE: &str = "\
 emu-fuzz list                                     the targets
@@ -33,7 +33,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn run_command(arguments: &[&str]) -> Result<u8, String> {
+fn run_command(arguments: &[&str]) -> Result<u8, FuzzError> {
     match arguments {
         ["list"] => {
             TARGETS.iter().for_each(|target| println!("{:<16} {}", target.name, target.description));
@@ -42,13 +42,12 @@ fn run_command(arguments: &[&str]) -> Result<u8, String> {
         ["run", rest @ ..] => execute_targets(rest),
         ["replay", name, files @ ..] if !files.is_empty() => replay_files(find_target(name)?, files),
         ["replay-here", name, file] => {
-            let input = std::fs::read(file).map_err(|why| format!("{file}: {why}"))?;
+            let input = std::fs::read(file).map_err(|source| FuzzError::File { path: (*file).to_owned(), source })?;
             println!("{file}: no finding, {:?}", replay_input(find_target(name)?, &input));
             Ok(0)
         }
-        ["seeds", name, folder] => {
-            write_seeds(find_target(name)?, Path::new(folder)).map_err(|why| format!("{folder}: {why}"))
-        }
+        ["seeds", name, folder] => write_seeds(find_target(name)?, Path::new(folder))
+            .map_err(|source| FuzzError::File { path: (*folder).to_owned(), source }),
         ["dictionary", name] => {
             for word in (find_target(name)?.dictionary)() {
                 println!("\"{}\"", dictionary_escape(word.as_bytes()));
@@ -57,11 +56,11 @@ fn run_command(arguments: &[&str]) -> Result<u8, String> {
         }
         ["work", name, rest @ ..] => {
             let CommandFlags { seed, budget, current, .. } = CommandFlags::read(rest)?;
-            let (budget, current) = (budget.ok_or("no budget")?, current.ok_or("no file")?);
-            println!("{}", run_worker(find_target(name)?, seed, budget, &current).map_err(|why| why.to_string())?);
+            let (budget, current) = (budget.ok_or(FuzzError::NoBudget)?, current.ok_or(FuzzError::NoInputFile)?);
+            println!("{}", run_worker(find_target(name)?, seed, budget, &current)?);
             Ok(0)
         }
-        _ => Err("there is no such command".to_owned()),
+        _ => Err(FuzzError::UnknownCommand),
     }
 }
 
@@ -75,7 +74,7 @@ struct CommandFlags<'a> {
 }
 
 impl<'a> CommandFlags<'a> {
-    fn read(arguments: &[&'a str]) -> Result<CommandFlags<'a>, String> {
+    fn read(arguments: &[&'a str]) -> Result<CommandFlags<'a>, FuzzError> {
         let save = emu_fuzz::workspace_root().join("fuzz/found");
         let mut flags = CommandFlags { seed: 1, budget: None, current: None, save, names: Vec::new() };
         let mut rest = arguments.iter();
@@ -84,8 +83,12 @@ impl<'a> CommandFlags<'a> {
                 flags.names.push(word);
                 continue;
             }
-            let value = *rest.next().ok_or_else(|| format!("{word} lacks its value"))?;
-            let number = || value.parse::<u64>().map_err(|_| format!("{word} {value}: write a whole number"));
+            let value = *rest.next().ok_or_else(|| FuzzError::MissingValue { flag: word.to_owned() })?;
+            let number = || {
+                value
+                    .parse::<u64>()
+                    .map_err(|_| FuzzError::BadNumber { flag: word.to_owned(), value: value.to_owned() })
+            };
             match word {
                 "--seed" => flags.seed = number()?,
                 "--executions" => flags.budget = Some(WorkerBudget::Executions(number()?)),
@@ -93,14 +96,14 @@ impl<'a> CommandFlags<'a> {
                 "--milliseconds" => flags.budget = Some(WorkerBudget::Time(Duration::from_millis(number()?))),
                 "--save" => flags.save = PathBuf::from(value),
                 "--current" => flags.current = Some(PathBuf::from(value)),
-                _ => return Err(format!("there is no flag {word}")),
+                _ => return Err(FuzzError::UnknownFlag { flag: word.to_owned() }),
             }
         }
         Ok(flags)
     }
 }
 
-fn execute_targets(arguments: &[&str]) -> Result<u8, String> {
+fn execute_targets(arguments: &[&str]) -> Result<u8, FuzzError> {
     let flags = CommandFlags::read(arguments)?;
     let named = flags.names.iter().map(|name| find_target(name)).collect::<Result<Vec<_>, _>>()?;
     let targets: Vec<&'static FuzzTarget> = if named.is_empty() { TARGETS.iter().collect() } else { named };
@@ -120,8 +123,7 @@ fn execute_targets(arguments: &[&str]) -> Result<u8, String> {
         (None, executions) => println!("{:<16} {:>9} executions", ended.target.name, executions.unwrap_or(0)),
     };
     let start = Instant::now();
-    let ended = run_targets(&DriverOptions { targets, seed, budget, findings_folder: flags.save }, &tell)
-        .map_err(|why| why.to_string())?;
+    let ended = run_targets(&DriverOptions { targets, seed, budget, findings_folder: flags.save }, &tell)?;
     let executions: u64 = ended.iter().filter_map(|ended| ended.executions).sum();
     let findings = ended.iter().filter(|ended| ended.finding.is_some()).count();
     println!(
@@ -133,11 +135,10 @@ fn execute_targets(arguments: &[&str]) -> Result<u8, String> {
 }
 
 /// Each input in a process of its own, so that one that takes the process with it is told as well.
-fn replay_files(target: &FuzzTarget, files: &[&str]) -> Result<u8, String> {
+fn replay_files(target: &FuzzTarget, files: &[&str]) -> Result<u8, FuzzError> {
     let mut found = 0;
     for file in files {
-        let status =
-            memory_limited_command(&["replay-here", target.name, file]).status().map_err(|why| why.to_string())?;
+        let status = memory_limited_command(&["replay-here", target.name, file]).status()?;
         if !status.success() {
             println!("{file}: FINDING ({status})");
             found = 1;

@@ -1,5 +1,6 @@
 //! The table of targets.
 
+use crate::FuzzError;
 use crate::seeds::SeedSource::{self, Files, Generated};
 use crate::seeds::{self as made};
 use crate::targets::{code, debug, image, ladder, machine, text};
@@ -34,12 +35,13 @@ impl FuzzTarget {
 /// The target of that name.
 ///
 /// # Errors
-/// There is none: a sentence.
-pub fn find_target(name: &str) -> Result<&'static FuzzTarget, String> {
-    TARGETS.iter().chain(FAULTY_TARGETS).find(|target| target.name == name).ok_or_else(|| {
-        let names: Vec<&str> = TARGETS.iter().map(|target| target.name).collect();
-        format!("there is no target `{name}`; targets are {}", names.join(", "))
-    })
+/// There is none.
+pub fn find_target(name: &str) -> Result<&'static FuzzTarget, FuzzError> {
+    TARGETS
+        .iter()
+        .chain(FAULTY_TARGETS)
+        .find(|target| target.name == name)
+        .ok_or_else(|| FuzzError::UnknownTarget { name: name.to_owned() })
 }
 
 const fn target_row(

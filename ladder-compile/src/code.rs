@@ -2,6 +2,7 @@
 
 use std::fmt::Debug;
 
+use crate::CodegenError;
 use crate::target::CodeMark;
 
 /// The highest level of a form.
@@ -21,7 +22,7 @@ pub trait TargetArch {
     ///
     /// # Errors
     /// An operand that does not fit.
-    fn encode(&self, kind: Self::Opcode, operands: &[i32], at: u32) -> Result<Vec<u16>, String>;
+    fn encode(&self, kind: Self::Opcode, operands: &[i32], at: u32) -> Result<Vec<u16>, CodegenError>;
 
     /// Form `level` of `jump` from word `at` to word `to`; nothing where that form does not reach. Levels are tried from 0
     /// upwards, so the shortest come first; [`MAX_FORM_LEVEL`] reaches everything. A form that reaches has a length that depends on
@@ -214,7 +215,7 @@ impl<A: TargetArch> CodeWriter<A> {
     ///
     /// # Errors
     /// An operand does not fit its instruction: a fault of the back end.
-    pub fn finish(&self) -> Result<FinishedCode, String> {
+    pub fn finish(&self) -> Result<FinishedCode, CodegenError> {
         let (levels, labels) = self.relax();
         let mut code = FinishedCode { words: Vec::new(), instructions: Vec::new(), marks: Vec::new(), labels };
         for (item, &level) in self.items.iter().zip(&levels) {
@@ -240,7 +241,7 @@ impl<A: TargetArch> CodeWriter<A> {
                 }
                 CodeItem::Jump(jump, to, times, _) => {
                     let (at, to) = (code.words.len() as u32, code.label_address(*to));
-                    let steps = self.arch.jump_form(*jump, level, at, to).ok_or("a jump does not reach its target")?;
+                    let steps = self.arch.jump_form(*jump, level, at, to).ok_or(CodegenError::JumpOutOfReach)?;
                     for step in steps {
                         let times = if step.target.is_some_and(|target| target <= at) { *times } else { 1 };
                         self.push(&mut code, step.kind, &step.operands, (step.target, times, 0))?;
@@ -257,7 +258,7 @@ impl<A: TargetArch> CodeWriter<A> {
         kind: A::Opcode,
         operands: &[i32],
         (target, times, extra): (Option<u32>, u32, u32),
-    ) -> Result<(), String> {
+    ) -> Result<(), CodegenError> {
         let addr = code.words.len() as u32;
         let words = self.arch.encode(kind, operands, addr)?;
         let (flow, cycles) = self.arch.flow_and_cycles(kind);

@@ -13,6 +13,7 @@ mod assembly;
 pub mod avr;
 mod build_map;
 pub mod code;
+mod codegen_error;
 mod codes;
 pub mod element_checks;
 pub mod emit;
@@ -42,6 +43,7 @@ use pins::AssignedPin;
 use target::{BuiltImage, CompileJob, CompileTarget};
 
 pub use assembly::assembly;
+pub use codegen_error::CodegenError;
 pub use codes::{CODES, FUSES_NOTE};
 pub use map::{CellLocation, EepromMap, ElementMap, ImageMap, PinMap, Ratio, RungMap, SCHEMA, SpecialPin, SymbolMap};
 #[cfg(feature = "mutants")]

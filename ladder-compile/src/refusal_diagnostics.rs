@@ -75,8 +75,8 @@ pub(crate) fn refusal_diagnostics(
         BuildRefusal::Several(all) => {
             return all.iter().flat_map(|one| refusal_diagnostics(one, program, job)).collect();
         }
-        BuildRefusal::Internal(what) => {
-            (codes::INTERNAL, what.clone(), "please report this with the program".to_owned())
+        BuildRefusal::Internal(error) => {
+            (codes::INTERNAL, error.to_string(), "please report this with the program".to_owned())
         }
     };
     vec![Diagnostic::new(Severity::Error, code, &program.file, pos, cause, hint)]

@@ -3,6 +3,7 @@
 use emu_core::chip::{Chip, ChipFamily};
 use ladder::ElementId;
 
+use crate::CodegenError;
 use crate::ir::Ir;
 use crate::map::{CellLocation, Ratio, SpecialPin};
 use crate::pins::AssignedPin;
@@ -104,8 +105,8 @@ pub enum BuildRefusal {
     },
     /// Several reasons at once, each of the kinds above.
     Several(Vec<BuildRefusal>),
-    /// An instruction could not be encoded: a fault of the compiler.
-    Internal(String),
+    /// A fault of the compiler.
+    Internal(CodegenError),
 }
 
 /// A place that the map or the listing wants to know.

@@ -1,5 +1,6 @@
 //! From the model to the flat form: names become indices, meanings are chosen, what has none is refused.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use ladder::{
@@ -7,9 +8,9 @@ use ladder::{
     TimerKind,
 };
 
-use crate::UnsupportedElement;
 use crate::flat_program::{CountInput, CountMode, ElementOp, FlatProgram, FlatStep, ValueSource, truncate};
 use crate::peripheral_ops::{self, DeviceSettings};
+use crate::{UnsupportedElement, UnsupportedReason};
 
 /// Flattens all rungs; the first element without a meaning ends it.
 pub(crate) fn flatten(
@@ -112,7 +113,7 @@ impl FlatBuilder<'_> {
     }
 
     /// The meaning of one element, nothing for a comment, or why it has none.
-    fn element_op(&mut self, element: &Element) -> Result<Option<ElementOp>, String> {
+    fn element_op(&mut self, element: &Element) -> Result<Option<ElementOp>, UnsupportedReason> {
         let op = match element {
             Element::Comment(_) => return Ok(None),
             Element::Short => ElementOp::Short,
@@ -127,14 +128,14 @@ impl FlatBuilder<'_> {
             Element::Coil { name, negated, set, reset, ttrigger } => {
                 require_absent_or_zero("fourth flag", *ttrigger)?;
                 if name.starts_with('X') {
-                    return Err(format!("a coil drives an output Y or a relay R, and `{name}` is an input"));
+                    return Err(UnsupportedReason::CoilOfInput { name: name.clone() });
                 }
                 let bit = self.bit_index(name)?;
                 match (negated, set, reset) {
                     (_, false, false) => ElementOp::Coil { bit, negated: *negated },
                     (false, true, false) => ElementOp::SetCoil { bit },
                     (false, false, true) => ElementOp::ClearCoil { bit },
-                    _ => return Err("a coil is at most one of negated, set and reset".to_owned()),
+                    _ => return Err(UnsupportedReason::ConflictingCoilModes),
                 }
             }
             Element::Timer { kind, name, delay, adjust } => {
@@ -165,7 +166,7 @@ impl FlatBuilder<'_> {
             Element::Compare { op, op1, op2 } => {
                 ElementOp::Compare { op: *op, a: self.operand_source(op1)?, b: self.operand_source(op2)? }
             }
-            Element::Placeholder => return Err("an empty place: the rung is not complete".to_owned()),
+            Element::Placeholder => return Err(UnsupportedReason::EmptyPlace),
             Element::ShiftRegister { .. }
             | Element::LookUpTable { .. }
             | Element::PiecewiseLinear { .. }
@@ -185,18 +186,18 @@ impl FlatBuilder<'_> {
         self.code.memories - 1
     }
 
-    fn bit_index(&self, name: &str) -> Result<u32, String> {
+    fn bit_index(&self, name: &str) -> Result<u32, UnsupportedReason> {
         match self.find_symbol(name)? {
             (index, true) => Ok(index),
-            (_, false) => Err(format!("`{name}` is not a bit: bits are named X, Y or R and are no integers elsewhere")),
+            (_, false) => Err(UnsupportedReason::NotABit { name: name.to_owned() }),
         }
     }
 
     /// The index of an integer.
-    pub(crate) fn integer_index(&self, name: &str) -> Result<u32, String> {
+    pub(crate) fn integer_index(&self, name: &str) -> Result<u32, UnsupportedReason> {
         match self.find_symbol(name)? {
             (index, false) => Ok(index),
-            (_, true) => Err(format!("`{name}` is a bit (a contact, a coil or a pin) and is used as an integer")),
+            (_, true) => Err(UnsupportedReason::NotAnInteger { name: name.to_owned() }),
         }
     }
 
@@ -206,14 +207,14 @@ impl FlatBuilder<'_> {
     }
 
     /// Index of a symbol, and whether it is a bit.
-    fn find_symbol(&self, name: &str) -> Result<(u32, bool), String> {
+    fn find_symbol(&self, name: &str) -> Result<(u32, bool), UnsupportedReason> {
         let index = self.by_name.get(name).copied();
         let symbol = index.and_then(|i| Some((u32::try_from(i).ok()?, self.symbols.get(i)?.kind.is_bit())));
-        symbol.ok_or_else(|| format!("`{name}` is no symbol of the program"))
+        symbol.ok_or_else(|| UnsupportedReason::UnknownSymbol { name: name.to_owned() })
     }
 
     /// An operand.
-    pub(crate) fn operand_source(&self, operand: &LadderOperand) -> Result<ValueSource, String> {
+    pub(crate) fn operand_source(&self, operand: &LadderOperand) -> Result<ValueSource, UnsupportedReason> {
         match operand {
             LadderOperand::Var(name) => self.integer_index(name).map(ValueSource::Var),
             LadderOperand::Const { value, .. } => self.checked_constant("an operand", *value).map(ValueSource::Const),
@@ -221,21 +222,20 @@ impl FlatBuilder<'_> {
     }
 
     /// A constant in the range of the dialect; `what` names it in the refusal.
-    pub(crate) fn checked_constant(&self, what: &str, value: i64) -> Result<i32, String> {
+    pub(crate) fn checked_constant(&self, what: &'static str, value: i64) -> Result<i32, UnsupportedReason> {
         let range = match self.program.dialect {
             LadderDialect::Ldmicro23 => i64::from(i16::MIN)..=i64::from(i16::MAX),
             LadderDialect::Ldmicro5 => i64::from(i32::MIN)..=i64::from(i32::MAX),
         };
-        i32::try_from(value)
-            .ok()
-            .filter(|_| range.contains(&value))
-            .ok_or_else(|| format!("{what} is {value}, wanted {} to {}", range.start(), range.end()))
+        i32::try_from(value).ok().filter(|_| range.contains(&value)).ok_or_else(|| {
+            UnsupportedReason::ConstantOutOfRange { what, value, low: *range.start(), high: *range.end() }
+        })
     }
 
     /// Refuses what only dialect ldmicro-5 gives a meaning.
-    fn require_dialect_5(&self, what: &str) -> Result<(), String> {
+    fn require_dialect_5(&self, feature: impl Into<Cow<'static, str>>) -> Result<(), UnsupportedReason> {
         match self.program.dialect {
-            LadderDialect::Ldmicro23 => Err(format!("{what} belongs to dialect ldmicro-5")),
+            LadderDialect::Ldmicro23 => Err(UnsupportedReason::NeedsDialect5 { feature: feature.into() }),
             LadderDialect::Ldmicro5 => Ok(()),
         }
     }
@@ -247,14 +247,14 @@ impl FlatBuilder<'_> {
         max: &LadderOperand,
         init: Option<&LadderOperand>,
         input: Option<char>,
-    ) -> Result<ElementOp, String> {
+    ) -> Result<ElementOp, UnsupportedReason> {
         let var = self.integer_index(name)?;
         let max = match max {
             LadderOperand::Const { value, .. } => {
                 ValueSource::Const(self.checked_constant("the limit of a counter", *value)?)
             }
             LadderOperand::Var(name) => {
-                self.require_dialect_5(&format!("the variable `{name}` as the limit of a counter"))?;
+                self.require_dialect_5(format!("the variable `{name}` as the limit of a counter"))?;
                 ValueSource::Var(self.integer_index(name)?)
             }
         };
@@ -264,7 +264,7 @@ impl FlatBuilder<'_> {
                 self.checked_constant("the start value of a counter", *value)?
             }
             Some(LadderOperand::Var(name)) => {
-                return Err(format!("the variable `{name}` as a start value has no meaning"));
+                return Err(UnsupportedReason::VariableAs { name: name.clone(), role: "a start value" });
             }
         };
         if restart != 0 {
@@ -272,14 +272,14 @@ impl FlatBuilder<'_> {
         }
         let kind_of_input = input.unwrap_or('/');
         if kind_of_input != '/' {
-            self.require_dialect_5(&format!("input kind `{kind_of_input}`"))?;
+            self.require_dialect_5(format!("input kind `{kind_of_input}`"))?;
         }
         let input = match kind_of_input {
             '/' => CountInput::Rising,
             '\\' => CountInput::Falling,
             '-' => CountInput::High,
             'o' => CountInput::Low,
-            other => return Err(format!("input kind `{other}` has no meaning")),
+            other => return Err(UnsupportedReason::UnknownInputKind { kind: other }),
         };
         let kind = match (kind, self.program.dialect) {
             (CounterKind::Ctu, LadderDialect::Ldmicro23) => CountMode::Up,
@@ -292,43 +292,52 @@ impl FlatBuilder<'_> {
     }
 
     /// P: whole cycles in the delay, and the adjust.
-    fn timer_preset(&self, timer: u32, delay: &LadderOperand, adjust: Option<&LadderOperand>) -> Result<i32, String> {
+    fn timer_preset(
+        &self,
+        timer: u32,
+        delay: &LadderOperand,
+        adjust: Option<&LadderOperand>,
+    ) -> Result<i32, UnsupportedReason> {
         // Release 2.3 takes one scan off, and LDmicro 5 does so for files of that release.
         let short = self.program.dialect == LadderDialect::Ldmicro23 || self.program.format == LdFormat::V01;
         let adjust = match adjust {
             None => -i128::from(short),
             Some(LadderOperand::Const { value, .. }) => i128::from(*value),
-            Some(LadderOperand::Var(name)) => return Err(format!("the variable `{name}` as an adjust has no meaning")),
+            Some(LadderOperand::Var(name)) => {
+                return Err(UnsupportedReason::VariableAs { name: name.clone(), role: "an adjust" });
+            }
         };
         if adjust != -1 {
             self.require_dialect_5("an adjust other than -1")?;
         }
         let LadderOperand::Const { value, .. } = delay else {
-            return Err("a delay held in a variable has no meaning".to_owned());
+            return Err(UnsupportedReason::DelayInVariable);
         };
         let cycle = self.cycle_us()?;
         let count = i128::from(*value) / i128::from(cycle) + adjust;
         let most = (1_i128 << (8 * u32::from(self.integer_bytes(timer))).saturating_sub(1)) - 1;
-        i32::try_from(count).ok().filter(|_| (1..=most).contains(&count)).ok_or_else(|| {
-            let sign = if adjust < 0 { '-' } else { '+' };
-            let adjust = adjust.unsigned_abs();
-            format!("the timer counts {value} us / {cycle} us {sign} {adjust} = {count} scans, wanted 1 to {most}")
+        i32::try_from(count).ok().filter(|_| (1..=most).contains(&count)).ok_or(UnsupportedReason::TimerOutOfRange {
+            delay_us: *value,
+            cycle_us: cycle,
+            adjust,
+            scans: count,
+            most,
         })
     }
 
     /// The time of a scan in microseconds, for what counts scans.
-    pub(crate) fn cycle_us(&self) -> Result<u64, String> {
+    pub(crate) fn cycle_us(&self) -> Result<u64, UnsupportedReason> {
         match self.program.settings.cycle_us {
-            0 => Err("it needs a cycle time, and CYCLE is 0 (free running)".to_owned()),
+            0 => Err(UnsupportedReason::NoCycleTime),
             cycle => Ok(cycle),
         }
     }
 }
 
 /// An argument that has a meaning nowhere here must be absent or 0.
-pub(crate) fn require_absent_or_zero(what: &str, found: Option<u32>) -> Result<(), String> {
+pub(crate) fn require_absent_or_zero(what: &'static str, found: Option<u32>) -> Result<(), UnsupportedReason> {
     match found {
         None | Some(0) => Ok(()),
-        Some(n) => Err(format!("its {what} is {n}, which has no meaning here; wanted 0")),
+        Some(value) => Err(UnsupportedReason::ArgumentNotZero { what, value }),
     }
 }

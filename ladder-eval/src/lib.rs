@@ -12,11 +12,13 @@ mod flat_program;
 mod flatten;
 mod peripheral_ops;
 mod peripheral_state;
+mod unsupported;
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
 pub use ladder::{ElementId, LadderProgram, LadderSymbol};
+pub use unsupported::UnsupportedReason;
 
 /// Runs one program, scan by scan. A value: `clone` is a snapshot of the whole state and copies nothing else.
 #[derive(Debug, Clone)]
@@ -33,8 +35,9 @@ pub struct UnsupportedElement {
     pub element: ElementId,
     /// The element as `.ld` text.
     pub text: String,
-    /// Why it has no meaning, with the values found and wanted.
-    pub why: String,
+    /// Why it has no meaning.
+    #[source]
+    pub why: UnsupportedReason,
 }
 
 /// The part of an evaluator that no scan changes.

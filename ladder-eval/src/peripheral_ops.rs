@@ -3,6 +3,7 @@
 use ladder::format::{self, StringPiece};
 use ladder::{Element, LadderDialect, LadderOperand};
 
+use crate::UnsupportedReason;
 use crate::flat_program::{ElementOp, ValueSource};
 use crate::flatten::{FlatBuilder, require_absent_or_zero};
 use crate::peripheral_state::{FormattedText, PiecewiseCurve};
@@ -24,7 +25,7 @@ const EEPROM_WRITE_US: u64 = 10_000;
 const PERCENT: [&str; 2] = ["0-100", "0-100%"];
 
 /// The meaning of such an element, or why it has none.
-pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) -> Result<ElementOp, String> {
+pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) -> Result<ElementOp, UnsupportedReason> {
     Ok(match element {
         Element::ShiftRegister { name, stages } => {
             let stages = (0..*stages).map(|stage| builder.integer_index(&format!("{name}{stage}")));
@@ -48,7 +49,7 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
             let dest = builder.integer_index(name)?;
             let input = builder.code.adc_symbols.iter().position(|symbol| *symbol == dest);
             let input = input.and_then(|at| u32::try_from(at).ok());
-            ElementOp::ReadAdc { dest, input: input.ok_or("its name is no analog input")? }
+            ElementOp::ReadAdc { dest, input: input.ok_or(UnsupportedReason::NotAnalogInput)? }
         }
         Element::SetPwm { duty, hertz, output } => {
             check_pwm(builder, hertz, output.as_ref())?;
@@ -64,10 +65,10 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
         }
         Element::FormattedString { var, text, quoted } => {
             check_serial(builder, None)?;
-            let pieces = format::split_format_string(text, *quoted).map_err(|bad| bad.to_string())?;
+            let pieces = format::split_format_string(text, *quoted)?;
             let var = var.as_deref().map(|name| builder.integer_index(name)).transpose()?;
             if pieces.iter().any(|p| matches!(p, StringPiece::Digit { .. })) != var.is_some() {
-                return Err("a text with a number needs its variable, and a text without one takes none".to_owned());
+                return Err(UnsupportedReason::TextVariableMismatch);
             }
             ElementOp::Text { text: push_index(&mut builder.code.texts, FormattedText { pieces, var }) }
         }
@@ -80,7 +81,7 @@ pub(crate) fn peripheral_op(builder: &mut FlatBuilder<'_>, element: &Element) ->
             ElementOp::Persist { var, cell, memory: builder.new_memory() }
         }
         // The caller hands over those above alone.
-        _ => return Err("this element has no meaning here".to_owned()),
+        _ => return Err(UnsupportedReason::NoMeaning),
     })
 }
 
@@ -96,10 +97,10 @@ fn check_curve(
     dest: u32,
     index: ValueSource,
     points: &[(i64, i64)],
-) -> Result<PiecewiseCurve, String> {
+) -> Result<PiecewiseCurve, UnsupportedReason> {
     let coordinate = |value: i64| builder.checked_constant("a coordinate", value);
     let points = points.iter().map(|(x, y)| Ok((coordinate(*x)?, coordinate(*y)?)));
-    let points = points.collect::<Result<Vec<_>, String>>()?;
+    let points = points.collect::<Result<Vec<_>, UnsupportedReason>>()?;
     let short = |value: i32| i16::try_from(value).is_ok();
     let short_index = match index {
         ValueSource::Var(var) => builder.integer_bytes(var) <= 2,
@@ -108,15 +109,15 @@ fn check_curve(
     let narrow = short_index && builder.integer_bytes(dest) <= 2 && points.iter().all(|(x, y)| short(*x) && short(*y));
     let limit = if narrow { i64::from(i16::MAX) } else { i64::from(i32::MAX) };
     if points.len() < 2 {
-        return Err(format!("{} point(s) make no segment, wanted at least 2", points.len()));
+        return Err(UnsupportedReason::TooFewPoints { points: points.len() });
     }
     for pair in points.windows(2) {
         let (dx, dy) = (i64::from(pair[1].0) - i64::from(pair[0].0), i64::from(pair[1].1) - i64::from(pair[0].1));
         if dx < 1 {
-            return Err(format!("x = {} follows x = {}, but x must rise", pair[1].0, pair[0].0));
+            return Err(UnsupportedReason::PointsNotAscending { before: pair[0].0, x: pair[1].0 });
         }
         if dx > limit || dy.checked_mul(dx).is_none_or(|product| product.abs() > limit) {
-            return Err(format!("the segment of {dx} by {dy} does not fit -{limit} to {limit}"));
+            return Err(UnsupportedReason::SegmentTooLarge { dx, dy, limit });
         }
     }
     Ok(PiecewiseCurve { points, cut: if narrow { 16 } else { 0 } })
@@ -126,38 +127,36 @@ fn check_pwm(
     builder: &mut FlatBuilder<'_>,
     hertz: &LadderOperand,
     output: Option<&(String, String)>,
-) -> Result<(), String> {
+) -> Result<(), UnsupportedReason> {
     let hertz = match hertz {
         LadderOperand::Const { value, .. } => u32::try_from(*value).ok().filter(|hertz| *hertz > 0),
         LadderOperand::Var(_) => None,
     };
-    let hertz = hertz.ok_or("its frequency is no constant of at least 1 Hz")?;
+    let hertz = hertz.ok_or(UnsupportedReason::BadPwmFrequency)?;
     match output {
         Some(_) if builder.program.dialect == LadderDialect::Ldmicro23 => {
-            return Err("the choice of the output belongs to dialect ldmicro-5".to_owned());
+            return Err(UnsupportedReason::NeedsDialect5 { feature: "the choice of the output".into() });
         }
         Some((_, resolution)) if !PERCENT.contains(&resolution.as_str()) => {
-            return Err(format!("the resolution `{resolution}` has no meaning here; wanted 0-100"));
+            return Err(UnsupportedReason::UnknownResolution { resolution: resolution.clone() });
         }
         _ => {}
     }
     let own = (hertz, output.map(|(name, _)| name.clone()));
     if builder.devices.pwm.get_or_insert_with(|| own.clone()) != &own {
-        return Err(
-            "another SET_PWM of the program has another frequency or output, and there is one output".to_owned()
-        );
+        return Err(UnsupportedReason::ConflictingPwm);
     }
     builder.code.pwm_hz = Some(hertz);
     Ok(())
 }
 
 /// The serial line: one byte without waiting, at the rate of BAUD=.
-fn check_serial(builder: &mut FlatBuilder<'_>, rest: Option<(u32, u32)>) -> Result<(), String> {
+fn check_serial(builder: &mut FlatBuilder<'_>, rest: Option<(u32, u32)>) -> Result<(), UnsupportedReason> {
     if let Some((bytes, wait)) = rest.filter(|rest| *rest != (1, 0)) {
-        return Err(format!("{bytes} byte(s) with wait {wait} have no meaning here; wanted 1 and 0"));
+        return Err(UnsupportedReason::UnsupportedSerialTransfer { bytes, wait });
     }
     let baud = builder.program.settings.baud.filter(|baud| *baud > 0);
-    let baud = baud.ok_or("the serial line has no rate: BAUD= is missing or 0")?;
+    let baud = baud.ok_or(UnsupportedReason::NoBaudRate)?;
     let scans = BYTE_BITS_US.div_ceil(u128::from(baud) * u128::from(builder.cycle_us()?));
     builder.code.scans_per_byte = u32::try_from(scans).unwrap_or(u32::MAX);
     Ok(())

@@ -8,7 +8,7 @@ use ladder_eval::Evaluator;
 
 use crate::power_flow::{PowerDecider, deciders};
 use crate::scan_follower::{FollowedScan, ScanFollower};
-use crate::{LadderView, ScanPosition};
+use crate::{LadderView, ScanPosition, ViewError};
 
 /// How many causes behind causes are told.
 const MAX_DEPTH: usize = 6;
@@ -22,20 +22,19 @@ impl LadderView {
     /// scan is told of the scan before.
     ///
     /// # Errors
-    /// No such symbol, or no scan has run: one sentence.
+    /// No such symbol, or no scan has run.
     pub fn explain_value(
         &self,
         follow: &dyn ProgramFollower,
         target: &dyn DynMachine,
         name: &str,
-    ) -> Result<Vec<String>, String> {
-        let follower = ScanFollower::from_dyn(follow).ok_or("nothing follows this program")?;
+    ) -> Result<Vec<String>, ViewError> {
+        let follower = ScanFollower::from_dyn(follow).ok_or(ViewError::NotFollowed)?;
         let symbol = self.facts.power_up.index(name).ok_or_else(|| self.unknown_symbol(name))?;
         let moment = self.scan_position(Some(follow), target);
         let since = if follower.scans_before > 0 { "the reset" } else { "power-up" };
         let Some(newest) = moment.current_scan.as_ref().or(moment.last_scan.as_ref()) else {
-            let reset = if follower.scans_before > 0 { " since the reset" } else { "" };
-            return Err(format!("no scan has run yet{reset}; `scan` runs one"));
+            return Err(ViewError::NoScan { was_reset: follower.scans_before > 0 });
         };
         let place = self.facts.places.get(symbol);
         let value = place.and_then(|place| place.value(target)).unwrap_or(0) as i32;
@@ -156,9 +155,9 @@ impl LadderView {
         elements.filter(|(id, element, _)| wrote(*id, element)).map(|(id, ..)| id).last()
     }
 
-    fn unknown_symbol(&self, name: &str) -> String {
-        let names: Vec<&str> = self.facts.power_up.symbols().iter().map(|symbol| symbol.name.as_str()).collect();
-        format!("the program has no symbol `{name}`; it has {}", names.join(", "))
+    fn unknown_symbol(&self, name: &str) -> ViewError {
+        let known = self.facts.power_up.symbols().iter().map(|symbol| symbol.name.clone()).collect();
+        ViewError::UnknownSymbol { name: name.to_owned(), known }
     }
 }
 

@@ -18,6 +18,7 @@
 #![forbid(unsafe_code)]
 
 mod draw;
+mod error;
 mod explain;
 mod power_flow;
 mod scan_follower;
@@ -33,6 +34,7 @@ use ladder::{ElementId, LadderProgram, RungNode};
 use ladder_compile::{CellLocation as Kept, ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
+pub use error::ViewError;
 use scan_follower::ScanFollower;
 pub use scan_position::ScanPosition;
 

@@ -67,7 +67,8 @@ fn position_text(session: &DebugSession, view: &LadderView) -> String {
     let element = view.scan_position(follow, target).current_element();
     let mut text = format!("pc {:#x}, scan {:?}, {element:?}\n", target.pc(), session.scan());
     for (name, value) in view.values(target) {
-        let why = view.explain_value(follow.expect("one follows"), target, &name).unwrap_or_else(|why| vec![why]);
+        let why =
+            view.explain_value(follow.expect("one follows"), target, &name).unwrap_or_else(|why| vec![why.to_string()]);
         if let Some(first) = why.first().filter(|line| line.starts_with(&format!("{name} is "))) {
             let value = value.expect("a value").to_string();
             let said = first[name.len() + 4..].split([':', ' ']).next();

@@ -9,6 +9,7 @@ use crate::bound_scenario::BoundScenario;
 use crate::codes::{
     IMPOSSIBLE_VALUE, NOT_A_TIME, OTHER_PROGRAM_OR_CHIP, UNKNOWN_NAME, UNSUPPORTED_STEP, WRONG_STEP, WRONG_VALUE,
 };
+use crate::error::ScenarioError;
 use crate::model::{
     Assignment, Comparison, ConditionList, LocatedText, Repetition, Scenario, ScenarioStep, ScenarioValue, StepAction,
     StepTime,
@@ -47,9 +48,9 @@ pub fn bind(
     binder.check_target("program", scenario.program.as_ref(), program);
     binder.check_target("mcu", scenario.mcu.as_ref(), mcu);
     if let Some((baud, pos)) = scenario.baud
-        && let Err(cause) = binder.site.check_baud_rate(baud)
+        && let Err(error) = binder.site.check_baud_rate(baud)
     {
-        binder.report(WRONG_VALUE, pos, cause, "as in baud = 9600");
+        binder.report(WRONG_VALUE, pos, error.to_string(), "as in baud = 9600");
     }
     // Before any step is read, so that what is set anywhere is known to what toggles.
     binder.collect_toggled(&scenario.steps);
@@ -131,8 +132,8 @@ impl ScenarioBinder<'_> {
     }
 
     fn ticks_of(&mut self, span: &TimeSpan) -> u64 {
-        self.site.time_scale().ticks(span).unwrap_or_else(|(cause, hint)| {
-            self.report(NOT_A_TIME, span.pos, cause, hint);
+        self.site.time_scale().ticks(span).unwrap_or_else(|error| {
+            self.report(NOT_A_TIME, span.pos, error.to_string(), error.time_hint());
             0
         })
     }
@@ -140,22 +141,23 @@ impl ScenarioBinder<'_> {
     fn resolve_input(&mut self, name: &LocatedText, value: &ScenarioValue, pos: Pos) -> Option<ScenarioInput> {
         match self.site.resolve_input(&name.text, value) {
             Ok(input) => Some(input),
-            Err((cause, true)) => {
-                self.report_unknown_name(name, cause);
+            Err(error @ ScenarioError::UnknownName(_)) => {
+                self.report_unknown_name(name, &error);
                 None
             }
-            Err((cause, false)) => {
-                self.report(IMPOSSIBLE_VALUE, pos, cause, "docs/scenario.md lists what can be given");
+            Err(error) => {
+                let hint = "docs/scenario.md lists what can be given";
+                self.report(IMPOSSIBLE_VALUE, pos, error.to_string(), hint);
                 None
             }
         }
     }
 
-    fn report_unknown_name(&mut self, name: &LocatedText, cause: String) {
+    fn report_unknown_name(&mut self, name: &LocatedText, error: &ScenarioError) {
         let names = self.site.known_names();
         let near = nearest(&name.text, names.iter().map(String::as_str)).filter(|near| *near != name.text);
         let hint = near.map_or_else(|| "mend the name".to_owned(), |near| format!("did you mean `{near}`?"));
-        self.report(UNKNOWN_NAME, name.pos, cause, &hint);
+        self.report(UNKNOWN_NAME, name.pos, error.to_string(), &hint);
     }
 
     /// The number of what is toggled somewhere.
@@ -201,16 +203,16 @@ impl ScenarioBinder<'_> {
                         wanted: test.text.clone(),
                     });
                 }
-                Err(cause) => self.report_unknown_name(&test.name, cause),
+                Err(error) => self.report_unknown_name(&test.name, &error),
             }
         }
         checks.into()
     }
 
     /// Refuses a step for the reason that the machine gives.
-    fn require(&mut self, pos: Pos, can: Result<(), String>, hint: &str) {
-        if let Err(cause) = can {
-            self.report(UNSUPPORTED_STEP, pos, cause, hint);
+    fn require(&mut self, pos: Pos, can: Result<(), ScenarioError>, hint: &str) {
+        if let Err(error) = can {
+            self.report(UNSUPPORTED_STEP, pos, error.to_string(), hint);
         }
     }
 
@@ -382,7 +384,7 @@ impl ScenarioBinder<'_> {
             pieces.push(LogPiece::Text(before.to_owned()));
             match self.site.resolve_output(name) {
                 Ok(output) => pieces.push(LogPiece::Value(output.id)),
-                Err(cause) => self.report_unknown_name(&LocatedText { text: name.to_owned(), pos: text.pos }, cause),
+                Err(error) => self.report_unknown_name(&LocatedText { text: name.to_owned(), pos: text.pos }, &error),
             }
             rest = after;
         }

@@ -17,6 +17,7 @@
 mod bind;
 mod bound_scenario;
 mod codes;
+mod error;
 mod model;
 mod parse;
 mod play_ops;
@@ -33,6 +34,7 @@ mod world;
 pub use bind::bind;
 pub use bound_scenario::BoundScenario;
 pub use codes::*;
+pub use error::{MachineError, ScenarioError};
 pub use model::{
     Assignment, Comparison, ConditionList, LocatedBytes, LocatedText, Repetition, Scenario, ScenarioStep,
     ScenarioValue, StepAction, StepTime, ValueCondition,

@@ -370,7 +370,9 @@ impl ScenarioReader<'_> {
             return None;
         };
         let pos = self.pos(item.span());
-        TimeSpan::parse(text, pos).map_err(|cause| self.report(NOT_A_TIME, item.span(), cause, TIME_HINT)).ok()
+        TimeSpan::parse(text, pos)
+            .map_err(|error| self.report(NOT_A_TIME, item.span(), error.to_string(), TIME_HINT))
+            .ok()
     }
 
     fn read_text(&mut self, key: &str, item: &LocatedItem<'_>) -> Option<LocatedText> {

@@ -8,6 +8,7 @@ use diag::Pos;
 
 use crate::bind::{condition_text, quote_bytes};
 use crate::bound_scenario::BoundScenario;
+use crate::error::ScenarioError;
 use crate::play_ops::{InputWrite, LogPiece, OutputCheck, OutputChecks, PlayAction, PlayOp};
 use crate::verdict::{ScenarioOutcome, ScenarioVerdict};
 use crate::world::ScenarioWorld;
@@ -376,7 +377,7 @@ impl ScenarioPlayer {
         due: u64,
         step: usize,
     ) -> Result<(), PlayEnd> {
-        let refused = |why: String| (ScenarioOutcome::Failed, step, why);
+        let refused = |error: ScenarioError| (ScenarioOutcome::Failed, step, error.to_string());
         self.last_action_tick = self.last_action_tick.max(due);
         match act {
             PlayAction::Write(puts) => self.write_inputs(puts, world, due, step)?,
@@ -432,7 +433,7 @@ impl ScenarioPlayer {
             {
                 *slot = level;
             }
-            world.set_input(put.input.id, due).map_err(|why| (ScenarioOutcome::Failed, step, why))?;
+            world.set_input(put.input.id, due).map_err(|error| (ScenarioOutcome::Failed, step, error.to_string()))?;
         }
         Ok(())
     }

@@ -2,6 +2,8 @@
 
 use diag::Pos;
 
+use crate::error::ScenarioError;
+
 /// Most ticks: later than any run.
 pub(crate) const MAX_TICKS: u64 = 1 << 62;
 
@@ -42,19 +44,19 @@ impl TimeSpan {
     /// Reads `10ms`, `2.5us`, `1000 cycles`, `5 scans`.
     ///
     /// # Errors
-    /// What is wrong, in a sentence.
-    pub fn parse(text: &str, pos: Pos) -> Result<TimeSpan, String> {
+    /// What is wrong with the text.
+    pub fn parse(text: &str, pos: Pos) -> Result<TimeSpan, ScenarioError> {
         let trimmed = text.trim();
         let end = trimmed.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(trimmed.len());
         let (number, unit) = trimmed.split_at(end);
         let whole = |digits: &str| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
         let (units, tenths) = number.split_once('.').map_or((number, None), |(units, tenths)| (units, Some(tenths)));
         if !whole(units) || tenths.is_some_and(|tenths| !whole(tenths)) {
-            return Err(format!("`{}` is no time", message_text(text)));
+            return Err(ScenarioError::NotATime { text: message_text(text) });
         }
         let digits = format!("{units}{}", tenths.unwrap_or_default());
         if digits.trim_start_matches('0').len() > MAX_DIGITS || digits.len() > 4 * MAX_DIGITS {
-            return Err(format!("`{}` has more than {MAX_DIGITS} digits", message_text(text)));
+            return Err(ScenarioError::TooManyDigits { text: message_text(text), most: MAX_DIGITS });
         }
         let decimals = tenths.map_or(0, str::len) as u32;
         let found = match unit.trim() {
@@ -65,11 +67,11 @@ impl TimeSpan {
             "c" | "cycle" | "cycles" => TimeUnit::Cycle,
             "clock" | "clocks" => TimeUnit::Clock,
             "scan" | "scans" => TimeUnit::Scan,
-            "" => return Err(format!("`{}` has no unit", message_text(text))),
-            other => return Err(format!("`{}` is no unit of time", message_text(other))),
+            "" => return Err(ScenarioError::MissingUnit { text: message_text(text) }),
+            other => return Err(ScenarioError::UnknownUnit { unit: message_text(other) }),
         };
         if decimals > 0 && !matches!(found, TimeUnit::Second(_)) {
-            return Err(format!("`{}` is no whole number of {}", message_text(text), unit.trim()));
+            return Err(ScenarioError::FractionalCount { text: message_text(text), unit: unit.trim().to_owned() });
         }
         let mantissa = digits.parse().unwrap_or(0);
         Ok(TimeSpan { mantissa, decimals, unit: found, text: trimmed.to_owned(), pos, round_up: false })
@@ -116,22 +118,19 @@ impl TimeScale {
     /// The ticks of a time.
     ///
     /// # Errors
-    /// There are no such ticks, or too many: a sentence and a hint.
-    pub fn ticks(&self, span: &TimeSpan) -> Result<u64, (String, &'static str)> {
+    /// There are no such ticks, or too many.
+    pub fn ticks(&self, span: &TimeSpan) -> Result<u64, ScenarioError> {
         let (num, den) = match span.unit {
             TimeUnit::Second(_) => self.second,
             TimeUnit::Cycle => self.cycle,
             TimeUnit::Clock => self.clock,
             TimeUnit::Scan => match self.scan {
                 Some(scan) => (scan, 1),
-                None => {
-                    let why = format!("`{}`: an image has no scans, only a ladder program has", span.text);
-                    return Err((why, "give the time in us, ms, s or cycles"));
-                }
+                None => return Err(ScenarioError::NoScans { time: span.text.clone() }),
             },
         };
         let places = span.decimals + if let TimeUnit::Second(places) = span.unit { places } else { 0 };
-        let too_long = || (format!("`{}` is longer than 2^62 ticks, the most", span.text), "give a shorter time");
+        let too_long = || ScenarioError::TimeTooLong { time: span.text.clone() };
         let num = u128::from(span.mantissa) * u128::from(num);
         // What does not fit in 128 bits is more than any numerator.
         let den = 10u128.checked_pow(places).and_then(|p| p.checked_mul(den.max(1).into())).unwrap_or(u128::MAX);

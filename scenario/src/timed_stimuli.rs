@@ -6,6 +6,7 @@ use diag::{Diagnostic, Severity};
 
 use crate::bound_scenario::BoundScenario;
 use crate::codes::NOT_TIMED;
+use crate::error::ScenarioError;
 use crate::play_ops::{InputWrite, PlayAction, PlayLine, PlayOp};
 use crate::player::{PlayerState, ScenarioPlayer};
 use crate::world::{OutputReading, ScenarioWorld};
@@ -94,7 +95,7 @@ impl ScenarioWorld for StimulusCollector {
         self.now
     }
 
-    fn set_input(&mut self, input: usize, at: u64) -> Result<(), String> {
+    fn set_input(&mut self, input: usize, at: u64) -> Result<(), ScenarioError> {
         self.done.push((at, TimedStimulus::SetInput(input)));
         Ok(())
     }
@@ -103,7 +104,7 @@ impl ScenarioWorld for StimulusCollector {
         OutputReading::Floating
     }
 
-    fn send(&mut self, bytes: &[u8], at: u64) -> Result<(), String> {
+    fn send(&mut self, bytes: &[u8], at: u64) -> Result<(), ScenarioError> {
         self.done.push((at, TimedStimulus::Send(bytes.to_vec())));
         Ok(())
     }
@@ -112,11 +113,11 @@ impl ScenarioWorld for StimulusCollector {
         &[]
     }
 
-    fn power_cycle(&mut self) -> Result<(), String> {
+    fn power_cycle(&mut self) -> Result<(), ScenarioError> {
         Ok(())
     }
 
-    fn snapshot(&mut self, _: &str) -> Result<(), String> {
+    fn snapshot(&mut self, _: &str) -> Result<(), ScenarioError> {
         Ok(())
     }
 

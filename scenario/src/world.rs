@@ -1,5 +1,6 @@
 //! What a machine has to do for a scenario, and to tell.
 
+use crate::error::ScenarioError;
 use crate::model::ScenarioValue;
 use crate::time::TimeScale;
 
@@ -48,8 +49,8 @@ pub trait NameResolver {
     /// Something and the value that it will be given.
     ///
     /// # Errors
-    /// Why not: a sentence, and true where it is the name that is wrong.
-    fn resolve_input(&mut self, name: &str, value: &ScenarioValue) -> Result<ScenarioInput, (String, bool)>;
+    /// [`ScenarioError::UnknownName`] where it is the name that is wrong, else [`ScenarioError::ImpossibleValue`].
+    fn resolve_input(&mut self, name: &str, value: &ScenarioValue) -> Result<ScenarioInput, ScenarioError>;
     /// One name for all names of the same thing.
     fn canonical_name(&self, name: &str) -> String {
         name.to_owned()
@@ -57,38 +58,38 @@ pub trait NameResolver {
     /// Something that can be looked at.
     ///
     /// # Errors
-    /// Why not, a sentence.
-    fn resolve_output(&mut self, name: &str) -> Result<ScenarioOutput, String>;
+    /// Why not.
+    fn resolve_output(&mut self, name: &str) -> Result<ScenarioOutput, ScenarioError>;
     /// All names that are worth proposing for one that is wrong.
     fn known_names(&self) -> Vec<String>;
     /// Bytes can be sent to the machine.
     ///
     /// # Errors
-    /// Why not, a sentence.
-    fn check_can_send(&mut self) -> Result<(), String>;
+    /// Why not.
+    fn check_can_send(&mut self) -> Result<(), ScenarioError>;
     /// Bytes can be sent at a rate that a scenario gives, in bits per second; of a ladder program that is not asked.
     ///
     /// # Errors
-    /// Why not, a sentence.
-    fn check_baud_rate(&self, baud: u64) -> Result<(), String> {
+    /// Why not.
+    fn check_baud_rate(&self, baud: u64) -> Result<(), ScenarioError> {
         let _ = baud;
         Ok(())
     }
     /// Bytes of the machine can be received.
     ///
     /// # Errors
-    /// Why not, a sentence.
-    fn check_can_receive(&mut self) -> Result<(), String>;
+    /// Why not.
+    fn check_can_receive(&mut self) -> Result<(), ScenarioError>;
     /// Snapshots can be written.
     ///
     /// # Errors
-    /// Why not, a sentence.
-    fn check_can_snapshot(&mut self) -> Result<(), String>;
+    /// Why not.
+    fn check_can_snapshot(&mut self) -> Result<(), ScenarioError>;
     /// The supply can go off and on.
     ///
     /// # Errors
-    /// Why not, a sentence.
-    fn check_can_power_cycle(&mut self) -> Result<(), String>;
+    /// Why not.
+    fn check_can_power_cycle(&mut self) -> Result<(), ScenarioError>;
 }
 
 /// A machine as it runs. Identifiers are those of its [`NameResolver`].
@@ -102,27 +103,27 @@ pub trait ScenarioWorld {
     /// Gives something its value at a tick: now, or at most [`ScenarioWorld::ahead`] later.
     ///
     /// # Errors
-    /// The machine cannot take it, a sentence.
-    fn set_input(&mut self, input: usize, at: u64) -> Result<(), String>;
+    /// The machine cannot take it.
+    fn set_input(&mut self, input: usize, at: u64) -> Result<(), ScenarioError>;
     /// What something is at now.
     fn read_output(&self, output: usize) -> OutputReading;
     /// Sends bytes to the machine from a tick on, behind those sent before.
     ///
     /// # Errors
-    /// The machine cannot take it, a sentence.
-    fn send(&mut self, bytes: &[u8], at: u64) -> Result<(), String>;
+    /// The machine cannot take it.
+    fn send(&mut self, bytes: &[u8], at: u64) -> Result<(), ScenarioError>;
     /// All bytes of the machine so far.
     fn received(&self) -> &[u8];
     /// Switches the supply off and on.
     ///
     /// # Errors
-    /// Why it cannot, a sentence.
-    fn power_cycle(&mut self) -> Result<(), String>;
+    /// Why it cannot.
+    fn power_cycle(&mut self) -> Result<(), ScenarioError>;
     /// Writes the whole machine to a file.
     ///
     /// # Errors
-    /// Why it cannot, a sentence.
-    fn snapshot(&mut self, file: &str) -> Result<(), String>;
+    /// Why it cannot.
+    fn snapshot(&mut self, file: &str) -> Result<(), ScenarioError>;
     /// Tells a line.
     fn log(&mut self, line: &str);
     /// A tick in words, for messages: `scan 12 (120 ms)`.

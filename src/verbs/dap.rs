@@ -4,7 +4,7 @@ use std::io;
 use std::net::{TcpListener, TcpStream};
 
 use clap::{Args, Parser};
-use emu_dap::{LaunchArguments, OpenedMachine, serve};
+use emu_dap::{LaunchArguments, LaunchError, OpenedMachine, serve};
 
 use crate::shared::codes::PROTOCOL;
 use crate::shared::codes::file_error;
@@ -59,7 +59,7 @@ pub fn dap(args: &DapArgs, terminal: &MessageStyle) -> Result<u8, VerbFailure> {
         Ok(()) => Ok(exit::OK),
         Err(why) => {
             let hint = "an editor talks to `emu dap`; docs/dap.md shows how";
-            Err(VerbFailure::Refused(vec![file_error(PROTOCOL, from, why, hint)], FileTexts::default()))
+            Err(VerbFailure::Refused(vec![file_error(PROTOCOL, from, why.to_string(), hint)], FileTexts::default()))
         }
     }
 }
@@ -79,7 +79,7 @@ fn accept_client(address: &str) -> Result<TcpStream, VerbFailure> {
 }
 
 /// Makes the machine; complaints are drawn on standard error, and told to the editor in a sentence each.
-fn open_machine(arguments: &LaunchArguments, terminal: &MessageStyle) -> Result<OpenedMachine, String> {
+fn open_machine(arguments: &LaunchArguments, terminal: &MessageStyle) -> Result<OpenedMachine, LaunchError> {
     let launch = LaunchFlags::try_parse_from(launch_flags(arguments)).map_err(|why| {
         let text = why.to_string();
         text.lines().take_while(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")

@@ -181,7 +181,7 @@ fn merge(args: &FuzzArgs) -> Result<u8, VerbFailure> {
         args.merge.iter().map(|file| read_record(file)).collect::<Result<Vec<CampaignRecord>, VerbFailure>>()?;
     let first = args.merge.first().map_or("-", String::as_str);
     let sum = CampaignRecord::merge_shards(records)
-        .map_err(|why| refused(first, why, "give each shard of one campaign once"))?;
+        .map_err(|why| refused(first, why.to_string(), "give each shard of one campaign once"))?;
     make_save_folder(args)?;
     save_record(args, &sum, &sum.findings)?;
     let code = finish(args, &sum)?;
@@ -261,7 +261,7 @@ fn resume_record(file: &str, wanted: CampaignRecord) -> Result<CampaignRecord, V
     }
     found
         .check_shards()
-        .map_err(|cause| refused(file, cause, "give the record as emu fuzz wrote it, or another --out"))?;
+        .map_err(|error| refused(file, error.to_string(), "give the record as emu fuzz wrote it, or another --out"))?;
     Ok(found)
 }
 

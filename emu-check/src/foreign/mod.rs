@@ -27,7 +27,7 @@ use crate::map_contract::ScanPace;
 use crate::report::{DifferenceKind, SCHEMA};
 use crate::stimulus::StimulusGenerator;
 use crate::value_hints::ValueHints;
-use crate::{CheckOptions, check_run};
+use crate::{CheckError, CheckOptions, check_run};
 
 use foreign_board::ForeignBoard;
 use foreign_run::{ForeignRun, ScanStarts, wire_board};
@@ -101,10 +101,10 @@ pub fn check_foreign(
     };
     let board = ForeignBoard::new(program, options, &eval, (chip, pace), foreign.map.map(|(_, map)| map))?;
     let job = ForeignCheckVisitor { program, foreign, options, board, eval, progress };
-    visit_machines(chip, foreign.image, pace.clock_hz, job).map_err(|cause| {
+    visit_machines(chip, foreign.image, pace.clock_hz, job).map_err(|why| {
         let hint = "are chip (--mcu), clock (--clock, CRYSTAL=) and CYCLE= those of the image? \
                     docs/foreign.md says which waits are found";
-        error(codes::NO_PACE, foreign.file, cause, hint)
+        error(codes::NO_PACE, foreign.file, why.to_string(), hint)
     })
 }
 
@@ -139,7 +139,7 @@ struct ForeignCheckVisitor<'a> {
 }
 
 impl MachineVisitor for ForeignCheckVisitor<'_> {
-    type Output = Result<ForeignReport, String>;
+    type Output = Result<ForeignReport, CheckError>;
 
     fn visit<C: CheckedChip, F: Fn(u64) -> C>(self, power_up: F) -> Self::Output {
         let ForeignCheckVisitor { program, foreign, options, board, eval, progress } = self;
@@ -210,11 +210,11 @@ impl MachineVisitor for ForeignCheckVisitor<'_> {
         let period = MeasuredPeriod::new(&board.pace, timed);
         if let Some(period) = period.as_ref().filter(|period| period.is_much_too_short()) {
             // The flag is cleared once in CYCLE, so these are no scans, and what was compared says nothing.
-            return Err(format!(
-                "where scans begin is not found: the flag of the timer is cleared every {} machine cycles, but what seems \
-                 to be a scan comes every {:.0} clocks, where CYCLE asks for {:.0}",
-                found.period, period.mean_clocks, period.wanted_clocks
-            ));
+            return Err(CheckError::OtherScanRate {
+                period: found.period,
+                mean_clocks: period.mean_clocks,
+                wanted_clocks: period.wanted_clocks,
+            });
         }
         findings.extend(period.as_ref().and_then(|period| period.to_finding(&board.pace, found.max_read_gap)));
         let difference = wrong.map(|(wrong, scan_of_run, cycle)| ForeignDifference {

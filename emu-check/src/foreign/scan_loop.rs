@@ -16,6 +16,8 @@ use std::collections::{HashMap, HashSet};
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::{Cpu, Probe, StopReason};
 
+use crate::CheckError;
+
 /// Where a scan begins and ends, as program words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct ScanLoop {
@@ -169,8 +171,8 @@ impl Probe for InstructionTrace {
 /// Finds the pacing of the program in `cpu`, which is fresh from reset; `period` is CYCLE in machine cycles.
 ///
 /// # Errors
-/// What was seen instead, in words.
-pub(crate) fn find_scan_loop<C: Cpu>(cpu: C, period: u64) -> Result<ScanLoop, String> {
+/// What was seen instead.
+pub(crate) fn find_scan_loop<C: Cpu>(cpu: C, period: u64) -> Result<ScanLoop, CheckError> {
     let mut flags = FlagWriteProbe::new(cpu.chip());
     let until = MAX_RESET_CYCLES.saturating_add(period.saturating_mul(WATCHED_PERIODS));
     let mut watched = cpu.clone();
@@ -188,8 +190,8 @@ pub(crate) fn find_scan_loop<C: Cpu>(cpu: C, period: u64) -> Result<ScanLoop, St
     takes.sort_unstable();
     let nearest = others.iter().min_by_key(|mean| mean.abs_diff(period));
     let mut why = match nearest {
-        Some(mean) => format!("a timer's flag is cleared every {mean} machine cycles, and CYCLE is {period}"),
-        None => format!("no timer's flag is cleared again and again, every {period} machine cycles as CYCLE asks"),
+        Some(mean) => CheckError::OtherPeriod { mean: *mean, period },
+        None => CheckError::NoTimerFlag { period },
     };
     for &(mean, take, reg) in &takes {
         let mut at = watched.clone();
@@ -218,12 +220,12 @@ pub(crate) fn find_scan_loop<C: Cpu>(cpu: C, period: u64) -> Result<ScanLoop, St
 }
 
 /// Runs behind the next instruction at `take` (a trap) that clears bits of `reg`: them, and the cycle in which it starts.
-fn run_to_clear<C: Cpu>(cpu: &mut C, (take, reg): (u32, u16), limit: u64) -> Result<(u8, u64), String> {
+fn run_to_clear<C: Cpu>(cpu: &mut C, (take, reg): (u32, u16), limit: u64) -> Result<(u8, u64), CheckError> {
     let until = cpu.cycle().saturating_add(limit);
     loop {
         match cpu.run(until, &mut ()) {
             StopReason::Breakpoint { .. } => {}
-            stop => return Err(format!("the instruction that clears the flag does not come again ({stop:?})")),
+            stop => return Err(CheckError::FlagStaysSet { stop }),
         }
         let (before, at) = (RegisterBits::register_value(cpu, reg), cpu.cycle());
         cpu.set_breakpoint(take, false);
@@ -248,7 +250,7 @@ struct ScanSpan<C> {
 
 impl<C: Cpu> ScanSpan<C> {
     /// From the next take on; `cpu` goes behind the other.
-    fn next_span(cpu: &mut C, take: (u32, u16), limit: u64) -> Result<Self, String> {
+    fn next_span(cpu: &mut C, take: (u32, u16), limit: u64) -> Result<Self, CheckError> {
         run_to_clear(cpu, take, limit)?;
         let mut from = cpu.clone();
         from.set_breakpoint(take.0, false);
@@ -257,26 +259,29 @@ impl<C: Cpu> ScanSpan<C> {
     }
 
     /// The wait for `flag` in it: the first instruction behind it, the poll, and the most cycles from poll to poll.
-    fn find_wait(&self, flag: RegisterBits) -> Result<(u32, u32, u64), String> {
-        let none = || "the program does not wait for the flag in a loop, or has no time left to wait".to_owned();
+    fn find_wait(&self, flag: RegisterBits) -> Result<(u32, u32, u64), CheckError> {
         let mut near = last_clear_moment(&self.from, flag, self.taken);
         let mut sight = FlagReadProbe { chip: near.chip(), flag, at: 0, pc: 0 };
         if near.run(self.to, &mut sight) != StopReason::Probe {
-            return Err(none());
+            return Err(CheckError::NoWaitLoop);
         }
         let (seen, poll) = (sight.at, sight.pc);
         let mut trace = InstructionTrace::default();
         self.from.clone().run(self.to.saturating_add(MAX_CYCLES_AFTER_CLEAR), &mut trace);
-        let first = trace.0.iter().position(|&(_, pc)| pc == poll).ok_or_else(none)?;
-        let last = trace.0.iter().position(|&at| at == (seen, poll)).filter(|&last| last > first).ok_or_else(none)?;
+        let first = trace.0.iter().position(|&(_, pc)| pc == poll).ok_or(CheckError::NoWaitLoop)?;
+        let last = trace
+            .0
+            .iter()
+            .position(|&at| at == (seen, poll))
+            .filter(|&last| last > first)
+            .ok_or(CheckError::NoWaitLoop)?;
         let (waited, behind) = (trace.0.get(first..last).unwrap_or(&[]), trace.0.get(last + 1..).unwrap_or(&[]));
         let waited: HashSet<u32> = waited.iter().map(|&(_, pc)| pc).collect();
-        let start = behind.iter().map(|&(_, pc)| pc).find(|pc| !waited.contains(pc)).ok_or_else(|| {
-            format!(
-                "the program does the same whether the poll at 0x{:04X} finds the timer's flag or not",
-                poll * near.chip().word_bytes.max(1)
-            )
-        })?;
+        let start = behind
+            .iter()
+            .map(|&(_, pc)| pc)
+            .find(|pc| !waited.contains(pc))
+            .ok_or_else(|| CheckError::PollWithoutEffect { poll: poll * near.chip().word_bytes.max(1) })?;
         let mut from = self.from.clone();
         from.set_breakpoint(poll, true);
         let mut polls = Vec::new();
@@ -304,7 +309,7 @@ fn last_clear_moment<C: Cpu>(from: &C, flag: RegisterBits, taken: u64) -> C {
 }
 
 /// What was found, if scans come by it from reset on as often as the flag is cleared.
-fn confirm<C: Cpu>(mut cpu: C, found: ScanLoop) -> Result<ScanLoop, String> {
+fn confirm<C: Cpu>(mut cpu: C, found: ScanLoop) -> Result<ScanLoop, CheckError> {
     let until = MAX_RESET_CYCLES.saturating_add(found.period.saturating_mul(WATCHED_PERIODS));
     let mut starts = Vec::new();
     cpu.set_breakpoint(found.start, true);
@@ -326,23 +331,22 @@ fn confirm<C: Cpu>(mut cpu: C, found: ScanLoop) -> Result<ScanLoop, String> {
     let right = count >= WATCHED_PERIODS / 2 && span.abs_diff(count * found.period) <= found.period / 2;
     right.then_some(found).ok_or_else(|| {
         let word = cpu.chip().word_bytes.max(1);
-        let (poll, start, period) = (found.wait * word, found.start * word, found.period);
-        let mean = span / count.max(1);
-        format!(
-            "where scans begin is not found: the flag that is polled at 0x{poll:04X} is cleared every {period} machine \
-             cycles, but what seems to be the start of a scan, 0x{start:04X}, comes every {mean} ({count} times)"
-        )
+        CheckError::ScanStartNotFound {
+            poll: found.wait * word,
+            period: found.period,
+            start: found.start * word,
+            mean: span / count.max(1),
+            count,
+        }
     })
 }
 
-fn run_to_cycle<C: Cpu, P: Probe>(cpu: &mut C, until: u64, probe: &mut P) -> Result<(), String> {
+fn run_to_cycle<C: Cpu, P: Probe>(cpu: &mut C, until: u64, probe: &mut P) -> Result<(), CheckError> {
     match cpu.run(until, probe) {
         StopReason::Limit => Ok(()),
-        StopReason::Halted => Err("the program halts before any scan".to_owned()),
-        StopReason::Illegal { pc, word } => Err(format!("0x{word:04X} at program word 0x{pc:04X} is no instruction")),
-        StopReason::Fault { pc, fault } => Err(format!("{fault}, at program word 0x{pc:04X}")),
-        StopReason::Breakpoint { .. } | StopReason::Probe => {
-            Err("the program stopped where nobody asked for".to_owned())
-        }
+        StopReason::Halted => Err(CheckError::HaltsBeforeScan),
+        StopReason::Illegal { pc, word } => Err(CheckError::IllegalInstruction { word, pc }),
+        StopReason::Fault { pc, fault } => Err(CheckError::ProgramFault { fault, pc }),
+        StopReason::Breakpoint { .. } | StopReason::Probe => Err(CheckError::UnexpectedStop),
     }
 }

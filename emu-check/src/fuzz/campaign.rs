@@ -11,7 +11,7 @@ use super::generator::{generate_program, program_seed};
 use super::shrink_program::{smallest_program, with_notes};
 use super::tally::ChipTally;
 use super::watchdog::{Cancellation, WorkFailure, run_with_limit};
-use crate::{CheckOptions, CheckReport, check};
+use crate::{CheckError, CheckOptions, CheckReport, check};
 
 /// Version of the record.
 pub const FUZZ_SCHEMA: u32 = 1;
@@ -297,12 +297,12 @@ impl CampaignRecord {
     ///
     /// # Errors
     /// Why they do not belong together.
-    pub fn merge_shards(records: Vec<CampaignRecord>) -> Result<CampaignRecord, String> {
+    pub fn merge_shards(records: Vec<CampaignRecord>) -> Result<CampaignRecord, CheckError> {
         let mut records = records.into_iter();
-        let mut sum = records.next().ok_or("there is nothing to add")?;
+        let mut sum = records.next().ok_or(CheckError::NoRecords)?;
         for other in records {
             if other.plan != sum.plan {
-                return Err("the records are of different campaigns".to_owned());
+                return Err(CheckError::DifferentCampaigns);
             }
             sum.tallies.iter_mut().zip(&other.tallies).for_each(|(mine, other)| mine.add(other));
             sum.findings.extend(other.findings);
@@ -325,15 +325,13 @@ impl CampaignRecord {
     ///
     /// # Errors
     /// The shard that is none.
-    pub fn check_shards(&self) -> Result<(), String> {
+    pub fn check_shards(&self) -> Result<(), CheckError> {
         let programs = self.plan.programs;
         let wrong = |shard: &&CampaignShard| {
             shard.index == 0 || shard.index > shard.of || shard.done > shard.program_count(programs)
         };
         match self.shards.iter().find(wrong) {
-            Some(CampaignShard { index, of, done }) => {
-                Err(format!("there is no shard {index}/{of} of {programs} programs with {done} of them done"))
-            }
+            Some(&shard) => Err(CheckError::NoSuchShard { shard, programs }),
             None => Ok(()),
         }
     }
@@ -363,15 +361,13 @@ impl CampaignRecord {
 }
 
 /// Two shards can be added: they are of one split, and not the same.
-fn check_mergeable(a: &CampaignShard, b: &CampaignShard, programs: u64) -> Result<(), String> {
-    let name = |shard: &CampaignShard| format!("{}/{}", shard.index, shard.of);
+fn check_mergeable(a: &CampaignShard, b: &CampaignShard, programs: u64) -> Result<(), CheckError> {
+    let (a, b) = (*a, *b);
     if a.of == b.of {
-        return if a.index == b.index { Err(format!("shard {} is there twice", name(a))) } else { Ok(()) };
+        return if a.index == b.index { Err(CheckError::DuplicateShard { shard: a }) } else { Ok(()) };
     }
-    Err(match a.first_shared_program(b, programs) {
-        Some(number) => {
-            format!("shards {} and {} hold the same programs, the first is program {number}", name(a), name(b))
-        }
-        None => format!("shards {} and {} are of different splits", name(a), name(b)),
+    Err(match a.first_shared_program(&b, programs) {
+        Some(first) => CheckError::OverlappingShards { a, b, first },
+        None => CheckError::DifferentSplits { a, b },
     })
 }

@@ -15,6 +15,7 @@ use super::external_tools::{ScratchFolder, run_compiler, tool_error};
 use super::recorded_stimulus::{RecordedScan, RecordedStimulus, SourceMismatch};
 use super::script::ScanRecord;
 use super::serve::load_elf;
+use crate::CheckError;
 
 /// How the core and a sketch are compiled.
 const SCRIPT: &str = include_str!("../../../tests/peers/arduino.sh");
@@ -137,7 +138,7 @@ pub(super) fn run_sketch(
         for (scan, turn) in run.iter().enumerate() {
             let at = match board.scan(program, turn) {
                 Ok(at) => at,
-                Err(stop) => return wrong(scan, "course of the sketch", "a scan".to_owned(), stop),
+                Err(stop) => return wrong(scan, "course of the sketch", "a scan".to_owned(), stop.to_string()),
             };
             let zero = *begun.get_or_insert(at);
             let expected = zero + scan as u64 * board.period;
@@ -224,24 +225,24 @@ impl<'a> RunningSketch<'a> {
         self.cpu.cycle() + 4 * self.period + CLOCK_HZ / 10
     }
 
+    fn stopped(&self, stop: StopReason) -> CheckError {
+        CheckError::SketchStopped { stop, address: 2 * self.cpu.pc() }
+    }
+
     /// Runs until `due` has been written: the start of a scan.
-    fn run_to_due(&mut self) -> Result<u64, String> {
+    fn run_to_due(&mut self) -> Result<u64, CheckError> {
         match self.cpu.run(self.cycle_limit(), &mut self.watch) {
             StopReason::Probe => Ok(self.cpu.cycle()),
-            stop => Err(format!("{stop:?} at 0x{:04X}", 2 * self.cpu.pc())),
+            stop => Err(self.stopped(stop)),
         }
     }
 
     /// Runs until the sketch asks for the time, which it does between scans only.
-    fn run_to_wait(&mut self) -> Result<(), String> {
+    fn run_to_wait(&mut self) -> Result<(), CheckError> {
         self.cpu.set_breakpoint(self.micros, true);
         let stop = self.cpu.run(self.cycle_limit(), &mut self.watch);
         self.cpu.set_breakpoint(self.micros, false);
-        if stop == (StopReason::Breakpoint { pc: self.micros }) {
-            Ok(())
-        } else {
-            Err(format!("{stop:?} at 0x{:04X}", 2 * self.cpu.pc()))
-        }
+        if stop == (StopReason::Breakpoint { pc: self.micros }) { Ok(()) } else { Err(self.stopped(stop)) }
     }
 
     fn pin(&self, name: &str) -> Option<PinId> {
@@ -250,7 +251,7 @@ impl<'a> RunningSketch<'a> {
     }
 
     /// One scan; the cycle in which it began.
-    fn scan(&mut self, program: &ladder::LadderProgram, turn: &RecordedScan) -> Result<u64, String> {
+    fn scan(&mut self, program: &ladder::LadderProgram, turn: &RecordedScan) -> Result<u64, CheckError> {
         let now = CycleTime::at(self.cpu.cycle());
         for (name, on) in &turn.inputs {
             self.pin(name).into_iter().for_each(|pin| self.cpu.drive(now, pin, PinLevel::from_bit(*on)));

@@ -163,7 +163,7 @@ fn records_that_do_not_belong_together() {
         ("is there twice",       vec![record(&plan, 2, 3, 0), record(&plan, 1, 3, 0), record(&plan, 2, 3, 1)]),
     ];
     for (why, records) in cases {
-        let told = CampaignRecord::merge_shards(records).expect_err(why);
+        let told = CampaignRecord::merge_shards(records).expect_err(why).to_string();
         assert!(told.contains(why), "{told}");
     }
 }

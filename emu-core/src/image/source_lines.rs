@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 use diag::Diagnostic;
 
 use super::{DebugInfo, dwarf};
+use crate::CoreError;
 
 /// What a line belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -169,13 +170,13 @@ impl SourceLines {
     /// with is enough: a program may have been compiled elsewhere.
     ///
     /// # Errors
-    /// Why there is none, in a sentence: no lines at all, no such file, several, or no code of that line.
-    pub fn addresses_of_line(&self, file: &str, line: u32) -> Result<Vec<u32>, String> {
+    /// Why there is none: no lines at all, no such file, several, or no code of that line.
+    pub fn addresses_of_line(&self, file: &str, line: u32) -> Result<Vec<u32>, CoreError> {
         let mut files: Vec<&str> = self.all_lines().iter().map(|line| &*line.file).collect();
         files.sort_unstable();
         files.dedup();
         if files.is_empty() {
-            return Err("the program has no source lines".to_owned());
+            return Err(CoreError::NoSourceLines);
         }
         let found = match files.iter().find(|known| **known == file) {
             Some(whole) => vec![*whole],
@@ -183,8 +184,10 @@ impl SourceLines {
         };
         let name = match found.as_slice() {
             [name] => *name,
-            [] => return Err(format!("the program has no source file `{file}`; it has {}", name_list(&files))),
-            several => return Err(format!("`{file}` is one of several source files: {}", name_list(several))),
+            [] => return Err(CoreError::UnknownSourceFile { file: file.to_owned(), known: owned(&files) }),
+            several => {
+                return Err(CoreError::AmbiguousSourceFile { file: file.to_owned(), candidates: owned(several) });
+            }
         };
         let here: Vec<&SourceLine> = self.all_lines().iter().filter(|known| &*known.file == name).collect();
         let mut places: Vec<u32> = here.iter().filter(|known| known.line == line).map(|known| known.addr).collect();
@@ -193,8 +196,7 @@ impl SourceLines {
             return Ok(places);
         }
         let next = here.iter().map(|known| known.line).filter(|known| *known > line).min();
-        let hint = next.map_or(String::new(), |next| format!("; the next line that has is {name}:{next}"));
-        Err(format!("line {line} of {name} has no code{hint}"))
+        Err(CoreError::LineWithoutCode { file: name.to_owned(), line, next })
     }
 
     /// The source files that a path may stand for, which is none of their names: those that lie there, else those whose path ends
@@ -246,8 +248,6 @@ fn ends_with_path(path: &str, end: &str) -> bool {
 }
 
 /// Some names, for messages.
-fn name_list(names: &[&str]) -> String {
-    const MAX_LISTED: usize = 8;
-    let more = if names.len() > MAX_LISTED { ", .." } else { "" };
-    format!("{}{more}", names.iter().take(MAX_LISTED).copied().collect::<Vec<_>>().join(", "))
+fn owned(names: &[&str]) -> Vec<String> {
+    names.iter().map(|&name| name.to_owned()).collect()
 }

@@ -27,6 +27,8 @@ pub use docs::instruction_list_markdown;
 pub use pattern::{BitPattern, CycleCounts};
 pub use text::{AsmError, DisassembledInstruction, SyntaxAlias, disassemble};
 
+use crate::CoreError;
+
 /// A predecoded instruction: four bytes. `kind` names the row; the other bytes hold the operands in row order, a wide
 /// operand taking two (little endian).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,17 +92,17 @@ pub struct OperandKind {
     /// Field of the pattern (`raw`, `bits` wide) -> value. Kinds that are not in a pattern ignore `raw`.
     pub decode: fn(raw: u32, bits: u32, site: &InstructionLocation) -> i32,
     /// Value -> field; the error says what is allowed.
-    pub encode: fn(value: i32, bits: u32, site: &InstructionLocation) -> Result<u32, String>,
+    pub encode: fn(value: i32, bits: u32, site: &InstructionLocation) -> Result<u32, CoreError>,
     /// Writes the value as assembly text.
     pub write_text: fn(value: i32, out: &mut String),
     /// Value of a name that only this kind knows, such as `r16`.
     pub parse_name: fn(text: &str) -> Option<i32>,
     /// What a number in the text means here: itself for most, words where the text counts bytes. The error says what is
     /// wanted instead.
-    pub check_number: fn(value: i32, site: &InstructionLocation) -> Result<i32, String>,
+    pub check_number: fn(value: i32, site: &InstructionLocation) -> Result<i32, CoreError>,
     /// What a register of the chip means here that stands in the text by its name, given its address in
     /// [`Chip::reg_space`](crate::chip::Chip::reg_space): that address for most.
-    pub check_register: fn(addr: i32) -> Result<i32, String>,
+    pub check_register: fn(addr: i32) -> Result<i32, CoreError>,
 }
 
 impl OperandKind {
@@ -114,7 +116,7 @@ impl OperandKind {
     ///
     /// # Errors
     /// None.
-    pub fn same_number(value: i32, _: &InstructionLocation) -> Result<i32, String> {
+    pub fn same_number(value: i32, _: &InstructionLocation) -> Result<i32, CoreError> {
         Ok(value)
     }
 
@@ -122,7 +124,7 @@ impl OperandKind {
     ///
     /// # Errors
     /// None.
-    pub fn same_address(addr: i32) -> Result<i32, String> {
+    pub fn same_address(addr: i32) -> Result<i32, CoreError> {
         Ok(addr)
     }
 }
@@ -215,7 +217,7 @@ impl InstructionRow {
         if values.len() != wanted {
             return Err(EncodeError {
                 mnemonic: self.mnemonic,
-                cause: format!("{wanted} operands wanted, {} given", values.len()),
+                cause: CoreError::OperandCount { wanted, given: values.len() },
             });
         }
         let mut bits = self.pattern.canonical;
@@ -231,21 +233,15 @@ impl InstructionRow {
 }
 
 /// An operand that an instruction cannot hold.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{mnemonic}: {cause}")]
 pub struct EncodeError {
     /// The instruction.
     pub mnemonic: &'static str,
     /// What is wrong with which operand.
-    pub cause: String,
+    #[source]
+    pub cause: CoreError,
 }
-
-impl std::fmt::Display for EncodeError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {}", self.mnemonic, self.cause)
-    }
-}
-
-impl std::error::Error for EncodeError {}
 
 /// Position of the first row that matches the instruction at the front of `words`, of `word_bits` bits each, and the
 /// instruction's bits. Words behind the end read 0.

@@ -72,7 +72,8 @@ pub fn disassemble(
 }
 
 /// What is wrong with a line of assembly.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{code}: {cause} ({hint})")]
 pub struct AsmError {
     /// Stable code (`ASM001` to `ASM004`).
     pub code: &'static str,
@@ -81,14 +82,6 @@ pub struct AsmError {
     /// The hint, one sentence.
     pub hint: String,
 }
-
-impl std::fmt::Display for AsmError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}: {} ({})", self.code, self.cause, self.hint)
-    }
-}
-
-impl std::error::Error for AsmError {}
 
 /// Another spelling of a row: mnemonic, syntax, the row's mnemonic, and its operands written with the alias's letters.
 pub type SyntaxAlias = (&'static str, &'static str, &'static str, &'static str);

@@ -91,7 +91,7 @@ fn dropped_functions_have_no_code() {
     for version in [4, 5] {
         let lines = file(version, &functions, &[("__vectors", 0), ("_RNvC3app4main", 0x68)], true);
         assert_eq!(at(&lines, &[0, 0x10, 0x60, 0x68, 0x70, 0x78, 0xC0]), "- - - 10 11 - -", "DWARF {version}");
-        assert_eq!(lines.addresses_of_line("main.rs", 50).unwrap_err(), "line 50 of main.rs has no code");
+        assert_eq!(lines.addresses_of_line("main.rs", 50).unwrap_err().to_string(), "line 50 of main.rs has no code");
     }
 }
 

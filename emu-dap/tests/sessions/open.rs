@@ -8,7 +8,7 @@ use emu_avr::Avr;
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::{Cpu, RamInit};
 use emu_core::image::{ElfMachine, Image, SourceLines, load};
-use emu_dap::{LaunchArguments, OpenedMachine};
+use emu_dap::{LaunchArguments, LaunchError, OpenedMachine};
 use emu_debug::debug::{DebugSession, DynMachine, MachineWithDevices, NameScope, SessionOptions};
 use emu_debug::{AttachedDevices, CycleClock};
 use ladder_view::LadderView;
@@ -50,7 +50,7 @@ fn image(path: &Path, chip: &'static Chip) -> Result<Image, String> {
     let bytes = std::fs::read(path).map_err(|_| format!("{} cannot be read", path.display()))?;
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("");
     if matches!(ending, "asm" | "s") {
-        return emu_asm::assemble_text(chip, &String::from_utf8_lossy(&bytes)).map_err(|why| format!("{why:?}"));
+        return emu_asm::assemble_text(chip, &String::from_utf8_lossy(&bytes)).map_err(|why| why.to_string());
     }
     let loaded = load("image", &bytes, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine));
     let mut image = loaded.map_err(|faults| faults[0].cause.clone())?.image;
@@ -75,7 +75,7 @@ fn ladder(path: &Path, chip: &'static Chip) -> Result<(Image, LadderView, u64), 
 }
 
 /// The opener of the tests.
-pub fn open(arguments: &LaunchArguments) -> Result<OpenedMachine, String> {
+pub fn open(arguments: &LaunchArguments) -> Result<OpenedMachine, LaunchError> {
     let chip = chip(arguments.mcu.as_deref().unwrap_or("atmega328p"))?;
     let path = root().join(&arguments.program);
     let (image, view, hz) = if arguments.program.ends_with(".ld") {

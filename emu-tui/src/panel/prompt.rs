@@ -1,12 +1,13 @@
 //! The command line of the panel: `Xa=1`, `Aname=512`, `Cparts=5`, `send hello\n`, `scan 100`, `speed 0.5`.
 
 use super::{LadderPanel, SPEEDS};
+use crate::TuiError;
 
 /// Most scans that one command runs.
 const MAX_SCANS: u64 = 1_000_000;
 
 /// Does what a line says; what it came to, or why it cannot be.
-pub(super) fn run_command(panel: &mut LadderPanel, line: &str) -> Result<String, String> {
+pub(super) fn run_command(panel: &mut LadderPanel, line: &str) -> Result<String, TuiError> {
     let line = line.trim();
     if let Some((name, value)) = line.split_once('=') {
         return set(panel, name.trim(), value.trim());
@@ -21,25 +22,25 @@ pub(super) fn run_command(panel: &mut LadderPanel, line: &str) -> Result<String,
         }
         "scan" => {
             let scans = rest.trim().parse().ok().filter(|scans| (1..=MAX_SCANS).contains(scans));
-            panel.machine.run(scans.ok_or_else(|| format!("scan takes 1 to {MAX_SCANS}"))?);
+            panel.machine.run(scans.ok_or_else(|| TuiError::BadScanCount { most: MAX_SCANS })?);
             Ok(String::new())
         }
         "back" => {
-            let scans = rest.trim().parse().map_err(|_| "back takes a number of scans".to_owned())?;
+            let scans = rest.trim().parse().map_err(|_| TuiError::BadBackCount)?;
             Ok(format!("{} scan(s) back", panel.machine.go_back(scans)))
         }
         "speed" => {
             let speed = rest.trim().parse().ok().filter(|speed| SPEEDS.contains(speed));
-            panel.speed = speed.ok_or_else(|| format!("speed takes {} to {}", SPEEDS.start(), SPEEDS.end()))?;
+            panel.speed = speed.ok_or(TuiError::BadSpeed { low: *SPEEDS.start(), high: *SPEEDS.end() })?;
             Ok(String::new())
         }
-        _ => Err(format!("`{line}` is no command: NAME=VALUE, send TEXT, scan N, back N, speed X")),
+        _ => Err(TuiError::UnknownCommand { line: line.to_owned() }),
     }
 }
 
-fn set(panel: &mut LadderPanel, name: &str, value: &str) -> Result<String, String> {
+fn set(panel: &mut LadderPanel, name: &str, value: &str) -> Result<String, TuiError> {
     let machine = &mut panel.machine;
-    let index = machine.index(name).ok_or_else(|| format!("the program has no symbol `{name}`"))?;
+    let index = machine.index(name).ok_or_else(|| TuiError::UnknownSymbol { name: name.to_owned() })?;
     let bytes = machine.symbols().get(index).map_or(0, |s| s.bytes);
     let analog = machine.levels().any(|(symbol, _)| symbol == index);
     let (low, high) = match (analog, bytes) {
@@ -48,7 +49,7 @@ fn set(panel: &mut LadderPanel, name: &str, value: &str) -> Result<String, Strin
         (_, bytes) => (-1_i64 << (8 * bytes - 1), (1_i64 << (8 * bytes - 1)) - 1),
     };
     let number = value.parse::<i64>().ok().filter(|number| (low..=high).contains(number));
-    let number = number.ok_or_else(|| format!("`{name}` takes {low} to {high}"))?;
+    let number = number.ok_or_else(|| TuiError::ValueOutOfRange { name: name.to_owned(), low, high })?;
     match u16::try_from(number) {
         Ok(level) if analog => machine.set_level(index, level),
         _ => machine.set(index, i32::try_from(number).unwrap_or(0)),
@@ -57,7 +58,7 @@ fn set(panel: &mut LadderPanel, name: &str, value: &str) -> Result<String, Strin
 }
 
 /// Text with `\n`, `\r`, `\t`, `\0`, `\\` and `\xNN`.
-fn unescape_bytes(text: &str) -> Result<Vec<u8>, String> {
+fn unescape_bytes(text: &str) -> Result<Vec<u8>, TuiError> {
     let mut out = Vec::new();
     let mut rest = text.chars();
     while let Some(c) = rest.next() {
@@ -74,9 +75,9 @@ fn unescape_bytes(text: &str) -> Result<Vec<u8>, String> {
             Some('x') => {
                 let digits: String = rest.by_ref().take(2).collect();
                 let byte = u8::from_str_radix(&digits, 16).ok().filter(|_| digits.len() == 2);
-                byte.ok_or("\\x wants two hexadecimal digits")?
+                byte.ok_or(TuiError::BadHexEscape)?
             }
-            _ => return Err("after \\ comes n, r, t, 0, \\ or xNN".to_owned()),
+            _ => return Err(TuiError::UnknownEscape),
         });
     }
     Ok(out)

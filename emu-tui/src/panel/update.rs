@@ -88,7 +88,7 @@ fn handle_prompt_key(panel: &mut LadderPanel, key: ScreenKey) {
         ScreenKey::Enter => {
             panel.last_message = match prompt::run_command(panel, &line) {
                 Ok(told) => (told, false),
-                Err(why) => (why, true),
+                Err(error) => (error.to_string(), true),
             };
             return;
         }

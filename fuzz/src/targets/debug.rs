@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use emu_core::chip::ChipFamily;
 use emu_core::image::{Image, load_hex};
 use emu_dap::framing::{self, IncomingMessage};
-use emu_dap::{DebugAdapter, LaunchArguments, OpenedMachine};
+use emu_dap::{DebugAdapter, LaunchArguments, LaunchError, OpenedMachine};
 use emu_debug::debug::{DebugSession, SessionOptions};
 use ladder_view::LadderView;
 use serde_json::Value;
@@ -79,7 +79,7 @@ pub(crate) fn gdb(data: &[u8]) {
 }
 
 /// Programs for `launch`, by number: `0` to `3` for the families, `4` for a ladder program.
-fn open_launch(arguments: &LaunchArguments) -> Result<OpenedMachine, String> {
+fn open_launch(arguments: &LaunchArguments) -> Result<OpenedMachine, LaunchError> {
     let number: usize = arguments.program.parse().unwrap_or(4);
     match machines::FAMILIES.get(number) {
         Some(family) => {
@@ -99,7 +99,7 @@ static LADDER: LazyLock<(ladder::LadderProgram, ladder_compile::CompiledProgram)
     (program, compiled)
 });
 
-fn ladder() -> Result<OpenedMachine, String> {
+fn ladder() -> Result<OpenedMachine, LaunchError> {
     let chip = family_chip(ChipFamily::Avr);
     let (program, compiled) = &*LADDER;
     let image = load_hex("welder.hex", compiled.hex.as_bytes(), chip.hex_spaces).map_err(|_| "no image")?.image;

@@ -14,6 +14,7 @@ use emu_ap101::config::{Ap101Config, INPUTS, InputSampling, OUTPUTS, PROGRAMS, P
 use emu_ap101::isa::{self, Kind, SPAN};
 use ladder::ElementId;
 
+use crate::CodegenError;
 use crate::code::{CodeWriter, ControlFlow, CycleCounts, FinishedCode, FormInstruction, TargetArch};
 use crate::ir::{Ir, IrOp};
 use crate::longest_path::longest_path;
@@ -218,8 +219,8 @@ impl TargetArch for Ap101Arch {
         1
     }
 
-    fn encode(&self, kind: Kind, operands: &[i32], _: u32) -> Result<Vec<u16>, String> {
-        isa::encode(kind, operands).map(|word| vec![word]).map_err(|error| error.to_string())
+    fn encode(&self, kind: Kind, operands: &[i32], _: u32) -> Result<Vec<u16>, CodegenError> {
+        Ok(vec![isa::encode(kind, operands)?])
     }
 
     fn jump_form(&self, jump: Ap101Jump, _: u8, _: u32, to: u32) -> Option<Vec<FormInstruction<Kind>>> {

@@ -4,6 +4,7 @@ use emu_avr::isa::{self, Kind, ROWS, WORD_BITS};
 use emu_core::chip::Chip;
 use emu_core::table::{InstructionLocation, instruction_words};
 
+use crate::CodegenError;
 use crate::code::{ControlFlow, CycleCounts, FormInstruction, TargetArch};
 
 /// An AVR chip.
@@ -54,9 +55,9 @@ impl TargetArch for AvrArch {
         ROWS.get(kind as usize).map_or(1, |row| row.len())
     }
 
-    fn encode(&self, kind: Kind, operands: &[i32], at: u32) -> Result<Vec<u16>, String> {
-        let row = ROWS.get(kind as usize).ok_or("no such instruction")?;
-        let bits = row.encode(operands, &self.site(at, row.len())).map_err(|error| error.to_string())?;
+    fn encode(&self, kind: Kind, operands: &[i32], at: u32) -> Result<Vec<u16>, CodegenError> {
+        let row = ROWS.get(kind as usize).ok_or(CodegenError::NoSuchInstruction)?;
+        let bits = row.encode(operands, &self.site(at, row.len()))?;
         Ok(instruction_words(row, WORD_BITS, bits))
     }
 

@@ -9,6 +9,7 @@ use super::runtime::AvrRoutine;
 use super::select::AvrSelector;
 use super::serial::{self, AvrUartSetup};
 use super::words::consecutive_registers;
+use crate::CodegenError;
 use crate::code::CodeLabel;
 use crate::ir::{WordId, WordOperand};
 
@@ -36,7 +37,7 @@ impl AvrSelector<'_> {
         let (ir, devices) = (self.ir, self.devices);
         let found = ir.tables.get(table as usize).zip(devices.tables.get(table as usize));
         let Some((table, &label)) = found else {
-            self.internal_error = Some(format!("there is no table {table}"));
+            self.internal_error = Some(CodegenError::NoTable { table });
             return;
         };
         let bytes = i32::from(table.bytes);
@@ -108,7 +109,7 @@ impl AvrSelector<'_> {
     /// The duty of the PWM output := a value.
     pub fn set_pwm(&mut self, duty: WordOperand) {
         let Some(pwm) = self.devices.pwm else {
-            self.internal_error = Some("the PWM output has no frequency".to_owned());
+            self.internal_error = Some(CodegenError::NoPwmFrequency);
             return;
         };
         match duty {

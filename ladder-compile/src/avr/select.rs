@@ -11,6 +11,7 @@ use super::layout::{AvrCellPlace, AvrLayout};
 use super::peripheral_ops::AvrPeripherals;
 use super::registers::{AvrRegisters, BYTE, SCRATCH};
 use super::runtime::{AvrRoutine, RoutineContext};
+use crate::CodegenError;
 use crate::code::CodeLabel;
 use crate::ir::{BitId, BranchCondition, Ir, IrOp, LogicOp, WordId};
 
@@ -56,7 +57,7 @@ pub struct AvrSelector<'a> {
     /// Subroutines that are wanted once in the whole program, so that they need be none.
     pub inlined_routines: &'a [AvrRoutine],
     /// What this chip cannot do though it was asked to: a fault of the compiler.
-    pub internal_error: Option<String>,
+    pub internal_error: Option<CodegenError>,
 }
 
 impl AvrSelector<'_> {
@@ -121,7 +122,7 @@ impl AvrSelector<'_> {
             IrOp::Receive { dst } => self.receive(*dst),
             IrOp::ReadEeprom { dst, addr } => self.recall(*dst, *addr),
             IrOp::WriteEeprom { src, addr, busy, scans } => self.persist(*src, *addr, *busy, *scans),
-            IrOp::Module { .. } => self.internal_error = Some(format!("no code for `{}`", self.ir.op_text(op))),
+            IrOp::Module { .. } => self.internal_error = Some(CodegenError::NoCodeFor { op: self.ir.op_text(op) }),
         }
     }
 

@@ -12,6 +12,7 @@ use ladder::{LadderProgram, SymbolKind};
 use super::body::{CellSpelling, StatementWriter, literal};
 use super::names::{IdentifierPool, comment_text};
 use super::{EmitContext, EmittedSource, helpers, lower_and_optimise, tables};
+use crate::CodegenError;
 use crate::codes;
 use crate::ir::{BitRole, Ir, WordRole};
 use crate::pins::{self, AssignedPin};
@@ -33,7 +34,7 @@ pub const ARDUINO_BOARD: CompileTarget = CompileTarget {
 };
 
 fn refuse_image(_: &CompileJob<'_>) -> Result<crate::target::BuiltImage, BuildRefusal> {
-    Err(BuildRefusal::Internal("a sketch is no image".to_owned()))
+    Err(BuildRefusal::Internal(CodegenError::SketchIsNoImage))
 }
 
 /// The board, where something wants it for as long as the program runs.

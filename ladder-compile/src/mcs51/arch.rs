@@ -2,6 +2,7 @@
 
 use emu_8051::isa::{self, Kind, ROWS};
 
+use crate::CodegenError;
 use crate::code::{ControlFlow, CycleCounts, FormInstruction, TargetArch};
 
 /// The family for [`crate::code::Asm`]. Program words are bytes.
@@ -64,8 +65,8 @@ impl TargetArch for Mcs51Arch {
         ROWS.get(kind as usize).map_or(1, |row| row.len())
     }
 
-    fn encode(&self, kind: Kind, operands: &[i32], at: u32) -> Result<Vec<u16>, String> {
-        let bytes = isa::encode(kind, operands, at & 0xFFFF).map_err(|error| error.to_string())?;
+    fn encode(&self, kind: Kind, operands: &[i32], at: u32) -> Result<Vec<u16>, CodegenError> {
+        let bytes = isa::encode(kind, operands, at & 0xFFFF)?;
         Ok(bytes.into_iter().map(u16::from).collect())
     }
 

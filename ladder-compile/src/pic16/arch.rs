@@ -5,6 +5,7 @@
 
 use emu_pic16::isa::{self, Kind, ROWS};
 
+use crate::CodegenError;
 use crate::code::{ControlFlow, CycleCounts, FormInstruction, TargetArch};
 
 /// Words of a page.
@@ -67,8 +68,8 @@ impl TargetArch for Pic16Arch {
         1
     }
 
-    fn encode(&self, kind: Kind, operands: &[i32], _at: u32) -> Result<Vec<u16>, String> {
-        isa::encode(kind, operands).map(|word| vec![word]).map_err(|error| error.to_string())
+    fn encode(&self, kind: Kind, operands: &[i32], _at: u32) -> Result<Vec<u16>, CodegenError> {
+        Ok(vec![isa::encode(kind, operands)?])
     }
 
     fn jump_form(&self, jump: Pic16Jump, level: u8, at: u32, to: u32) -> Option<Vec<FormInstruction<Kind>>> {

@@ -22,6 +22,7 @@ pub mod writer;
 use emu_pic16::isa::Kind;
 use ladder::ElementId;
 
+use crate::CodegenError;
 use crate::code::{CodeWriter, FinishedCode};
 use crate::ir::{ArithmeticOp, BranchCondition, Ir, IrOp, WordComparison, WordOperand};
 use crate::longest_path;
@@ -45,9 +46,9 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     let name = job.target.chip.name;
     let mut steps = job.ir.rungs.iter().flat_map(|rung| &rung.steps);
     if let Some(step) = steps.find(|step| matches!(step.op, IrOp::Module { .. })) {
-        return Err(BuildRefusal::Internal(format!("{name} has no modules, but {} is one", step.element)));
+        return Err(BuildRefusal::Internal(CodegenError::NoModules { chip: name, element: step.element }));
     }
-    let part = emu_pic16::chips::part(name).ok_or_else(|| BuildRefusal::Internal(format!("{name} has no row")))?;
+    let part = emu_pic16::chips::part(name).ok_or(BuildRefusal::Internal(CodegenError::NoChipRow { chip: name }))?;
     let chip = Pic16ChipData::new(part);
     let pace =
         pacing::plan_pacing(job.clock_hz, job.cycle_us, FreeTimers::free_beside_pwm(job.ir.pwm_hz.is_some(), &chip))
@@ -65,7 +66,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
         Some(code) => code,
         // More than a page: subroutines first, where calls know them.
         None => build_code(job, &chip, &layout, &devices, &pace, true)?
-            .ok_or_else(|| BuildRefusal::Internal("the code has no size".to_owned()))?,
+            .ok_or(BuildRefusal::Internal(CodegenError::NoCodeSize))?,
     };
     let available = u64::from(job.target.chip.on_chip_flash_bytes);
     let at = |mark| code.mark_address(mark).unwrap_or(0);
@@ -238,17 +239,14 @@ fn build_code(
         out.items.extend(rest);
     }
     let mut asm = CodeWriter::new(Pic16Arch);
-    let length = writer::assemble(&out.items, out.labels(), &mut asm).map_err(|cause| BuildRefusal::Unsupported {
-        cause,
+    let length = writer::assemble(&out.items, out.labels(), &mut asm).map_err(|error| BuildRefusal::Unsupported {
+        cause: error.to_string(),
         hint: "divide the element".to_owned(),
         element: None,
     })?;
     let code = asm.finish().map_err(BuildRefusal::Internal)?;
     if code.words.len() as u32 != length {
-        return Err(BuildRefusal::Internal(format!(
-            "the code has {} words and was laid out as {length}",
-            code.words.len()
-        )));
+        return Err(BuildRefusal::Internal(CodegenError::LayoutMismatch { words: code.words.len(), planned: length }));
     }
     Ok((large || code.words.len() as u32 <= PAGE).then_some(code))
 }

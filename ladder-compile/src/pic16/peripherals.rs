@@ -7,6 +7,7 @@ use emu_pic16::periph::map::Sfr;
 use super::chip_data::{ANY_BANK, Pic16ChipData};
 use super::select::{Pic16Routine, Pic16Selector};
 use super::writer::{Pic16Writer, STATUS, Z};
+use crate::CodegenError;
 use crate::ir::{WordId, WordOperand};
 use crate::map::{Ratio, SpecialPin};
 use crate::target::{BuildRefusal, CompileJob};
@@ -181,7 +182,7 @@ fn plan_adc(
     for name in &job.ir.adcs {
         let pin = job.pins.iter().find(|pin| pin.analog && pin.name == *name);
         let Some((pin, channel)) = pin.and_then(|pin| Some((pin, channel_of(pin.pin)?))) else {
-            return Err(BuildRefusal::Internal(format!("{name} has no analog pin")));
+            return Err(BuildRefusal::Internal(CodegenError::NoAnalogPin { name: name.clone() }));
         };
         specials.push(SpecialPin::Analog { pin: pin.pin.to_owned(), name: name.clone() });
         wanted |= 1 << channel;

@@ -10,6 +10,7 @@ use emu_pic16::isa::Kind;
 
 use super::arch::{self, PAGE, Pic16Arch, Pic16Jump};
 use super::chip_data::{ANY_BANK, BankSet, Pic16ChipData};
+use crate::CodegenError;
 use crate::code::{CodeLabel, CodeWriter};
 use crate::target::CodeMark;
 
@@ -317,7 +318,7 @@ impl PageLayout {
     ///
     /// # Errors
     /// A piece between two cuts is longer than a page.
-    fn lay_out(items: &[Pic16Item]) -> Result<PageLayout, String> {
+    fn lay_out(items: &[Pic16Item]) -> Result<PageLayout, CodegenError> {
         let mut assumed = vec![0; items.len()];
         loop {
             let (pages, needed) = PageLayout::layout_pass(items, &assumed)?;
@@ -329,7 +330,7 @@ impl PageLayout {
     }
 
     /// One pass, and the level that each item needs in it where its label follows.
-    fn layout_pass(items: &[Pic16Item], assumed: &[u8]) -> Result<(PageLayout, Vec<u8>), String> {
+    fn layout_pass(items: &[Pic16Item], assumed: &[u8]) -> Result<(PageLayout, Vec<u8>), CodegenError> {
         let small = items.iter().map(Pic16Item::words).sum::<u32>() <= PAGE;
         let mut places: BTreeMap<Pic16Label, u32> = BTreeMap::new();
         let mut pages = PageLayout { levels: Vec::new(), changes: Vec::new(), length: 0 };
@@ -350,7 +351,7 @@ impl PageLayout {
             if !small && pages.length + words(&here) + MAX_PAGE_CHANGE_WORDS > next {
                 here = levels(&places, next);
                 if words(&here) + MAX_PAGE_CHANGE_WORDS > PAGE {
-                    return Err("an element is longer than a page of program memory".to_owned());
+                    return Err(CodegenError::ElementExceedsPage);
                 }
                 pages.changes.push((first, pages.length, next));
                 pages.length = next;
@@ -379,9 +380,9 @@ impl PageLayout {
 ///
 /// # Errors
 /// A piece between two cuts is longer than a page.
-pub fn assemble(items: &[Pic16Item], labels: u32, asm: &mut CodeWriter<Pic16Arch>) -> Result<u32, String> {
+pub fn assemble(items: &[Pic16Item], labels: u32, asm: &mut CodeWriter<Pic16Arch>) -> Result<u32, CodegenError> {
     let names: Vec<CodeLabel> = (0..labels).map(|_| asm.new_label()).collect();
-    let name = |lab: &Pic16Label| names.get(lab.0 as usize).copied().ok_or("a label has no place");
+    let name = |lab: &Pic16Label| names.get(lab.0 as usize).copied().ok_or(CodegenError::UnplacedLabel);
     let pages = PageLayout::lay_out(items)?;
     let mut changes = pages.changes.iter().peekable();
     for (n, (item, &level)) in items.iter().zip(&pages.levels).enumerate() {

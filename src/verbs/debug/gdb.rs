@@ -52,7 +52,7 @@ fn ladder(view: &LadderView, session: &DebugSession, text: &str) -> Option<Vec<S
     match word.trim_end_matches('?') {
         "why" => {
             let follow = session.follower()?;
-            Some(view.explain_value(follow, session.machine(), rest.trim()).unwrap_or_else(|why| vec![why]))
+            Some(view.explain_value(follow, session.machine(), rest.trim()).unwrap_or_else(|why| vec![why.to_string()]))
         }
         "rung" => Some(view.draw(session.follower(), session.machine(), false)),
         "values" => {

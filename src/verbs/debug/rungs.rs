@@ -143,7 +143,7 @@ pub(super) fn why(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
         return Err("which symbol? why Ymotor".to_owned());
     }
     let follow = shell.session.follower().ok_or("nothing follows this program")?;
-    for line in view.explain_value(follow, shell.session.machine(), args)? {
+    for line in view.explain_value(follow, shell.session.machine(), args).map_err(|error| error.to_string())? {
         out.push_str(&format!("{line}\n"));
     }
     Ok(())

@@ -14,8 +14,8 @@ use emu_debug::chip_scenario::{ChipBindings, ChipObservable, ChipStimulus};
 use emu_debug::stimulus::{ExternalDrive, INITIAL_SUPPLY_MV, queue_drive};
 use emu_debug::{CycleClock, RunController, RunDecision, SerialLineSender, StretchWatch, TimedDrive};
 use scenario::{
-    BoundScenario, OutputReading, PlayerState, RecordedAction, Recorder, ScenarioPlayer, ScenarioValue,
-    ScenarioVerdict, ScenarioWorld,
+    BoundScenario, MachineError, OutputReading, PlayerState, RecordedAction, Recorder, ScenarioError, ScenarioPlayer,
+    ScenarioValue, ScenarioVerdict, ScenarioWorld,
 };
 
 pub use stimuli::ScenarioFlags;
@@ -230,6 +230,10 @@ impl<C: Cpu> CpuWorld<'_, '_, C> {
     }
 }
 
+fn refused(why: impl Into<MachineError>) -> ScenarioError {
+    ScenarioError::Refused(why.into())
+}
+
 impl<C: Cpu> ScenarioWorld for CpuWorld<'_, '_, C> {
     fn now(&self) -> u64 {
         self.cpu.cycle().saturating_mul(self.host.clocks())
@@ -239,7 +243,7 @@ impl<C: Cpu> ScenarioWorld for CpuWorld<'_, '_, C> {
         QUEUE_AHEAD_CYCLES * self.host.clocks()
     }
 
-    fn set_input(&mut self, input: usize, at: u64) -> Result<(), String> {
+    fn set_input(&mut self, input: usize, at: u64) -> Result<(), ScenarioError> {
         let Some((given, name, value)) = self.host.table.stimuli.get(input).cloned() else { return Ok(()) };
         let (tick, time) = self.drive_time(at);
         match given {
@@ -247,7 +251,8 @@ impl<C: Cpu> ScenarioWorld for CpuWorld<'_, '_, C> {
                 if let ExternalDrive::Supply(millivolts) = put {
                     self.host.supplies.push((time, millivolts));
                 }
-                queue_drive(self.cpu, TimedDrive { at: time, drive: put }, &mut self.host.supply(time))?;
+                queue_drive(self.cpu, TimedDrive { at: time, drive: put }, &mut self.host.supply(time))
+                    .map_err(refused)?;
                 self.host.note(TimedDrive { at: time, drive: put });
             }
             ChipStimulus::Poke(space, addr, bytes) => {
@@ -264,11 +269,11 @@ impl<C: Cpu> ScenarioWorld for CpuWorld<'_, '_, C> {
         self.host.table.observables.get(output).map_or(OutputReading::Floating, |seen| seen.read(self.cpu))
     }
 
-    fn send(&mut self, bytes: &[u8], at: u64) -> Result<(), String> {
+    fn send(&mut self, bytes: &[u8], at: u64) -> Result<(), ScenarioError> {
         let ((tick, time), clock) = (self.drive_time(at), self.host.clock);
         let Some(sender) = &mut self.host.sender else { return Ok(()) };
-        for drive in sender.edges_of_bytes(clock, time, bytes)? {
-            queue_drive(self.cpu, drive, &mut self.host.supply(time))?;
+        for drive in sender.edges_of_bytes(clock, time, bytes).map_err(refused)? {
+            queue_drive(self.cpu, drive, &mut self.host.supply(time)).map_err(refused)?;
             self.host.note(drive);
         }
         self.host.record(tick, || RecordedAction::Send(bytes.to_vec()));
@@ -279,16 +284,16 @@ impl<C: Cpu> ScenarioWorld for CpuWorld<'_, '_, C> {
         self.sent
     }
 
-    fn power_cycle(&mut self) -> Result<(), String> {
+    fn power_cycle(&mut self) -> Result<(), ScenarioError> {
         self.cpu.reset(ResetCause::PowerOn);
         let now = self.now();
         self.host.record(now, || RecordedAction::PowerCycle);
         Ok(())
     }
 
-    fn snapshot(&mut self, file: &str) -> Result<(), String> {
+    fn snapshot(&mut self, file: &str) -> Result<(), ScenarioError> {
         let written = self.host.snapshot_writer.write_within(file, self.cpu.cycle(), &self.cpu.save());
-        written.map_err(|failure| format!("no snapshot was written: {}", failure.sentence()))
+        written.map_err(|failure| refused(format!("no snapshot was written: {}", failure.sentence())))
     }
 
     fn log(&mut self, line: &str) {

@@ -241,7 +241,7 @@ fn add_line_words(
     // The file is there, and is named well enough.
     let known = (first..end).take(1 << 16).find_map(|line| source.lines.addresses_of_line(file, line).ok());
     if known.is_none() {
-        return source.lines.addresses_of_line(file, first).map(|_| ());
+        return source.lines.addresses_of_line(file, first).map(|_| ()).map_err(|error| error.to_string());
     }
     let chip = source.names.chip;
     let ends = |path: &str| path == file || path.ends_with(&format!("/{file}"));

@@ -1,0 +1,33 @@
+//! Why there is no server for gdb, or why a monitor command does nothing.
+
+use std::io;
+
+use emu_debug::debug::DebugError;
+
+/// Why an address to listen on cannot be used, or why a monitor command does nothing.
+#[derive(Debug, thiserror::Error)]
+pub enum GdbError {
+    /// A text is no address, or its host is not found.
+    #[error("`{text}` is no address ({source}); write :1234 or 127.0.0.1:1234")]
+    BadAddress {
+        /// The text.
+        text: String,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A host has no address.
+    #[error("`{text}` is no address (it has none); write :1234 or 127.0.0.1:1234")]
+    HostWithoutAddress {
+        /// The text.
+        text: String,
+    },
+    /// The debugger refuses an expression, or the machine a value.
+    #[error(transparent)]
+    Debugger(#[from] DebugError),
+    /// `set` names no place.
+    #[error("that cannot be set")]
+    NotAPlace,
+    /// The expression behind `set` has no value.
+    #[error("it has no value now")]
+    NoValue,
+}
