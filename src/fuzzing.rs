@@ -10,10 +10,8 @@ use clap::Parser;
 use crate::args::{ColorChoice, CommandLine};
 use crate::shared::report::MessageStyle;
 use crate::verbs::debug::commands;
-use crate::verbs::debug::open::DebugSubject;
-use crate::verbs::debug::open::open_session;
-use crate::verbs::debug::shell::DebugShell;
-use crate::verbs::debug::shell::ShellFlow;
+use crate::verbs::debug::open::{DebugSubject, open_session};
+use crate::verbs::debug::shell::{DebugShell, ShellFlow};
 use crate::verbs::{diff, wave};
 
 /// How long a command of the debugger runs before it is interrupted, as by Ctrl-C.

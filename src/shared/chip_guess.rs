@@ -11,13 +11,10 @@ use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::{self, ImageSpace, WordBits};
 use emu_pic16::chips::{self, Pic16Part};
 
-use crate::shared::chosen_chip::NamedChip;
-use crate::shared::chosen_chip::chip_in_comment;
+use crate::shared::chosen_chip::{NamedChip, chip_in_comment};
 use crate::shared::codes::OTHER_CHIP;
 use crate::shared::family;
-use crate::shared::image_origin::base_name;
-use crate::shared::image_origin::by_signature;
-use crate::shared::image_origin::other_avr_diagnostic;
+use crate::shared::image_origin::{base_name, by_signature, other_avr_diagnostic};
 use crate::shared::input::ELF_MAGIC;
 use diag::distance;
 

@@ -5,8 +5,7 @@ use emu_core::chip::Chip;
 use emu_core::image::{Image, SimavrSection, SimavrTrace, avr_device, avr_signature, read_simavr_section};
 
 use crate::args::McuFlags;
-use crate::shared::chip_guess::hex_signature;
-use crate::shared::chip_guess::name_chips;
+use crate::shared::chip_guess::{hex_signature, name_chips};
 use crate::shared::fail::VerbFailure;
 use crate::shared::input::ELF_MAGIC;
 use crate::shared::{family, image_origin, input, output};

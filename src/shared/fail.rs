@@ -3,13 +3,9 @@
 use diag::Diagnostic;
 use serde_json::json;
 
-use crate::shared::codes::UNWRITABLE;
-use crate::shared::codes::file_error;
-use crate::shared::codes::system_message;
+use crate::shared::codes::{UNWRITABLE, file_error, system_message};
 use crate::shared::output;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
-use crate::shared::report::report_diagnostics;
+use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 
 /// Exit codes.
 pub mod exit {

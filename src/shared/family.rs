@@ -11,11 +11,7 @@ use emu_core::image::{Image, SymbolSpaces};
 use emu_core::pins::PinId;
 use emu_pic16::Pic16;
 
-pub use crate::shared::chip_names::ChipChoice;
-pub use crate::shared::chip_names::ChipChoiceParser;
-pub use crate::shared::chip_names::ChipParser;
-pub use crate::shared::chip_names::find_chip;
-pub use crate::shared::chip_names::parse_chip;
+pub use crate::shared::chip_names::{ChipChoice, ChipChoiceParser, ChipParser, find_chip, parse_chip};
 
 /// All chips, family by family.
 pub fn chips() -> impl Iterator<Item = &'static Chip> {

@@ -8,12 +8,10 @@ use emu_tui::{Rect, ScreenStyle, ScreenView, ScriptStep, key, key_script, screen
 use ladder::LadderProgram;
 use ladder_eval::Evaluator;
 
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
+use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::output;
 use crate::shared::report::MessageStyle;
-use crate::verbs::sim::inputs::ScanChange;
-use crate::verbs::sim::inputs::SimInput;
+use crate::verbs::sim::inputs::{ScanChange, SimInput};
 
 /// Sizes of a picture.
 const SIZES: std::ops::RangeInclusive<u16> = 1..=screen::MAX_SCREEN_SIDE;

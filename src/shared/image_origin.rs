@@ -5,10 +5,8 @@ use emu_avr::chips::part;
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::{avr_device, avr_signature, read_simavr_section};
 
-use crate::shared::chip_guess::name_chips;
-use crate::shared::chip_guess::nearest_first;
-use crate::shared::codes::OTHER_CHIP;
-use crate::shared::codes::file_error;
+use crate::shared::chip_guess::{name_chips, nearest_first};
+use crate::shared::codes::{OTHER_CHIP, file_error};
 use crate::shared::family;
 
 /// What an ELF file for an AVR that is another one than `chip` says of that, as a note or a warning; nothing for other files, or

@@ -13,16 +13,9 @@ use emu_core::image::{self, CONSTANT_SPACE, ElfMachine, Image, SourceLines, Symb
 use ladder::{LadderDialect, LadderProgram};
 
 use crate::shared::chip_guess::guess_chip;
-use crate::shared::codes::OTHER_PROCESSOR;
-use crate::shared::codes::OTHER_PROGRAM;
-use crate::shared::codes::SOURCE_AS_IMAGE;
-use crate::shared::codes::UNREADABLE;
-use crate::shared::codes::file_error;
-use crate::shared::codes::system_message;
+use crate::shared::codes::{OTHER_PROCESSOR, OTHER_PROGRAM, SOURCE_AS_IMAGE, UNREADABLE, file_error, system_message};
 use crate::shared::fail::VerbFailure;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
-use crate::shared::report::report_diagnostics;
+use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::{ap101, family, output};
 use crate::verbs::asm;
 

@@ -10,8 +10,7 @@ use emu_debug::text_escapes::unescape;
 use emu_debug::{CycleClock, ProgramSource, SerialLineSender, TimedDrive, time};
 
 use crate::args::McuFlags;
-use crate::shared::attach::AttachedDevice;
-use crate::shared::attach::AttachedStores;
+use crate::shared::attach::{AttachedDevice, AttachedStores};
 use crate::shared::fail::VerbFailure;
 use crate::shared::family::MachineSetup;
 use crate::shared::store::MemoryFile;

@@ -9,8 +9,7 @@ use serde::Serialize;
 
 use crate::shared::codes;
 use crate::shared::fail::VerbFailure;
-use crate::shared::output_target::OutputTarget;
-use crate::shared::output_target::output_target;
+use crate::shared::output_target::{OutputTarget, output_target};
 use crate::shared::report::FileTexts;
 
 /// Writes to standard output.

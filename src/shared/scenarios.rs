@@ -3,11 +3,8 @@
 use diag::Diagnostic;
 use scenario::{Scenario, ScenarioOutcome, ScenarioStep, ScenarioVerdict, StepAction, Waveform};
 
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
-use crate::shared::report::report_diagnostics;
+use crate::shared::fail::{VerbFailure, exit};
+use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::{input, output};
 
 /// A scenario that was read, and its text.

@@ -7,8 +7,7 @@ use emu_core::chip::Chip;
 use emu_core::cpu::Cpu;
 use emu_core::image::{AVR_AREAS, Image, ImageSpace, WordBits, load_hex, write_hex};
 
-use crate::shared::codes::MEMORY_SIZE;
-use crate::shared::codes::file_error;
+use crate::shared::codes::{MEMORY_SIZE, file_error};
 use crate::shared::fail::VerbFailure;
 use crate::shared::output::PendingFile;
 use crate::shared::report::FileTexts;

@@ -11,13 +11,9 @@ use emu_core::image::{Image, write_hex, write_hex_aligned};
 use serde_json::json;
 
 use crate::args::McuFlags;
-use crate::shared::codes::NOT_IN_HEX;
-use crate::shared::codes::file_error;
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
-use crate::shared::report::report_diagnostics;
+use crate::shared::codes::{NOT_IN_HEX, file_error};
+use crate::shared::fail::{VerbFailure, exit};
+use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::{family, input, output};
 use crate::verbs::compile::default_image_name;
 

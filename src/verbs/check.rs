@@ -17,14 +17,10 @@ use ladder::LadderDialect;
 use rayon::prelude::*;
 
 use crate::args::parse_dialect;
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
-use crate::shared::family::ChipChoice;
-use crate::shared::family::ChipChoiceParser;
+use crate::shared::fail::{VerbFailure, exit};
+use crate::shared::family::{ChipChoice, ChipChoiceParser};
 use crate::shared::input::ReadProgram;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
-use crate::shared::report::report_diagnostics;
+use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::{chosen_chip, codes, family, input, output};
 use crate::verbs::compile::TargetFlags;
 

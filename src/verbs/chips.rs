@@ -5,8 +5,7 @@ use emu_core::chip::{Chip, ChipPackage, PinDef};
 use emu_core::pins::PinId;
 use serde_json::{Value, json};
 
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
+use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::{family, output};
 
 const EXAMPLES: &str = "\

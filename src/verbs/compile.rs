@@ -9,11 +9,8 @@ use ladder_compile::{CompileOptions, CompiledProgram, ImageMap, emit};
 use serde_json::json;
 
 use crate::args::LadderFlags;
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
-use crate::shared::report::report_diagnostics;
+use crate::shared::fail::{VerbFailure, exit};
+use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::{family, input, output};
 
 const EXAMPLES: &str = "\

@@ -6,13 +6,10 @@ use std::net::{TcpListener, TcpStream};
 use clap::{Args, Parser};
 use emu_dap::{LaunchArguments, LaunchError, OpenedMachine, serve};
 
-use crate::shared::codes::PROTOCOL;
-use crate::shared::codes::file_error;
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
+use crate::shared::codes::{PROTOCOL, file_error};
+use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::output;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
+use crate::shared::report::{FileTexts, MessageStyle};
 use crate::verbs::debug::open;
 use crate::verbs::debug::open::DebugSubject;
 

@@ -7,8 +7,7 @@ use std::collections::VecDeque;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
+use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::output;
 use read::{TraceEntry, TraceReader};
 

@@ -16,11 +16,8 @@ use emu_debug::{AddressNames, ProgramSource};
 use serde_json::{Value, json};
 
 use crate::args::McuFlags;
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
-use crate::shared::report::report_diagnostics;
+use crate::shared::fail::{VerbFailure, exit};
+use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::{input, output};
 use listing::SourceLineListing;
 use pieces::{CodePiece, ProgramMemory};

@@ -3,8 +3,7 @@
 use clap::Args;
 
 use crate::args::LadderFlags;
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
+use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::report::MessageStyle;
 use crate::shared::{input, output};
 

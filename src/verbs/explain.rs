@@ -3,8 +3,7 @@
 use clap::Args;
 use diag::DiagnosticCode;
 
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
+use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::{codes, output};
 use crate::verbs::{lockstep, run};
 use diag::nearest;

@@ -8,14 +8,10 @@ use emu_check::fuzz::{self, CampaignFinding, CampaignPlan, CampaignRecord, Campa
 use indicatif::{ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 
-use crate::shared::codes::CAMPAIGN_RECORD;
-use crate::shared::codes::file_error;
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
-use crate::shared::family::ChipChoice;
-use crate::shared::family::ChipChoiceParser;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
+use crate::shared::codes::{CAMPAIGN_RECORD, file_error};
+use crate::shared::fail::{VerbFailure, exit};
+use crate::shared::family::{ChipChoice, ChipChoiceParser};
+use crate::shared::report::{FileTexts, MessageStyle};
 use crate::shared::{input, output};
 
 const EXAMPLES: &str = "\

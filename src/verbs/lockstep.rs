@@ -25,14 +25,10 @@ use serde_json::{Value, json};
 
 use crate::args::McuFlags;
 use crate::shared::codes::file_error;
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
-use crate::shared::family::MachineSetup;
-use crate::shared::family::MachineVisitor;
-use crate::shared::family::visit_machine;
+use crate::shared::fail::{VerbFailure, exit};
+use crate::shared::family::{MachineSetup, MachineVisitor, visit_machine};
 use crate::shared::interrupts::listen_for_interrupts;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
+use crate::shared::report::{FileTexts, MessageStyle};
 use crate::shared::{input, output, readings};
 
 const EXAMPLES: &str = "\

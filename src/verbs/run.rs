@@ -23,9 +23,7 @@ use emu_debug::time;
 
 use crate::shared::fail::VerbFailure;
 use crate::shared::family::visit_machine;
-use crate::shared::machine::MachineArgs;
-use crate::shared::machine::MachineOptions;
-use crate::shared::machine::WiredMachine;
+use crate::shared::machine::{MachineArgs, MachineOptions, WiredMachine};
 use crate::shared::report::MessageStyle;
 use crate::shared::snapshots::SnapshotWriter;
 use crate::shared::{family, input, output, snapshots};

@@ -13,13 +13,11 @@ use ladder_eval::{Evaluator, UnsupportedElement};
 
 use crate::args::LadderFlags;
 use crate::shared::codes::UNSUPPORTED_ELEMENT;
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
+use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::output::PendingFile;
 use crate::shared::report::MessageStyle;
 use crate::shared::{input, output, scan_bits};
-use crate::verbs::sim::inputs::ScanChange;
-use crate::verbs::sim::inputs::SimInput;
+use crate::verbs::sim::inputs::{ScanChange, SimInput};
 use crate::verbs::sim::trace::ScanTraceTable;
 
 const EXAMPLES: &str = "\

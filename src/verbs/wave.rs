@@ -7,8 +7,7 @@ mod text;
 
 use clap::Args;
 
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
+use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::output;
 use diag::nearest;
 use read::{WaveFile, WaveSignal};

@@ -8,11 +8,9 @@ use rayon::prelude::*;
 use scenario::Scenario;
 
 use super::CheckArgs;
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
+use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::input::ReadProgram;
-use crate::shared::report::MessageStyle;
-use crate::shared::report::report_diagnostics;
+use crate::shared::report::{MessageStyle, report_diagnostics};
 use crate::shared::{output, scenarios};
 
 /// Plays it.

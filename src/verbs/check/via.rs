@@ -5,8 +5,7 @@ use emu_check::CheckOptions;
 use emu_check::via::{SourceCheckReport, SourceRoute};
 use serde::Serialize;
 
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
+use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::input::ReadProgram;
 use crate::shared::output;
 

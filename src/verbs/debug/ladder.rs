@@ -12,8 +12,7 @@ use ladder_view::LadderView;
 use super::open::DebugSubject;
 use crate::shared::fail::VerbFailure;
 use crate::shared::input;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
+use crate::shared::report::{FileTexts, MessageStyle};
 
 /// A program and the image that was made of it.
 pub(super) struct CompiledLadder {

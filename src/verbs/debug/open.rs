@@ -14,22 +14,15 @@ use super::ladder;
 use super::scenario::{ScenarioContext, scenario_drives};
 use crate::args::parse_dialect;
 use crate::shared::fail::VerbFailure;
-use crate::shared::family::MachineVisitor;
-use crate::shared::family::visit_machine;
-use crate::shared::machine::MachineArgs;
-use crate::shared::machine::MachineOptions;
-use crate::shared::machine::WiredMachine;
-use crate::shared::machine::check_pins_exist;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
-use crate::shared::report::report_diagnostics;
+use crate::shared::family::{MachineVisitor, visit_machine};
+use crate::shared::machine::{MachineArgs, MachineOptions, WiredMachine, check_pins_exist};
+use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::scenarios::ScenarioFile;
 use crate::shared::snapshots::SnapshotWriter;
 use crate::shared::sources::SourceFiles;
 use crate::shared::{input, pic16, scenarios, snapshots, store};
 use crate::verbs::compile::parse_pin_assignment;
-use crate::verbs::run::RamChoice;
-use crate::verbs::run::parse_ram;
+use crate::verbs::run::{RamChoice, parse_ram};
 
 /// What is debugged, and how its machine is wired.
 #[derive(Debug, Args)]

@@ -7,8 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::files::commands_of;
 use super::shell::{DebugShell, ShellFlow};
 use super::terminal::LineEditor;
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
+use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::output;
 
 /// Where commands come from besides the user, and how they are told.

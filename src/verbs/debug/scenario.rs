@@ -23,8 +23,7 @@ use crate::shared::fail::VerbFailure;
 use crate::shared::scenarios::ScenarioFile;
 use crate::shared::snapshots::SnapshotWriter;
 use crate::shared::{avr, family, output};
-use crate::verbs::run::scenario::ScenarioHost;
-use crate::verbs::run::scenario::ScenarioSetup;
+use crate::verbs::run::scenario::{ScenarioHost, ScenarioSetup};
 
 /// Machine cycles in which a chip comes to its first scan, besides periods.
 const RESET_CYCLES: u64 = 2_000_000;

@@ -6,11 +6,7 @@ use std::io::{self, BufRead, BufReader, Read};
 use diag::{Diagnostic, Pos, Severity};
 use serde_json::Value;
 
-use crate::shared::codes::NOT_A_TRACE;
-use crate::shared::codes::TRACE_LINE;
-use crate::shared::codes::UNREADABLE;
-use crate::shared::codes::file_error;
-use crate::shared::codes::system_message;
+use crate::shared::codes::{NOT_A_TRACE, TRACE_LINE, UNREADABLE, file_error, system_message};
 use crate::shared::fail::VerbFailure;
 use crate::shared::report::FileTexts;
 

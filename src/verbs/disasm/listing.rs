@@ -5,11 +5,8 @@ use emu_core::image::SourceLines;
 use emu_debug::ProgramSource;
 
 use super::DisasmArgs;
-use crate::shared::codes::NO_LINES;
-use crate::shared::codes::file_error;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
-use crate::shared::report::report_diagnostics;
+use crate::shared::codes::{NO_LINES, file_error};
+use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::sources::SourceFiles;
 
 /// Source lines between the instructions.

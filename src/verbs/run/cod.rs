@@ -8,10 +8,8 @@ use emu_debug::cod::{CodOutcome, CodRefusal, CodRunLimits, CodScript, CodVerdict
 use emu_debug::{ProgramSource, TimedDrive};
 use serde_json::{Value, json};
 
-use crate::shared::codes::COD_MESSAGE;
-use crate::shared::codes::file_error;
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
+use crate::shared::codes::{COD_MESSAGE, file_error};
+use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::report::FileTexts;
 use crate::shared::reset_hold::reset_hold;
 use crate::shared::{input, output};

@@ -29,17 +29,13 @@ use crate::shared::fail::VerbFailure;
 use crate::shared::family::MachineVisitor;
 use crate::shared::interrupts::listen_for_interrupts;
 use crate::shared::output::PendingFile;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
-use crate::shared::report::report_diagnostics;
+use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::reset_hold::reset_hold;
 use crate::shared::snapshots::SnapshotWriter;
 use crate::shared::store::MemoryFile;
 use crate::shared::{avr, family, output, pic16, scenarios, store};
-use crate::verbs::run::cod;
-use crate::verbs::run::lint;
-use crate::verbs::run::summary;
 use crate::verbs::run::summary::RunSummary;
+use crate::verbs::run::{cod, lint, summary};
 
 /// A run without a user.
 pub struct HeadlessRun<'a> {

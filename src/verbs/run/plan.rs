@@ -5,8 +5,7 @@ use emu_debug::stop_condition::StopCondition;
 use emu_debug::{AddressRange, CycleClock, ProgramSource, RunEnd, RunPlan, RunResult, TimedDrive, time};
 
 use super::{DEFAULT_LIMIT, RamChoice, RunArgs};
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
+use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::machine;
 
 /// What the flags come to on the chosen chip.

@@ -15,8 +15,7 @@ use super::trace;
 use crate::shared::codes::file_error;
 use crate::shared::fail::VerbFailure;
 use crate::shared::input;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
+use crate::shared::report::{FileTexts, MessageStyle};
 
 /// A ladder program that is not the one of the map.
 pub const OTHER_LADDER: &str = "COV001";

@@ -12,8 +12,7 @@ use emu_debug::{ProgramSource, RunResult};
 use ladder_compile::{ImageMap, SCHEMA};
 
 use super::signals::parse_signal;
-use crate::shared::codes::NOT_A_MAP;
-use crate::shared::codes::file_error;
+use crate::shared::codes::{NOT_A_MAP, file_error};
 use crate::shared::fail::VerbFailure;
 use crate::shared::output::PendingFile;
 use crate::shared::report::FileTexts;

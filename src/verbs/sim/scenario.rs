@@ -6,12 +6,9 @@ use ladder_eval::Evaluator;
 use scenario::bind;
 
 use super::{MAX_VALUES, SimArgs, unsupported, write_results};
-use crate::shared::fail::VerbFailure;
-use crate::shared::fail::exit;
+use crate::shared::fail::{VerbFailure, exit};
 use crate::shared::input::ReadProgram;
-use crate::shared::report::FileTexts;
-use crate::shared::report::MessageStyle;
-use crate::shared::report::report_diagnostics;
+use crate::shared::report::{FileTexts, MessageStyle, report_diagnostics};
 use crate::shared::scenarios::PlayedScenario;
 use crate::shared::{output, scenarios};
 use crate::verbs::sim::trace::ScanTraceTable;

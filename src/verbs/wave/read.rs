@@ -10,12 +10,9 @@ use scenario::NewlineTerminated;
 use vcd::{Command, IdCode, Parser, TimescaleUnit, Value, VarType, Vector};
 
 use super::scale::WaveTimescale;
-use crate::shared::codes::CONTRADICTORY_WAVE;
-use crate::shared::codes::MALFORMED_WAVE;
-use crate::shared::codes::TOO_LARGE_WAVE;
-use crate::shared::codes::UNREADABLE;
-use crate::shared::codes::file_error;
-use crate::shared::codes::system_message;
+use crate::shared::codes::{
+    CONTRADICTORY_WAVE, MALFORMED_WAVE, TOO_LARGE_WAVE, UNREADABLE, file_error, system_message,
+};
 use crate::shared::fail::VerbFailure;
 use crate::shared::report::FileTexts;
 
