@@ -50,7 +50,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
     let acts = || vec![("acts", IN, Always), ("rests", NOT_IN, Always)];
     Some(match element {
         Element::Contacts { .. } => (CoverageClass::Contacts, vec![("passes", TRUE_TRUE, Always), ("blocks", TRUE_FALSE, Always)]),
-        Element::Coil { set: false, reset: false, negated, .. } => {
+        Element::Coil { negated, set, reset, ttrigger, .. } if *negated || !(*set || *reset || *ttrigger == Some(1)) => {
             let (one, zero) = if *negated { (NOT_IN, IN) } else { (IN, NOT_IN) };
             (CoverageClass::Coils, vec![("stores 1", one, Always), ("stores 0", zero, Always)])
         }
@@ -61,8 +61,16 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
             (CoverageClass::Timers, match kind {
                 TimerKind::Ton => vec![("expires", TRUE_TRUE, Always), ("runs", TRUE_FALSE, Always), ("is reset", FALSE_FALSE, TimerRan(t))],
                 TimerKind::Tof => vec![("expires", FALSE_FALSE, Always), ("runs", FALSE_TRUE, Always), ("is reset", TRUE_TRUE, TimerRan(t))],
+                TimerKind::Rtl => vec![("expires", OUT, Always), ("runs", FALSE_FALSE, Counted(t)), ("holds", TRUE_FALSE, TimerRan(t))],
+                TimerKind::Tcy => vec![("is on", TRUE_TRUE, Always), ("is off", TRUE_FALSE, Always), ("is reset", FALSE_FALSE, TimerRan(t))],
+                TimerKind::Thi => vec![("gives its pulse", OUT, Always), ("is over", TRUE_FALSE, Always), ("rests", FALSE_FALSE, Always)],
+                TimerKind::Tlo => vec![("gives its pulse", NOT_OUT, Counted(t)), ("is over", FALSE_TRUE, Always), ("passes", TRUE_TRUE, Always)],
                 TimerKind::Rto => vec![("expires", OUT, Always), ("runs", TRUE_FALSE, Counted(t)), ("holds", FALSE_FALSE, TimerRan(t))],
             })
+        }
+        // In ldmicro-5 a circular counter gives a carry.
+        Element::Counter { kind: CounterKind::Ctc | CounterKind::Ctr, name, .. } if program.dialect == LadderDialect::Ldmicro5 => {
+            (CoverageClass::Counters, vec![("counts", ANY, Counted(symbol(name))), ("carries", OUT, Always)])
         }
         Element::Counter { kind: CounterKind::Ctc, name, max, .. } => {
             let (c, max) = (symbol(name), if let LadderOperand::Const { value, .. } = max { *value as i32 } else { 0 });
@@ -85,6 +93,9 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
         }
         Element::Osr => (CoverageClass::OneShots, vec![("fires", TRUE_TRUE, Always), ("stays quiet on a true rung", TRUE_FALSE, Always)]),
         Element::Osf => (CoverageClass::OneShots, vec![("fires", FALSE_TRUE, Always), ("stays quiet on a false rung", FALSE_FALSE, Always)]),
+        Element::Odr => (CoverageClass::OneShots, vec![("fires", TRUE_FALSE, Always), ("stays quiet on a true rung", TRUE_TRUE, Always)]),
+        Element::Odf | Element::Osl => (CoverageClass::OneShots, vec![("gives 0 on a false rung", FALSE_FALSE, Always), ("gives 1 on a false rung", FALSE_TRUE, Always)]),
+        Element::Osc => (CoverageClass::OneShots, vec![("is on", TRUE_TRUE, Always), ("is off on a true rung", TRUE_FALSE, Always)]),
         Element::MasterRelay => (CoverageClass::MasterRelays, vec![("has a true rung", IN, Always), ("has a false rung", NOT_IN, Always)]),
         Element::Res { .. } | Element::Move { .. } | Element::Math { .. } => (CoverageClass::Actions, acts()),
         Element::ShiftRegister { name, stages } => {

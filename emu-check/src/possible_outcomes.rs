@@ -139,12 +139,14 @@ impl<'a> ReachPass<'a> {
                     if bit & ONE != 0 { TRUE_TRUE } else { 0 } | if bit & ZERO != 0 { TRUE_FALSE } else { 0 },
                 )
             }
-            Element::Coil { name, negated, set, reset, .. } => {
+            Element::Coil { name, negated, set, reset, ttrigger } => {
                 let old = self.bits.get(name).copied().unwrap_or(BOTH);
-                let new = match (set, reset) {
-                    (true, _) => when(old, ONE),
-                    (_, true) => when(old, ZERO),
-                    _ => invert_set(rung, *negated),
+                let new = match (negated, set, reset, ttrigger) {
+                    (true, ..) => invert_set(rung, true),
+                    (_, true, ..) => when(old, ONE),
+                    (_, _, true, _) => when(old, ZERO),
+                    (_, _, _, Some(1)) => when(old, old | invert_set(old, true)),
+                    _ => rung,
                 };
                 self.bits.insert(name.clone(), new);
                 same
@@ -166,20 +168,30 @@ impl<'a> ReachPass<'a> {
                     TRUE_FALSE,
                 )
             }
+            Element::Odr => when(FALSE_TRUE, TRUE_FALSE | TRUE_TRUE),
+            Element::Odf | Element::Osl => when(FALSE_FALSE | FALSE_TRUE, TRUE_TRUE),
+            Element::Osc => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
             Element::Timer { kind, name, .. } => {
                 self.integers.remove(name);
                 match kind {
                     TimerKind::Ton => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
                     TimerKind::Tof => when(FALSE_FALSE | FALSE_TRUE, TRUE_TRUE),
-                    TimerKind::Rto => when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE),
+                    TimerKind::Tcy => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
+                    TimerKind::Rto | TimerKind::Rtl | TimerKind::Thi | TimerKind::Tlo => {
+                        when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE)
+                    }
                 }
             }
-            Element::Counter { kind, name, max, .. } => {
+            Element::Counter { kind, name, max, input, .. } => {
                 self.integers.remove(name);
                 let always =
                     !self.wide && matches!(max, LadderOperand::Const { value, .. } if *value <= i64::from(i16::MIN));
                 match kind {
-                    CounterKind::Ctc => same,
+                    CounterKind::Ctc if !self.wide => same,
+                    CounterKind::Ctc | CounterKind::Ctr => match input {
+                        Some('\\' | 'o') => when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE),
+                        _ => when(FALSE_FALSE, TRUE_FALSE | TRUE_TRUE),
+                    },
                     _ if always => when(FALSE_TRUE, TRUE_TRUE),
                     _ => when(FALSE_FALSE | FALSE_TRUE, TRUE_FALSE | TRUE_TRUE),
                 }

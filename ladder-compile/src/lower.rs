@@ -19,6 +19,7 @@ use crate::ir::{
     WordRole,
 };
 use peripherals::TransmitterBusy;
+use timing::CounterStart;
 use word_elements::ReducedComparison;
 
 pub use peripherals::eeprom_cells;
@@ -42,7 +43,7 @@ pub fn lower_with_modules(program: &LadderProgram, modules: bool) -> Ir {
         if symbol.kind.is_bit() {
             lower.symbol_bit(&symbol.name);
         } else {
-            let initial = lower.counter_starts.get(symbol.name.as_str()).copied().unwrap_or(0);
+            let initial = lower.counter_starts.get(symbol.name.as_str()).map_or(0, |start| start.power_up);
             lower.new_word(symbol.name, symbol.kind, symbol.bytes, initial);
         }
     }
@@ -88,7 +89,7 @@ struct Lowering<'a> {
     /// Where the next PERSIST has its cells.
     eeprom_cells: std::vec::IntoIter<(u16, u8)>,
     /// What counters start with, and RES stores.
-    counter_starts: HashMap<&'a str, i32>,
+    counter_starts: HashMap<&'a str, CounterStart>,
     /// Timers and counters stay whole.
     keep_modules: bool,
     /// Counters have the bounds of dialect `ldmicro-5`.
@@ -240,13 +241,17 @@ impl<'a> Lowering<'a> {
                 let bit = self.symbol_bit(name);
                 self.push(IrOp::And { bit, negated: *negated });
             }
-            Element::Coil { name, negated, set, reset, .. } => {
+            // The first flag that is set counts.
+            Element::Coil { name, negated, set, reset, ttrigger } => {
                 let bit = self.symbol_bit(name);
-                self.push(match (set, reset) {
-                    (true, _) => if_accumulator(vec![IrOp::SetBit { bit, value: true }]),
-                    (_, true) => if_accumulator(vec![IrOp::SetBit { bit, value: false }]),
-                    _ => IrOp::Store { bit, negated: *negated },
-                });
+                let toggles = ttrigger.is_some_and(|flag| flag != 0);
+                match (negated, set, reset, toggles) {
+                    (true, ..) => self.push(IrOp::Store { bit, negated: true }),
+                    (_, true, ..) => self.push(if_accumulator(vec![IrOp::SetBit { bit, value: true }])),
+                    (_, _, true, _) => self.push(if_accumulator(vec![IrOp::SetBit { bit, value: false }])),
+                    (_, _, _, true) => self.toggle(bit),
+                    _ => self.push(IrOp::Store { bit, negated: false }),
+                }
             }
             Element::Open => self.push(IrOp::SetAccumulator(false)),
             Element::MasterRelay => self.master_relay(),
@@ -258,13 +263,35 @@ impl<'a> Lowering<'a> {
                 let memory = self.new_memory();
                 self.push(IrOp::Falling(memory));
             }
+            Element::Odr => {
+                let memory = self.new_memory();
+                self.push(IrOp::Rising(memory));
+                self.complement();
+            }
+            Element::Odf | Element::Osl => {
+                let (memory, armed) = (self.new_memory(), self.new_bit(self.element_name("armed"), BitRole::Memory));
+                self.push(if_accumulator(vec![IrOp::SetBit { bit: armed, value: true }]));
+                self.push(IrOp::Falling(memory));
+                self.push(IrOp::If {
+                    cond: BranchCondition::Acc,
+                    if_true: vec![IrOp::SetAccumulator(false)],
+                    if_false: vec![IrOp::Load { bit: armed, negated: false }],
+                });
+            }
+            Element::Osc => {
+                let bit = self.new_memory();
+                self.push(IrOp::And { bit, negated: true });
+                self.push(IrOp::Store { bit, negated: false });
+            }
             Element::Timer { kind, name, delay, adjust } => self.timer(*kind, name, delay, adjust.as_ref()),
             Element::Counter { kind, name, max, init, input } => {
                 self.counter(*kind, name, max, (init.as_ref(), *input));
             }
             Element::Res { name } => {
-                let (dst, start) = (self.word(name), self.counter_starts.get(name.as_str()).copied().unwrap_or(0));
-                self.push(if_accumulator(vec![IrOp::Move { dst, src: WordOperand::Const(start) }]));
+                let start = self.counter_starts.get(name.as_str()).and_then(|start| start.reset.clone());
+                let src = start.map_or(WordOperand::Const(0), |(_, start)| self.value(&start));
+                let dst = self.word(name);
+                self.push(if_accumulator(vec![IrOp::Move { dst, src }]));
             }
             Element::Move { dest, src } => {
                 let op = IrOp::Move { dst: self.word(dest), src: self.value(src) };
@@ -300,6 +327,25 @@ impl<'a> Lowering<'a> {
             // SHORT passes, COMMENT means nothing, and PLACEHOLDER never gets here.
             Element::Short | Element::Comment(_) | Element::Placeholder => {}
         }
+    }
+
+    /// acc := not acc.
+    fn complement(&mut self) {
+        let (if_true, if_false) = (vec![IrOp::SetAccumulator(false)], vec![IrOp::SetAccumulator(true)]);
+        self.push(IrOp::If { cond: BranchCondition::Acc, if_true, if_false });
+    }
+
+    /// A rising edge complements the bit; acc stays.
+    fn toggle(&mut self, bit: BitId) {
+        let memory = self.new_memory();
+        self.push(IrOp::Rising(memory));
+        self.push(if_accumulator(vec![IrOp::If {
+            cond: BranchCondition::Bit(bit),
+            if_true: vec![IrOp::SetBit { bit, value: false }],
+            if_false: vec![IrOp::SetBit { bit, value: true }],
+        }]));
+        // The memory is the rung state of this scan.
+        self.push(IrOp::Load { bit: memory, negated: false });
     }
 
     /// acc := acc and the comparison.

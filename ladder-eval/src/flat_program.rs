@@ -45,6 +45,8 @@ pub(crate) enum FlatStep {
     Branch(usize),
     /// The group ends: the rung bit is the OR of all branches.
     Join(usize),
+    /// The first time: an integer gets the value of another, and the memory is set.
+    LoadOnce { var: u32, from: u32, memory: u32 },
     /// An element.
     Do(ElementId, ElementOp),
 }
@@ -62,10 +64,18 @@ pub(crate) enum ElementOp {
     MasterRelay,
     Osr      { memory: u32 },
     Osf      { memory: u32 },
-    Ton      { var: u32, preset: i32 },
-    Tof      { var: u32, preset: i32, first: u32 },
-    Rto      { var: u32, preset: i32 },
-    Count    { kind: CountMode, input: CountInput, var: u32, max: ValueSource, restart: i32, memory: u32 },
+    Odr      { memory: u32 },
+    Odf      { memory: u32, seen: u32 },
+    Osc      { memory: u32 },
+    Toggle   { bit: u32, memory: u32 },
+    Ton      { var: u32, preset: ValueSource },
+    Tof      { var: u32, preset: ValueSource, start: i32, first: u32 },
+    Rto      { var: u32, preset: ValueSource },
+    Rtl      { var: u32, preset: ValueSource },
+    Tcy      { var: u32, preset: ValueSource, memory: u32 },
+    Thi      { var: u32, preset: ValueSource, memory: u32 },
+    Tlo      { var: u32, preset: ValueSource, memory: u32, seen: u32 },
+    Count    { kind: CountMode, input: CountInput, var: u32, max: ValueSource, restart: ValueSource, memory: u32 },
     Move     { dest: u32, src: ValueSource },
     Math     { op: MathOp, dest: u32, a: ValueSource, b: ValueSource },
     Compare  { op: CompareOp, a: ValueSource, b: ValueSource },
@@ -98,8 +108,12 @@ pub(crate) enum CountMode {
     UpTo,
     /// Down to the limit.
     DownTo,
-    /// Up to the limit and then from the start again.
+    /// Release 2.3: up to the limit and then from 0 again; gives on what it gets.
     Circular,
+    /// LDmicro 5: up past the limit and then from the start again, with a carry.
+    UpAround,
+    /// LDmicro 5: down past the limit and then from the start again, with a carry.
+    DownAround,
 }
 
 /// When a counter counts.
@@ -156,6 +170,11 @@ impl ScanState {
                     rung = at_group;
                 }
                 FlatStep::Join(depth) => rung |= self.groups[depth].1,
+                FlatStep::LoadOnce { var, from, memory } => {
+                    if !self.replace_memory(memory, true) {
+                        self.store(code, var, self.read_symbol(from).into());
+                    }
+                }
                 FlatStep::Do(id, op) => {
                     let before = rung;
                     rung = self.execute_element(code, op, before);
@@ -196,38 +215,79 @@ impl ScanState {
             }
             ElementOp::Osr { memory } => rung & !self.replace_memory(memory, rung),
             ElementOp::Osf { memory } => !rung & self.replace_memory(memory, rung),
+            ElementOp::Odr { memory } => !(rung & !self.replace_memory(memory, rung)),
+            ElementOp::Odf { memory, seen } => {
+                let falls = !rung & self.replace_memory(memory, rung);
+                // It has been true only from the first true scan on.
+                self.memories[seen as usize] |= rung;
+                self.memories[seen as usize] & !falls
+            }
+            ElementOp::Osc { memory } => {
+                let out = rung & !self.memories[memory as usize];
+                self.replace_memory(memory, out);
+                out
+            }
+            ElementOp::Toggle { bit, memory } => {
+                if rung & !self.replace_memory(memory, rung) {
+                    self.values[bit as usize] ^= 1;
+                }
+                rung
+            }
             ElementOp::Ton { var, preset } => {
-                let t = &mut self.values[var as usize];
                 if !rung {
-                    *t = 0;
+                    self.values[var as usize] = 0;
                     return false;
                 }
-                if *t < preset {
-                    *t += 1;
-                    return false;
-                }
-                true
+                !self.count_scan(code, var, preset)
             }
-            ElementOp::Tof { var, preset, first } => {
+            ElementOp::Tof { var, preset, start, first } => {
                 if !self.replace_memory(first, true) {
-                    self.values[var as usize] = preset;
+                    self.store(code, var, start.into());
                 }
-                let t = &mut self.values[var as usize];
                 if rung {
-                    *t = 0;
+                    self.values[var as usize] = 0;
                     return true;
                 }
-                if *t < preset {
-                    *t += 1;
-                    return true;
-                }
-                false
+                self.count_scan(code, var, preset)
             }
-            ElementOp::Rto { var, preset } => {
-                let t = &mut self.values[var as usize];
-                if *t < preset {
-                    *t += i32::from(rung);
+            ElementOp::Rto { var, preset } => self.count_scans_of(code, var, preset, rung),
+            ElementOp::Rtl { var, preset } => self.count_scans_of(code, var, preset, !rung),
+            ElementOp::Tcy { var, preset, memory } => {
+                if !rung {
+                    self.values[var as usize] = 0;
                     return false;
+                }
+                if !self.count_scan(code, var, preset) {
+                    self.values[var as usize] = 0;
+                    self.memories[memory as usize] ^= true;
+                }
+                self.memories[memory as usize]
+            }
+            ElementOp::Thi { var, preset, memory } => {
+                self.memories[memory as usize] |= rung;
+                if !self.memories[memory as usize] {
+                    return false;
+                }
+                let pulse = self.count_scan(code, var, preset);
+                if !pulse & !rung {
+                    self.values[var as usize] = 0;
+                    self.memories[memory as usize] = false;
+                }
+                pulse
+            }
+            ElementOp::Tlo { var, preset, memory, seen } => {
+                self.memories[seen as usize] |= rung;
+                let seen = self.memories[seen as usize];
+                self.memories[memory as usize] |= seen & !rung;
+                if !self.memories[memory as usize] {
+                    return seen;
+                }
+                if self.count_scan(code, var, preset) {
+                    return false;
+                }
+                if rung {
+                    self.values[var as usize] = 0;
+                    self.memories[memory as usize] = false;
                 }
                 true
             }
@@ -239,14 +299,27 @@ impl ScanState {
                     CountInput::High => rung,
                     CountInput::Low => !rung,
                 };
+                let mut carry = false;
                 if counts {
-                    self.store(code, var, count_step(kind, self.read_symbol(var), self.read_value(max), restart));
+                    self.store(code, var, count_step(kind, self.read_symbol(var), self.read_value(max)));
+                    let (n, max) = (self.read_symbol(var), self.read_value(max));
+                    carry = match kind {
+                        CountMode::UpAround => n > max,
+                        CountMode::DownAround => n < max,
+                        CountMode::Up | CountMode::Down | CountMode::UpTo | CountMode::DownTo | CountMode::Circular => {
+                            false
+                        }
+                    };
+                    if carry {
+                        self.store(code, var, self.read_value(restart).into());
+                    }
                 }
                 let (n, max) = (self.read_symbol(var), self.read_value(max));
                 match kind {
                     CountMode::Up | CountMode::Down | CountMode::UpTo => n >= max,
                     CountMode::DownTo => n > max,
                     CountMode::Circular => rung,
+                    CountMode::UpAround | CountMode::DownAround => carry,
                 }
             }
             ElementOp::Compare { op, a, b } => rung & compare(op, self.read_value(a), self.read_value(b)),
@@ -332,6 +405,25 @@ impl ScanState {
         }
     }
 
+    /// Counts one scan of a timer if its preset is not reached; tells whether it has counted.
+    fn count_scan(&mut self, code: &FlatProgram, var: u32, preset: ValueSource) -> bool {
+        let n = self.read_symbol(var);
+        let runs = n < self.read_value(preset);
+        if runs {
+            self.store(code, var, i64::from(n) + 1);
+        }
+        runs
+    }
+
+    /// A retentive timer, which counts the scans in which `counts` holds: whether it has expired.
+    fn count_scans_of(&mut self, code: &FlatProgram, var: u32, preset: ValueSource, counts: bool) -> bool {
+        let runs = self.read_symbol(var) < self.read_value(preset);
+        if runs & counts {
+            self.count_scan(code, var, preset);
+        }
+        !runs
+    }
+
     /// Stores a memory bit and gives what it held.
     fn replace_memory(&mut self, memory: u32, now: bool) -> bool {
         std::mem::replace(&mut self.memories[memory as usize], now)
@@ -343,15 +435,15 @@ pub(crate) fn truncate(exact: i64, cut: u8) -> i32 {
     (exact as i32) << cut >> cut
 }
 
-/// One step of a counter, exact.
-fn count_step(kind: CountMode, n: i32, max: i32, restart: i32) -> i64 {
+/// One step of a counter, exact, before what brings it back to its start.
+fn count_step(kind: CountMode, n: i32, max: i32) -> i64 {
     let exact = i64::from(n);
     match kind {
-        CountMode::Up => exact + 1,
-        CountMode::Down => exact - 1,
+        CountMode::Up | CountMode::UpAround => exact + 1,
+        CountMode::Down | CountMode::DownAround => exact - 1,
         CountMode::UpTo => exact + i64::from(n < max),
         CountMode::DownTo => exact - i64::from(n > max),
-        CountMode::Circular if n >= max => restart.into(),
+        CountMode::Circular if n >= max => 0,
         CountMode::Circular => exact + 1,
     }
 }

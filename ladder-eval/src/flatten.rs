@@ -46,8 +46,8 @@ pub(crate) struct FlatBuilder<'a> {
     pub code: FlatProgram,
     /// Identity of the leaf that comes next in text order.
     next: ElementId,
-    /// Per counter: its start value, which the first element of its name says.
-    counter_starts: HashMap<&'a str, i32>,
+    /// Per counter: the start value that RES stores, with the rank of the kind that says it.
+    counter_starts: HashMap<&'a str, (u8, LadderOperand)>,
     /// What the elements so far said about the parts that all of them share.
     pub devices: DeviceSettings,
 }
@@ -57,18 +57,24 @@ impl FlatBuilder<'_> {
     fn collect_devices_and_starts(&mut self) {
         for (_, element, _) in self.program.elements() {
             match element {
-                Element::Counter { name, init, .. } => {
-                    let restart = match init {
-                        Some(LadderOperand::Const { value, .. }) => *value,
-                        _ => 0,
-                    };
+                Element::Counter { kind, name, init, .. } => {
                     let Some(&at) = self.by_name.get(name) else { continue };
-                    let (Some(width), Some(start)) = (self.code.cut_bits.get(at), self.code.initial_values.get_mut(at))
-                    else {
-                        continue;
+                    let start = match init {
+                        None => LadderOperand::Const { value: 0, text: String::new() },
+                        Some(start) => start.clone(),
                     };
-                    let restart = truncate(restart, *width);
-                    *start = *self.counter_starts.entry(name).or_insert(restart);
+                    // At power-up an integer has the start of the last counter of its name that has a constant.
+                    if let LadderOperand::Const { value, .. } = start
+                        && let (Some(width), Some(initial)) =
+                            (self.code.cut_bits.get(at), self.code.initial_values.get_mut(at))
+                    {
+                        *initial = truncate(value, *width);
+                    }
+                    let of_kind = (reset_rank(*kind), start);
+                    let slot = self.counter_starts.entry(name).or_insert_with(|| of_kind.clone());
+                    if of_kind.0 < slot.0 {
+                        *slot = of_kind;
+                    }
                 }
                 Element::ReadAdc { name, .. } => {
                     self.code.adc_symbols.extend(self.by_name.get(name).and_then(|at| u32::try_from(*at).ok()));
@@ -121,37 +127,64 @@ impl FlatBuilder<'_> {
             Element::MasterRelay => ElementOp::MasterRelay,
             Element::Osr => ElementOp::Osr { memory: self.new_memory() },
             Element::Osf => ElementOp::Osf { memory: self.new_memory() },
+            Element::Odr => ElementOp::Odr { memory: self.new_memory() },
+            Element::Odf | Element::Osl => ElementOp::Odf { memory: self.new_memory(), seen: self.new_memory() },
+            Element::Osc => ElementOp::Osc { memory: self.new_memory() },
             Element::Contacts { name, negated, set1 } => {
-                require_absent_or_zero("third argument", *set1)?;
+                if set1.is_some_and(|flag| flag != 0) {
+                    self.require_dialect_5("a third argument other than 0")?;
+                }
                 ElementOp::Contact { bit: self.bit_index(name)?, negated: *negated }
             }
             Element::Coil { name, negated, set, reset, ttrigger } => {
-                require_absent_or_zero("fourth flag", *ttrigger)?;
+                let toggles = ttrigger.is_some_and(|flag| flag != 0);
+                if toggles {
+                    self.require_dialect_5("a fourth flag other than 0")?;
+                }
                 if name.starts_with('X') {
                     return Err(UnsupportedReason::CoilOfInput { name: name.clone() });
                 }
                 let bit = self.bit_index(name)?;
-                match (negated, set, reset) {
-                    (_, false, false) => ElementOp::Coil { bit, negated: *negated },
-                    (false, true, false) => ElementOp::SetCoil { bit },
-                    (false, false, true) => ElementOp::ClearCoil { bit },
-                    _ => return Err(UnsupportedReason::ConflictingCoilModes),
+                let flags = [*negated, *set, *reset, toggles];
+                if flags.iter().filter(|flag| **flag).count() > 1 && self.is_release_23() {
+                    return Err(UnsupportedReason::ConflictingCoilModes);
+                }
+                // In LDmicro 5 the first flag counts.
+                match flags {
+                    [true, ..] => ElementOp::Coil { bit, negated: true },
+                    [_, true, ..] => ElementOp::SetCoil { bit },
+                    [_, _, true, _] => ElementOp::ClearCoil { bit },
+                    [_, _, _, true] => ElementOp::Toggle { bit, memory: self.new_memory() },
+                    [..] => ElementOp::Coil { bit, negated: false },
                 }
             }
             Element::Timer { kind, name, delay, adjust } => {
                 let var = self.integer_index(name)?;
-                let preset = self.timer_preset(var, delay, adjust.as_ref())?;
+                let preset = self.timer_preset(*kind, var, delay, adjust.as_ref())?;
                 match kind {
                     TimerKind::Ton => ElementOp::Ton { var, preset },
-                    TimerKind::Tof => ElementOp::Tof { var, preset, first: self.new_memory() },
+                    TimerKind::Tof => {
+                        // A delay in a variable is not known at power-up: LDmicro 5 begins with -1.
+                        let start = if let ValueSource::Const(preset) = preset { preset } else { -1 };
+                        ElementOp::Tof { var, preset, start, first: self.new_memory() }
+                    }
                     TimerKind::Rto => ElementOp::Rto { var, preset },
+                    TimerKind::Rtl => ElementOp::Rtl { var, preset },
+                    TimerKind::Tcy => ElementOp::Tcy { var, preset, memory: self.new_memory() },
+                    TimerKind::Thi => ElementOp::Thi { var, preset, memory: self.new_memory() },
+                    TimerKind::Tlo => {
+                        ElementOp::Tlo { var, preset, memory: self.new_memory(), seen: self.new_memory() }
+                    }
                 }
             }
             Element::Counter { kind, name, max, init, input } => {
                 self.counter_op(*kind, name, max, init.as_ref(), *input)?
             }
             Element::Res { name } => {
-                let src = ValueSource::Const(self.counter_starts.get(name.as_str()).copied().unwrap_or(0));
+                let src = match self.counter_starts.get(name.as_str()) {
+                    Some((_, start)) => self.operand_source(start)?,
+                    None => ValueSource::Const(0),
+                };
                 ElementOp::Move { dest: self.integer_index(name)?, src }
             }
             Element::Move { dest, src } => {
@@ -259,17 +292,21 @@ impl FlatBuilder<'_> {
             }
         };
         let restart = match init {
-            None => 0,
+            None => ValueSource::Const(0),
             Some(LadderOperand::Const { value, .. }) => {
-                self.checked_constant("the start value of a counter", *value)?
+                if *value != 0 {
+                    self.require_dialect_5("a start value other than 0")?;
+                }
+                ValueSource::Const(self.checked_constant("the start value of a counter", *value)?)
             }
-            Some(LadderOperand::Var(name)) => {
-                return Err(UnsupportedReason::VariableAs { name: name.clone(), role: "a start value" });
+            Some(LadderOperand::Var(start)) => {
+                self.require_dialect_5(format!("the variable `{start}` as a start value"))?;
+                let from = self.integer_index(start)?;
+                let memory = self.new_memory();
+                self.code.steps.push(FlatStep::LoadOnce { var, from, memory });
+                ValueSource::Var(from)
             }
         };
-        if restart != 0 {
-            self.require_dialect_5("a start value other than 0")?;
-        }
         let kind_of_input = input.unwrap_or('/');
         if kind_of_input != '/' {
             self.require_dialect_5(format!("input kind `{kind_of_input}`"))?;
@@ -286,20 +323,30 @@ impl FlatBuilder<'_> {
             (CounterKind::Ctd, LadderDialect::Ldmicro23) => CountMode::Down,
             (CounterKind::Ctu, LadderDialect::Ldmicro5) => CountMode::UpTo,
             (CounterKind::Ctd, LadderDialect::Ldmicro5) => CountMode::DownTo,
-            (CounterKind::Ctc, _) => CountMode::Circular,
+            (CounterKind::Ctc, LadderDialect::Ldmicro23) => CountMode::Circular,
+            (CounterKind::Ctc, LadderDialect::Ldmicro5) => CountMode::UpAround,
+            (CounterKind::Ctr, _) => {
+                self.require_dialect_5("CTR")?;
+                CountMode::DownAround
+            }
         };
         Ok(ElementOp::Count { kind, input, var, max, restart, memory: self.new_memory() })
     }
 
-    /// P: whole cycles in the delay, and the adjust.
+    fn is_release_23(&self) -> bool {
+        self.program.dialect == LadderDialect::Ldmicro23
+    }
+
+    /// P: whole cycles in the delay, and the adjust; or a variable that holds scans.
     fn timer_preset(
         &self,
+        kind: TimerKind,
         timer: u32,
         delay: &LadderOperand,
         adjust: Option<&LadderOperand>,
-    ) -> Result<i32, UnsupportedReason> {
+    ) -> Result<ValueSource, UnsupportedReason> {
         // Release 2.3 takes one scan off, and LDmicro 5 does so for files of that release.
-        let short = self.program.dialect == LadderDialect::Ldmicro23 || self.program.format == LdFormat::V01;
+        let short = self.is_release_23() || self.program.format == LdFormat::V01;
         let adjust = match adjust {
             None => -i128::from(short),
             Some(LadderOperand::Const { value, .. }) => i128::from(*value),
@@ -311,12 +358,24 @@ impl FlatBuilder<'_> {
             self.require_dialect_5("an adjust other than -1")?;
         }
         let LadderOperand::Const { value, .. } = delay else {
-            return Err(UnsupportedReason::DelayInVariable);
+            self.require_dialect_5("a delay in a variable")?;
+            return match (kind, delay) {
+                // LDmicro 5 does not know what to do with these, and takes -1 for P.
+                (TimerKind::Rto | TimerKind::Rtl, _) => Ok(ValueSource::Const(-1)),
+                _ => self.operand_source(delay),
+            };
         };
         let cycle = self.cycle_us()?;
         let count = i128::from(*value) / i128::from(cycle) + adjust;
-        let most = (1_i128 << (8 * u32::from(self.integer_bytes(timer))).saturating_sub(1)) - 1;
-        i32::try_from(count).ok().filter(|_| (1..=most).contains(&count)).ok_or(UnsupportedReason::TimerOutOfRange {
+        let (least, most) = match self.program.dialect {
+            LadderDialect::Ldmicro23 => {
+                (1, (1_i128 << (8 * u32::from(self.integer_bytes(timer))).saturating_sub(1)) - 1)
+            }
+            // LDmicro 5 makes code of any number.
+            LadderDialect::Ldmicro5 => (i128::from(i32::MIN), i128::from(i32::MAX)),
+        };
+        let preset = i32::try_from(count).ok().filter(|_| (least..=most).contains(&count));
+        preset.map(ValueSource::Const).ok_or(UnsupportedReason::TimerOutOfRange {
             delay_us: *value,
             cycle_us: cycle,
             adjust,
@@ -339,5 +398,15 @@ pub(crate) fn require_absent_or_zero(what: &'static str, found: Option<u32>) -> 
     match found {
         None | Some(0) => Ok(()),
         Some(value) => Err(UnsupportedReason::ArgumentNotZero { what, value }),
+    }
+}
+
+/// Which of several counters of one name says what RES stores: the least.
+const fn reset_rank(kind: CounterKind) -> u8 {
+    match kind {
+        CounterKind::Ctu => 0,
+        CounterKind::Ctd => 1,
+        CounterKind::Ctc => 2,
+        CounterKind::Ctr => 3,
     }
 }

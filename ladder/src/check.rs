@@ -4,7 +4,7 @@ use diag::{Diagnostic, Pos, Severity};
 
 use crate::codes;
 use crate::integer_widths::{self, IntegerWidths};
-use crate::model::{Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode};
+use crate::model::{Element, ElementId, LadderDialect, LadderOperand, LadderProgram, MathOp, RungNode, TimerKind};
 use crate::packages;
 use crate::peripheral_checks;
 use crate::program_checks;
@@ -103,27 +103,40 @@ fn check_pins(checker: &mut Checker<'_>) {
     }
 }
 
-/// What can be told from one element alone.
+/// The hint of an argument that the dialect gives no meaning.
+const LEAVE_OUT: &str = "write 0 or leave it out, or choose the dialect ldmicro-5";
+
+/// Checks what one element alone shows.
 fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
+    let is_23 = checker.program.dialect == LadderDialect::Ldmicro23;
+    if is_23 && at.element.facts().needs_ldmicro5 {
+        let cause = "the element exists in LDmicro 5 only";
+        checker.error(codes::ELEMENT_LDMICRO5, at, cause, "choose the dialect ldmicro-5");
+    }
     match at.element {
         Element::Placeholder => {
             checker.error(codes::PLACEHOLDER, at, "an empty place is left", "put an element here or remove it");
         }
-        Element::Contacts { set1: Some(1..), .. } => {
-            let cause = "the flag `set1` must be 0";
-            checker.error(codes::FLAG_LDMICRO5, at, cause, "write 0 or leave it out");
+        Element::Contacts { set1: Some(1..), .. } if is_23 => {
+            let cause = "the flag `set1` has a meaning in LDmicro 5 only";
+            checker.error(codes::FLAG_LDMICRO5, at, cause, LEAVE_OUT);
         }
         Element::Coil { negated, set, reset, ttrigger, .. } => {
-            if ttrigger.is_some_and(|t| t != 0) {
-                checker.error(codes::FLAG_LDMICRO5, at, "the flag `ttrigger` must be 0", "write 0 or leave it out");
+            let toggles = ttrigger.is_some_and(|t| t != 0);
+            if toggles && is_23 {
+                let cause = "the flag `ttrigger` has a meaning in LDmicro 5 only";
+                checker.error(codes::FLAG_LDMICRO5, at, cause, LEAVE_OUT);
             }
-            let flags = u8::from(*negated) + u8::from(*set) + u8::from(*reset);
-            if flags > 1 {
+            let flags = u8::from(*negated) + u8::from(*set) + u8::from(*reset) + u8::from(toggles);
+            if flags > 1 && is_23 {
                 let cause = format!("{flags} of negated, set and reset are 1, at most one may be");
                 checker.error(codes::COIL_FLAGS, at, cause, "choose one of them");
+            } else if flags > 1 {
+                let cause = "several flags are 1: the first of negated, set, reset, ttrigger counts";
+                checker.warning(codes::COIL_FLAGS, at, cause, "choose one of them");
             }
         }
-        Element::Timer { name, delay, adjust, .. } => check_timer(checker, at, name, delay, adjust.as_ref()),
+        Element::Timer { kind, name, delay, adjust } => check_timer(checker, at, *kind, name, delay, adjust.as_ref()),
         Element::Counter { max, init, input, .. } => check_counter(checker, at, max, init.as_ref(), *input),
         Element::Math { op: MathOp::Div, op2: LadderOperand::Const { value: 0, .. }, .. } => {
             let cause = "divides by 0, which gives -1 for a dividend from 0 and 1 below";
@@ -136,6 +149,7 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
         | Element::UartRecv { .. }
         | Element::UartSend { .. }
         | Element::FormattedString { .. } => peripheral_checks::check_peripheral_element(checker, at),
+        Element::Odr | Element::Odf | Element::Osl | Element::Osc => {}
         Element::Comment(_)
         | Element::Contacts { .. }
         | Element::Short
@@ -171,6 +185,7 @@ fn refuse_in_dialect_23(checker: &mut Checker<'_>, at: CheckedElement<'_>, what:
 fn check_timer(
     checker: &mut Checker<'_>,
     at: CheckedElement<'_>,
+    kind: TimerKind,
     name: &str,
     delay: &LadderOperand,
     adjust: Option<&LadderOperand>,
@@ -185,7 +200,13 @@ fn check_timer(
     }
     let cycle = i128::from(checker.program.settings.cycle_us);
     let LadderOperand::Const { value, .. } = delay else {
-        return check_default_argument(checker, at, "a variable as the delay");
+        refuse_in_dialect_23(checker, at, "a variable as the delay");
+        if matches!(kind, TimerKind::Rto | TimerKind::Rtl) {
+            let cause =
+                "a variable as the delay of a retentive timer has no meaning in LDmicro 5: it has expired at once";
+            checker.warning(codes::TIMER_RANGE, at, cause, "write the delay as a number");
+        }
+        return;
     };
     let p = integer_widths::timer_preset(checker.program, delay, adjust);
     let delay = i128::from(*value);
@@ -195,7 +216,9 @@ fn check_timer(
     }
     let Some(p) = p else { return };
     let (scans, most) = (delay / cycle, integer_widths::max_value(checker.widths.bytes_of_symbol(name)));
-    if !(1..=most).contains(&p) {
+    let is_23 = checker.program.dialect == LadderDialect::Ldmicro23;
+    if is_23 && !(1..=most).contains(&p) || p > integer_widths::max_value(4) {
+        let most = if is_23 { most } else { integer_widths::max_value(4) };
         // The longest delay is the last microsecond that is still rounded down to the largest count.
         let taken = scans - p;
         let (shortest, longest) = ((1 + taken).max(0) * cycle, (most + taken + 1) * cycle - 1);
@@ -203,6 +226,15 @@ fn check_timer(
             "a delay of {delay} us at a cycle of {cycle} us gives P = {p}, allowed is 1 to {most}: {shortest} us to {longest} us"
         );
         return checker.error(codes::TIMER_RANGE, at, cause, "change the delay or CYCLE=");
+    }
+    // LDmicro 5 makes code of these all the same.
+    if p < 1 {
+        let cause =
+            format!("a delay of {delay} us at a cycle of {cycle} us gives P = {p}: the timer has expired at once");
+        checker.warning(codes::TIMER_RANGE, at, cause, "choose a longer delay or a shorter CYCLE=");
+    } else if p > most {
+        let cause = format!("P = {p} is more than {name} holds, at most {most}: the timer never expires");
+        checker.warning(codes::TIMER_RANGE, at, cause, "give each timer and counter a name of its own");
     }
     if delay % cycle != 0 {
         let cause = format!(
@@ -225,7 +257,7 @@ fn check_counter(
         refuse_in_dialect_23(checker, at, "a variable as the limit");
     }
     match init {
-        Some(LadderOperand::Var(_)) => check_default_argument(checker, at, "a variable as the start value"),
+        Some(LadderOperand::Var(_)) => refuse_in_dialect_23(checker, at, "a variable as the start value"),
         Some(LadderOperand::Const { value, .. }) if *value != 0 => {
             refuse_in_dialect_23(checker, at, "a start value other than 0")
         }
@@ -246,13 +278,9 @@ fn check_last_elements(checker: &mut Checker<'_>, series: &[RungNode], at_rail: 
             RungNode::Leaf(element, pos) => {
                 if !at_rail && element.facts().must_be_last() {
                     let at = CheckedElement { id: *next, element, pos: *pos };
-                    let cause = "must be the last element before the right rail, but something follows it";
-                    checker.error(
-                        codes::NOT_LAST,
-                        at,
-                        cause,
-                        "put it in a parallel branch at the end, or in a rung of its own",
-                    );
+                    let cause = "something follows it before the right rail; it gives on the power that it gets";
+                    let hint = "nothing to do if this is meant; LDmicro's editor draws it at the end of a rung only";
+                    checker.report(Severity::Note, codes::NOT_LAST, at, cause, hint);
                 }
                 next.index += 1;
             }

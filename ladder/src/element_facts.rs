@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 
-use crate::model::{Element, LadderOperand, SymbolKind};
+use crate::model::{CounterKind, Element, LadderOperand, SymbolKind, TimerKind};
 use crate::symbols::kind_by_letter;
 use crate::write;
 
@@ -22,6 +22,8 @@ pub struct ElementFacts<'a> {
     pub has_memory: bool,
     /// The part of the chip that it uses.
     pub part: Option<ChipPart>,
+    /// It exists in LDmicro 5 only.
+    pub needs_ldmicro5: bool,
 }
 
 /// A symbol as one element uses it.
@@ -111,7 +113,11 @@ impl<'a> ElementFacts<'a> {
 
     fn new(keyword: &'static str, power: PowerEffect) -> Self {
         let (symbols, constants) = (Vec::new(), Vec::new());
-        ElementFacts { keyword, symbols, constants, power, has_memory: false, part: None }
+        ElementFacts { keyword, symbols, constants, power, has_memory: false, part: None, needs_ldmicro5: false }
+    }
+
+    fn ldmicro5(self) -> Self {
+        ElementFacts { needs_ldmicro5: true, ..self }
     }
 
     fn with_memory(self) -> Self {
@@ -169,6 +175,32 @@ impl<'a> ElementFacts<'a> {
 }
 
 impl Element {
+    /// Whether only LDmicro 5 can have written the element with a meaning: release 2.3 lacks it, or one of its arguments.
+    #[must_use]
+    pub fn only_ldmicro5_writes(&self) -> bool {
+        let is_zero = |operand: &LadderOperand| matches!(operand, LadderOperand::Const { value: 0, .. });
+        let is_variable = |operand: &LadderOperand| matches!(operand, LadderOperand::Var(_));
+        match self {
+            Element::Contacts { set1, .. } => *set1 == Some(1),
+            Element::Coil { ttrigger, .. } => *ttrigger == Some(1),
+            Element::Timer { delay, adjust, .. } => {
+                let usual = |adjust: &LadderOperand| matches!(adjust, LadderOperand::Const { value: -1, .. });
+                is_variable(delay)
+                    || adjust.as_ref().is_some_and(|adjust| !usual(adjust))
+                    || self.facts().needs_ldmicro5
+            }
+            Element::Counter { max, init, input, .. } => {
+                is_variable(max)
+                    || init.as_ref().is_some_and(|init| !is_zero(init))
+                    || input.is_some_and(|kind| kind != '/')
+                    || self.facts().needs_ldmicro5
+            }
+            Element::SetPwm { output, .. } => output.is_some(),
+            // The other arguments of LDmicro 5 say nothing new, or have no meaning here.
+            _ => self.facts().needs_ldmicro5,
+        }
+    }
+
     /// What the element is: its row of the table.
     #[must_use]
     pub fn facts(&self) -> ElementFacts<'_> {
@@ -181,9 +213,10 @@ impl Element {
             Element::Contacts { name, negated: _, set1: _ } => {
                 row("CONTACTS", Narrows).reads(name, kind_by_letter(name))
             }
-            Element::Coil { name, negated: _, set, reset, ttrigger: _ } => {
-                let moment = if *set || *reset { Powered } else { Always };
-                row("COIL", Acts).writes(name, kind_by_letter(name), moment)
+            // Of several flags the first one counts.
+            Element::Coil { name, negated, set, reset, ttrigger } => {
+                let latches = !negated && (*set || *reset || *ttrigger == Some(1));
+                row("COIL", Acts).writes(name, kind_by_letter(name), if latches { Powered } else { Always })
             }
             Element::Short => row("SHORT", Wire),
             Element::Open => row("OPEN", Narrows),
@@ -191,12 +224,21 @@ impl Element {
             Element::MasterRelay => row("MASTER_RELAY", Acts),
             Element::Osr => row("OSR", Decides).with_memory(),
             Element::Osf => row("OSF", Decides).with_memory(),
+            Element::Odr => row("ODR", Decides).with_memory().ldmicro5(),
+            Element::Odf => row("ODF", Decides).with_memory().ldmicro5(),
+            Element::Osl => row("OSL", Decides).with_memory().ldmicro5(),
+            Element::Osc => row("OSC", Decides).with_memory().ldmicro5(),
             Element::Timer { kind, name, delay, adjust } => {
                 let row = row(write::timer_keyword(*kind), Decides).with_memory().counts(name, Timer).argument(delay);
+                let row = match kind {
+                    TimerKind::Ton | TimerKind::Tof | TimerKind::Rto => row,
+                    TimerKind::Rtl | TimerKind::Tcy | TimerKind::Thi | TimerKind::Tlo => row.ldmicro5(),
+                };
                 adjust.iter().fold(row, ElementFacts::argument)
             }
             Element::Counter { kind, name, max, init, input: _ } => {
                 let row = row(write::counter_keyword(*kind), Decides).with_memory().counts(name, Counter).operand(max);
+                let row = if *kind == CounterKind::Ctr { row.ldmicro5() } else { row };
                 init.iter().fold(row, ElementFacts::operand)
             }
             Element::Res { name } => row("RES", Acts).writes(name, Variable, Powered),

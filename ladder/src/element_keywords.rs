@@ -7,7 +7,7 @@ pub(crate) const ANY_COUNT: usize = usize::MAX;
 
 /// Every element that is understood.
 #[rustfmt::skip]
-pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 36] = [
+pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 45] = [
     ("COMMENT",          0, ANY_COUNT, "COMMENT text"),
     ("CONTACTS",         2, 3,   "CONTACTS name negated [set1]"),
     ("COIL",             4, 5,   "COIL name negated set reset [ttrigger]"),
@@ -17,12 +17,21 @@ pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 36] = [
     ("MASTER_RELAY",     0, 0,   "MASTER_RELAY"),
     ("OSR",              0, 0,   "OSR"),
     ("OSF",              0, 0,   "OSF"),
+    ("ODR",              0, 0,   "ODR"),
+    ("ODF",              0, 0,   "ODF"),
+    ("OSL",              0, 0,   "OSL"),
+    ("OSC",              0, 0,   "OSC"),
     ("TON",              2, 3,   "TON name microseconds [adjust]"),
     ("TOF",              2, 3,   "TOF name microseconds [adjust]"),
     ("RTO",              2, 3,   "RTO name microseconds [adjust]"),
+    ("RTL",              2, 3,   "RTL name microseconds [adjust]"),
+    ("TCY",              2, 3,   "TCY name microseconds [adjust]"),
+    ("THI",              2, 3,   "THI name microseconds [adjust]"),
+    ("TLO",              2, 3,   "TLO name microseconds [adjust]"),
     ("CTU",              2, 4,   "CTU name max [start kind]"),
     ("CTD",              2, 4,   "CTD name max [start kind]"),
     ("CTC",              2, 4,   "CTC name max [start kind]"),
+    ("CTR",              2, 4,   "CTR name min [start kind]"),
     ("RES",              1, 1,   "RES name"),
     ("MOVE",             2, 2,   "MOVE dest source"),
     ("ADD",              3, 3,   "ADD dest op1 op2"),
@@ -48,9 +57,9 @@ pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 36] = [
 
 /// Elements of LDmicro 5 that have no meaning here.
 #[rustfmt::skip]
-pub(crate) const UNSUPPORTED_KEYWORDS: [&str; 68] = [
-    "TCY", "THI", "TLO", "RTL", "TIME2COUNT", "TIME2DELAY", "DELAY", "SLEEP", "CLRWDT", "LOCK", "GOTO", "GOSUB", "RETURN",
-    "LABEL", "SUBPROG", "ENDSUB", "CTR", "ODR", "ODF", "OSL", "OSC", "NPULSE", "NPULSE_OFF", "PULSER", "STEPPER",
+pub(crate) const UNSUPPORTED_KEYWORDS: [&str; 59] = [
+    "TIME2COUNT", "TIME2DELAY", "DELAY", "SLEEP", "CLRWDT", "LOCK", "GOTO", "GOSUB", "RETURN",
+    "LABEL", "SUBPROG", "ENDSUB", "NPULSE", "NPULSE_OFF", "PULSER", "STEPPER",
     "QUAD_ENCOD", "MOD", "AND", "OR", "XOR", "NOT", "NEG", "SHL", "SHR", "SR0", "ROL", "ROR", "SET_BIT", "CLEAR_BIT",
     "IF_BIT_SET", "IF_BIT_CLEAR", "BIN2BCD", "BCD2BIN", "SWAP", "OPPOSITE", "BUS", "7SEGMENTS", "9SEGMENTS", "14SEGMENTS",
     "16SEGMENTS", "RANDOM", "SEED_RANDOM", "STRING", "SPI", "SPI_WR", "I2C_RD", "I2C_WR", "UART_RECV_AVAIL",

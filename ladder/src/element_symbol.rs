@@ -8,9 +8,12 @@ pub(crate) fn element_symbol(element: &Element) -> (String, String) {
     let (top, bottom) = match element {
         Element::Comment(_) => (String::new(), String::new()),
         Element::Contacts { name, negated, .. } => (name.clone(), if *negated { "]/[" } else { "] [" }.to_owned()),
-        Element::Coil { name, negated, set, reset, .. } => {
-            let inner: String =
-                [(*negated, '/'), (*set, 'S'), (*reset, 'R')].iter().filter(|(on, _)| *on).map(|(_, c)| *c).collect();
+        Element::Coil { name, negated, set, reset, ttrigger } => {
+            let inner: String = [(*negated, '/'), (*set, 'S'), (*reset, 'R'), (*ttrigger == Some(1), 'T')]
+                .iter()
+                .filter(|(on, _)| *on)
+                .map(|(_, c)| *c)
+                .collect();
             (name.clone(), format!("({})", if inner.is_empty() { " " } else { &inner }))
         }
         Element::Short => (String::new(), "+------+".to_owned()),
@@ -20,13 +23,19 @@ pub(crate) fn element_symbol(element: &Element) -> (String, String) {
         // The underscore over the wire completes the picture of the edge.
         Element::Osr => ("       _ ".to_owned(), "[OSR _/ ]".to_owned()),
         Element::Osf => ("    _    ".to_owned(), "[OSF \\_ ]".to_owned()),
+        Element::Odr => ("    _    ".to_owned(), "[ODR \\_/]".to_owned()),
+        Element::Odf => ("    _    ".to_owned(), "[ODF \\_/]".to_owned()),
+        Element::Osl => ("    _    ".to_owned(), "[OSL \\_/]".to_owned()),
+        Element::Osc => ("    _ _  ".to_owned(), "[OSC_| |_]".to_owned()),
         Element::Timer { kind, name, delay, .. } => {
             (name.clone(), format!("[{} {}]", write::timer_keyword(*kind), duration(delay)))
         }
-        Element::Counter { kind, name, max, .. } => {
+        Element::Counter { kind, name, max, init, .. } => {
             let max = write::operand_text(max);
+            let start = init.as_ref().map_or("0", write::operand_text);
             let symbol = match kind {
-                CounterKind::Ctc => format!("{{CTC 0:{max}}}"),
+                CounterKind::Ctc => format!("{{CTC {start}:{max}}}"),
+                CounterKind::Ctr => format!("{{CTR {max}:{start}}}"),
                 CounterKind::Ctu | CounterKind::Ctd => format!("[{} >={max}]", write::counter_keyword(*kind)),
             };
             (name.clone(), symbol)

@@ -20,25 +20,28 @@ impl<'a> IntegerWidths<'a> {
         if program.dialect == LadderDialect::Ldmicro23 {
             return IntegerWidths { known };
         }
-        let declared: HashMap<&str, u8> = program.vars.iter().flatten().map(|v| (v.name.as_str(), v.bytes)).collect();
-        // A variable as the limit has the width that is declared for it, or the usual one; no chain of limits is followed.
-        let operand = |operand: &LadderOperand| match operand {
-            LadderOperand::Const { value, .. } => min_bytes(i128::from(*value)),
-            LadderOperand::Var(name) => declared.get(name.as_str()).copied().unwrap_or(DEFAULT_BYTES),
-        };
+        known.extend(program.vars.iter().flatten().map(|v| (v.name.as_str(), v.bytes)));
+        // Constants decide over VAR LIST, and of several elements of one name the last in text order decides.
         for (_, element, _) in program.elements() {
             let (name, bytes) = match element {
-                Element::Timer { name, delay, adjust, .. } => {
-                    (name, timer_preset(program, delay, adjust.as_ref()).map_or(DEFAULT_BYTES, min_bytes))
+                Element::Timer { name, delay: LadderOperand::Const { value, .. }, .. } => {
+                    (name, i128::from(*value).checked_div(i128::from(program.settings.cycle_us)).map(min_bytes))
                 }
-                Element::Counter { name, max, init, .. } => (name, operand(max).max(init.as_ref().map_or(0, operand))),
+                Element::Counter { name, max: LadderOperand::Const { value, .. }, init, .. } => {
+                    let start = match init {
+                        None => Some(0),
+                        Some(LadderOperand::Const { value, .. }) => Some(*value),
+                        Some(LadderOperand::Var(_)) => None,
+                    };
+                    (name, start.map(|start| min_bytes(i128::from(*value)).max(min_bytes(start.into()))))
+                }
                 // Nothing else has a width of its own.
                 _ => continue,
             };
-            let slot = known.entry(name.as_str()).or_insert(bytes);
-            *slot = bytes.max(*slot);
+            if let Some(bytes) = bytes {
+                known.insert(name, bytes);
+            }
         }
-        known.extend(declared);
         IntegerWidths { known }
     }
 

@@ -158,6 +158,14 @@ pub enum TimerKind {
     Tof,
     /// Retentive turn-on delay.
     Rto,
+    /// Retentive turn-on delay of a rung that is false (LDmicro 5).
+    Rtl,
+    /// Cyclic on and off (LDmicro 5).
+    Tcy,
+    /// One pulse of ones (LDmicro 5).
+    Thi,
+    /// One pulse of zeros (LDmicro 5).
+    Tlo,
 }
 
 /// Counters, by LDmicro's keyword.
@@ -167,8 +175,10 @@ pub enum CounterKind {
     Ctu,
     /// Down.
     Ctd,
-    /// Circular.
+    /// Circular, up.
     Ctc,
+    /// Circular, down (LDmicro 5).
+    Ctr,
 }
 
 /// Two-operand arithmetic.
@@ -213,7 +223,7 @@ pub enum Element {
         name: String,
         /// Normally closed.
         negated: bool,
-        /// LDmicro 5's third argument, when written (kept for writing; must be 0 to have a meaning here).
+        /// LDmicro 5's third argument, when written: the input begins as 1 in its simulator, which means nothing on a chip.
         set1: Option<u32>,
     },
     /// `COIL name negated setOnly resetOnly [ttrigger]`; at most one of the three is set in a meaningful coil.
@@ -226,7 +236,7 @@ pub enum Element {
         set: bool,
         /// Only ever resets.
         reset: bool,
-        /// LDmicro 5's fourth flag, when written (must be 0 to have a meaning here).
+        /// LDmicro 5's fourth flag, when written: 1 toggles the bit on a rising edge of the rung.
         ttrigger: Option<u32>,
     },
     /// `SHORT`: passes.
@@ -241,18 +251,26 @@ pub enum Element {
     Osr,
     /// `OSF`: one scan true on a falling edge.
     Osf,
-    /// `TON|TOF|RTO name microseconds [adjust]`.
+    /// `ODR`: one scan false on a rising edge, else true (LDmicro 5).
+    Odr,
+    /// `ODF`: one scan false on a falling edge, else true (LDmicro 5).
+    Odf,
+    /// `OSL`: another spelling of ODF (LDmicro 5).
+    Osl,
+    /// `OSC`: true in every other scan of a true rung (LDmicro 5).
+    Osc,
+    /// `TON|TOF|RTO|RTL|TCY|THI|TLO name microseconds [adjust]`.
     Timer {
         /// Which timer.
         kind: TimerKind,
         /// Accumulator, counted in scans.
         name: String,
-        /// Delay in microseconds (a variable only in LDmicro 5).
+        /// Delay in microseconds; a variable, only in LDmicro 5, holds scans.
         delay: LadderOperand,
         /// LDmicro 5's adjust, in scans, when written.
         adjust: Option<LadderOperand>,
     },
-    /// `CTU|CTD|CTC name max [init kind]`.
+    /// `CTU|CTD|CTC|CTR name max [init kind]`.
     Counter {
         /// Which counter.
         kind: CounterKind,

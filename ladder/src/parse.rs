@@ -9,7 +9,7 @@ use crate::lexer::{self, LdLine};
 use crate::model::{LadderDialect, LadderProgram, LdFormat, Rung, RungNode};
 use crate::program_head::{self, ProgramHead};
 use crate::reader::{LdReader, message_text};
-use crate::write::write;
+use crate::write::{element_text, write};
 
 /// Most bytes of text.
 pub const MAX_BYTES: usize = 4 << 20;
@@ -86,6 +86,11 @@ fn parse_text(
     marked: bool,
     options: ParseOptions,
 ) -> Result<ParsedProgram, Vec<Diagnostic>> {
+    if options.dialect.is_none()
+        && let Some(parsed) = parse_as_ldmicro5(file, text, encoding, marked)
+    {
+        return Ok(parsed);
+    }
     let mut reader = LdReader::new(file);
     if marked {
         let (cause, hint) =
@@ -103,6 +108,22 @@ fn parse_text(
         }
         _ => Err(diagnostics),
     }
+}
+
+/// A program under the header of release 2.3 that only LDmicro 5 can have written: it has elements, flags or arguments that
+/// release 2.3 does not have. `None` for all other programs.
+fn parse_as_ldmicro5(file: &str, text: &str, encoding: TextEncoding, marked: bool) -> Option<ParsedProgram> {
+    lexer::split_lines(text).next().filter(|line| line.text == "LDmicro0.1")?;
+    let newer = ParseOptions { dialect: Some(LadderDialect::Ldmicro5) };
+    let mut parsed = parse_text(file, text, encoding, marked, newer).ok()?;
+    let (id, element, pos) = parsed.program.elements().find(|(_, element, _)| element.only_ldmicro5_writes())?;
+    let cause =
+        format!("{id} ({}) is of LDmicro 5, so the program has its meanings", message_text(&element_text(element)));
+    let hint = "--dialect ldmicro-5 says the same, --dialect ldmicro-2.3 refuses it";
+    let note = Diagnostic::new(Severity::Note, codes::TAKEN_AS_LDMICRO5, file, pos, cause, hint);
+    parsed.warnings.push(note);
+    parsed.warnings.sort_by_key(|d| d.pos);
+    Some(parsed)
 }
 
 fn read_program(reader: &mut LdReader<'_>, text: &str, options: ParseOptions) -> Option<LadderProgram> {

@@ -138,6 +138,10 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
         Element::MasterRelay => write!(out, "MASTER_RELAY"),
         Element::Osr => write!(out, "OSR"),
         Element::Osf => write!(out, "OSF"),
+        Element::Odr => write!(out, "ODR"),
+        Element::Odf => write!(out, "ODF"),
+        Element::Osl => write!(out, "OSL"),
+        Element::Osc => write!(out, "OSC"),
         Element::Timer { kind, name, delay, adjust } => {
             write!(out, "{} {name} {}", timer_keyword(*kind), operand_text(delay))?;
             adjust.iter().try_for_each(|a| write!(out, " {}", operand_text(a)))
@@ -205,6 +209,10 @@ pub(crate) const fn timer_keyword(kind: TimerKind) -> &'static str {
         TimerKind::Ton => "TON",
         TimerKind::Tof => "TOF",
         TimerKind::Rto => "RTO",
+        TimerKind::Rtl => "RTL",
+        TimerKind::Tcy => "TCY",
+        TimerKind::Thi => "THI",
+        TimerKind::Tlo => "TLO",
     }
 }
 
@@ -213,6 +221,7 @@ pub(crate) const fn counter_keyword(kind: CounterKind) -> &'static str {
         CounterKind::Ctu => "CTU",
         CounterKind::Ctd => "CTD",
         CounterKind::Ctc => "CTC",
+        CounterKind::Ctr => "CTR",
     }
 }
 

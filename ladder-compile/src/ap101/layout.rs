@@ -230,15 +230,23 @@ pub(super) fn module_preset(is: TimedModule, limit: WordOperand) -> Option<i16> 
     i16::try_from(limit.checked_add(i32::from(below))?).ok()
 }
 
+/// The module that is a timer or counter; `None` where there is none that does the same.
+pub(super) fn module_kind(is: TimedModule) -> Option<ModuleKind> {
+    match is {
+        TimedModule::Timer(TimerKind::Ton) => Some(ModuleKind::Ton),
+        TimedModule::Timer(TimerKind::Tof) => Some(ModuleKind::Tof),
+        TimedModule::Timer(TimerKind::Rto) => Some(ModuleKind::Rto),
+        TimedModule::Timer(TimerKind::Rtl | TimerKind::Tcy | TimerKind::Thi | TimerKind::Tlo) => None,
+        TimedModule::Counter { kind: CounterKind::Ctu, .. } => Some(ModuleKind::Ctu),
+        TimedModule::Counter { kind: CounterKind::Ctd, .. } => Some(ModuleKind::Ctd),
+        // The circular module gives no carry.
+        TimedModule::Counter { kind: CounterKind::Ctc, bounded, .. } => (!bounded).then_some(ModuleKind::Ctc),
+        TimedModule::Counter { kind: CounterKind::Ctr, .. } => None,
+    }
+}
+
 fn module_settings(is: TimedModule, limit: WordOperand) -> ModuleSettings {
-    let kind = match is {
-        TimedModule::Timer(TimerKind::Ton) => ModuleKind::Ton,
-        TimedModule::Timer(TimerKind::Tof) => ModuleKind::Tof,
-        TimedModule::Timer(TimerKind::Rto) => ModuleKind::Rto,
-        TimedModule::Counter { kind: CounterKind::Ctu, .. } => ModuleKind::Ctu,
-        TimedModule::Counter { kind: CounterKind::Ctd, .. } => ModuleKind::Ctd,
-        TimedModule::Counter { kind: CounterKind::Ctc, .. } => ModuleKind::Ctc,
-    };
-    // What has no preset was refused.
+    // What has no module or no preset was refused.
+    let kind = module_kind(is).unwrap_or(ModuleKind::Ton);
     ModuleSettings { kind, unit: ModuleTimeUnit::Cycle, preset: module_preset(is, limit).unwrap_or(0) as u16 }
 }

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use ladder::{CounterKind, ElementId};
 
-use super::layout::{module_preset, used_modules};
+use super::layout::{module_kind, module_preset, used_modules};
 use crate::ir::{BranchCondition, Ir, IrOp, TimedModule, WordId, WordOperand, min_bytes};
 use crate::target::{BuildRefusal, CompileJob};
 
@@ -96,6 +96,10 @@ impl LimitCheck<'_> {
         }
         self.seen_words.push(word);
         let cell = self.ir.words.get(word.0 as usize)?;
+        if module_kind(is).is_none() {
+            let cause = format!("`{name}` is a {}, and AP101 has no module that does the same", module_keyword(is));
+            return Some((cause, "express it with TON, TOF, RTO, CTU or CTD, or take another chip"));
+        }
         if let WordOperand::Cell(other) = limit {
             let cause = format!("the limit of `{name}` is the integer `{}`, {BITS}", self.name(other));
             return Some((cause, "give it a constant"));
@@ -120,5 +124,14 @@ impl LimitCheck<'_> {
             let cause = format!("`{name}` starts at {}, a module at 0", cell.initial);
             (cause, "let it start at 0")
         })
+    }
+}
+
+/// LDmicro's keyword of a module.
+fn module_keyword(is: TimedModule) -> String {
+    match is {
+        TimedModule::Timer(kind) => format!("{kind:?}").to_uppercase(),
+        TimedModule::Counter { kind: CounterKind::Ctc, .. } => "CTC with a carry".to_owned(),
+        TimedModule::Counter { kind, .. } => format!("{kind:?}").to_uppercase(),
     }
 }
