@@ -56,8 +56,6 @@ pub(crate) struct Assembler<'a> {
     pub chip_names: Arc<ChipNames>,
     /// Other chips by name.
     pub find_chip: Option<fn(&str) -> Option<&'static Chip>>,
-    /// The source has directives with a dot, as as31 writes them: once seen, the whole of it is read so.
-    pub has_dots: bool,
     /// Names that no line gives are those of other modules.
     pub undefined_global: bool,
     pub files: &'a mut dyn IncludeFiles,
@@ -133,7 +131,6 @@ impl<'a> Assembler<'a> {
             table: FormTable::of(chip.isa),
             chip_names: ChipNames::of(chip),
             find_chip: None,
-            has_dots: false,
             undefined_global: false,
             files,
             texts: SourceTexts::default(),

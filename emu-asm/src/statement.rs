@@ -227,9 +227,12 @@ impl Assembler<'_> {
 
     fn run_word(&mut self, directive: Option<&'static AsmDirective>, flow: Option<ReadFlow>, call: &DirectiveCall<'_>) {
         let word = call.get(call.word.clone());
-        if word.starts_with('.') && directive.is_some() && !self.has_dots {
-            self.has_dots = true;
-            self.chip_name_redefined |= self.dialect.dot_is_bit && !self.dialect.hooks.is_sdas;
+        if word.starts_with('.')
+            && directive.is_some()
+            && let Some(dotted) = (self.dialect.hooks.with_dots)()
+        {
+            self.dialect = dotted;
+            self.chip_name_redefined = true;
         }
         let lower = word.to_ascii_lowercase();
         if let Some(found) = self.macros.get(&lower).cloned() {
@@ -333,7 +336,7 @@ impl Assembler<'_> {
                 "include" | "inc" | "ic" => "include",
                 "set" => "$set",
                 "reset" => "$reset",
-                "if" | "elseif" | "else" | "endif" | "error" | "warning" => control,
+                "if" | "ifdef" | "ifndef" | "elseif" | "else" | "endif" | "error" | "warning" => control,
                 _ => "$",
             });
         }

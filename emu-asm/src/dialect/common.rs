@@ -315,9 +315,6 @@ pub(super) fn include(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     };
     match provided {
         ProvidedInclude::Chip => {}
-        ProvidedInclude::ChipWithWarning(cause, hint) => {
-            asm.report(LineFault::new("ASM032", rest, cause, hint).warning())
-        }
         ProvidedInclude::OtherChip(cause, hint) => asm.report(LineFault::new("ASM015", rest, cause, hint)),
         ProvidedInclude::NamedChip(name, cause, hint) => match asm.find_chip.and_then(|named| named(&name)) {
             Some(other) => {
@@ -391,6 +388,8 @@ fn are_alike(call: &DirectiveCall<'_>) -> bool {
 
 pub(super) fn is_defined(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, wanted: bool) -> bool {
     let name = call.get(trim(call.text, call.rest.clone()));
+    // `$ifdef (NAME)`.
+    let name = name.strip_prefix('(').and_then(|inner| inner.strip_suffix(')')).map_or(name, str::trim);
     let symbol = asm.symbols.get(name, asm.dialect.ignores_case).is_some_and(|symbol| symbol.pass == asm.pass);
     let found = symbol || asm.find_define(name).is_some() || asm.chip_names.get(name).is_some();
     found == wanted
