@@ -326,7 +326,10 @@ impl<'a> Assembler<'a> {
     pub fn take_diagnostics(&mut self) -> Vec<Diagnostic> {
         let mut list = Vec::new();
         for (mut diagnostic, name) in std::mem::take(&mut self.faults) {
-            if let Some(meant) = name.and_then(|name| self.similar_name(&name, diagnostic.code)) {
+            let meant = name.and_then(|name| {
+                self.similar_name(&name, diagnostic.code).filter(|meant| !meant.eq_ignore_ascii_case(&name))
+            });
+            if let Some(meant) = meant {
                 diagnostic.hint = format!("did you mean `{}`?", to_display_text(&meant));
             }
             list.push(diagnostic);

@@ -239,6 +239,9 @@ impl Assembler<'_> {
             return self.call_macro(&found, call);
         }
         if self.dialect.warns_in_column_one && call.word.start == 0 && call.label.is_none() && !word.starts_with('#') {
+            if self.is_instruction_as_name(directive.is_some(), call) {
+                return;
+            }
             self.warn_column_one(directive.is_some(), call);
         }
         if let Some(flow) = flow {

@@ -11,6 +11,7 @@ use super::{AVR, longs, section};
 use crate::arguments::scan_name;
 use crate::engine::{Assembler, DirectiveCall};
 use crate::expression::AsmValue;
+use crate::fault::LineFault;
 use crate::lines::{AsmLine, RewrittenText, byte, trim};
 use crate::symbols::AsmSymbolKind;
 
@@ -45,12 +46,17 @@ pub(super) const ATMEL: AsmDialect = AsmDialect {
     org_fills: None,
     spaced_arguments: false,
     space_fills: false,
-    hooks: DialectHooks { is_atmel: true, cut, ..DialectHooks::NONE },
+    hooks: DialectHooks {
+        is_atmel: true,
+        cut,
+        no_bytes: |_| Some(("a program cannot fill RAM".to_owned(), "reserve room with .byte, as in `.byte 2`".to_owned())),
+        ..DialectHooks::NONE
+    },
     directives: &[
         AsmDirective::run("cseg", |asm, call| segment(asm, call, "text")),
         AsmDirective::run("dseg", |asm, call| segment(asm, call, "dseg")),
         AsmDirective::run("eseg", |asm, call| segment(asm, call, "eeprom")),
-        AsmDirective::run("byte", |asm, call| reserve_room(asm, call, 1)),
+        AsmDirective::run("byte", reserve),
         AsmDirective::run("db", |asm, call| padded(asm, call, bytes)),
         AsmDirective::run("dw", words),
         AsmDirective::run("dd", longs),
@@ -170,6 +176,16 @@ fn interrupt(name: &str) -> Option<String> {
         _ => return None,
     };
     Some(what)
+}
+
+/// `.byte 2`: room in RAM or EEPROM.
+fn reserve(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    if asm.out.holds() == SectionContent::Image {
+        let cause = "`byte` reserves room, and program memory is not reserved";
+        let hint = "give the bytes with .db, or reserve room behind .dseg";
+        return asm.report(LineFault::new("ASM023", call.word.clone(), cause, hint));
+    }
+    reserve_room(asm, call, 1);
 }
 
 /// Bytes; in program memory a row of them takes whole words.
