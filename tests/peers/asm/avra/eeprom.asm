@@ -1,5 +1,5 @@
-.include "m8def.inc"
 ; chip: atmega8
+.include "m8def.inc"
 .equ FCK=8000000
 .equ addr=0x50
 .def AL=r16
