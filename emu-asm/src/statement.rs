@@ -58,6 +58,7 @@ fn is_hash_word(text: &str) -> bool {
     let word: String = rest.trim_start().chars().take_while(char::is_ascii_alphabetic).collect();
     let words = [
         "define", "undef", "undefine", "include", "ifdef", "ifndef", "if", "elif", "else", "endif", "error", "warning",
+        "cseg", "dseg", "eseg",
     ];
     words.iter().any(|known| word.eq_ignore_ascii_case(known))
 }

@@ -5,7 +5,7 @@ use emu_core::chip::Chip;
 
 use super::super::common::{bytes, constant, ignore_directive, include, message, purge, reserve_room, words};
 use super::super::{
-    AsmDialect, AsmDirective, AsmRefusal, C_OPERATORS, DialectHooks, ReadFlow, SectionContent, UnaryOperator,
+    AsmDialect, AsmDirective, AsmRefusal, C_OPERATORS, DialectHooks, ProvidedInclude, ReadFlow, SectionContent, UnaryOperator,
 };
 use super::{AVR, longs, section};
 use crate::arguments::scan_name;
@@ -109,10 +109,14 @@ pub(super) fn equate(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
 /// `.include "m328Pdef.inc"`, whose names the chip gives, and other files.
 pub(super) fn including(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let rest = trim(call.text, call.rest.clone());
-    if call.get(rest.clone()).trim_matches(['"', '<', '>']).to_ascii_lowercase().ends_with("def.inc") {
+    let written = call.get(rest.clone()).trim_matches(['"', '<', '>']);
+    if written.to_ascii_lowercase().ends_with("def.inc") {
         switch(asm);
-        for (name, value) in names(asm.chip) {
-            asm.define_symbol(&name, AsmValue::of(value), AsmSymbolKind::Set, rest.clone());
+        let file = written.rsplit(['/', '\\']).next().unwrap_or(written).to_ascii_lowercase();
+        if matches!((asm.dialect.include_provided)(asm.chip, &file), ProvidedInclude::Chip) {
+            for (name, value) in names(asm.chip) {
+                asm.define_symbol(&name, AsmValue::of(value), AsmSymbolKind::Set, rest.clone());
+            }
         }
     }
     include(asm, call);
