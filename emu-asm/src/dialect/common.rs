@@ -164,16 +164,19 @@ pub(super) fn value_of(asm: &mut Assembler<'_>, text: &str, range: Range<usize>,
 }
 
 pub(super) fn bytes(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    let parts = required_arguments(asm, call);
-    for part in parts {
-        match read_string(call.text, part.start, part.end)
-            .filter(|text| byte(call.text, part.start) == b'"' || text.len() != 1)
-        {
-            Some(text) => asm.emit(&text, part),
-            None => {
-                let value = value_of(asm, call.text, part.clone(), 8);
-                asm.emit(&[value as u8], part);
-            }
+    for part in required_arguments(asm, call) {
+        text_or_byte(asm, call, part);
+    }
+}
+
+/// A text in quotes, or a value of 8 bits.
+pub(super) fn text_or_byte(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, part: Range<usize>) {
+    let text = read_string(call.text, part.start, part.end);
+    match text.filter(|text| byte(call.text, part.start) == b'"' || text.len() != 1) {
+        Some(text) => asm.emit(&text, part),
+        None => {
+            let value = value_of(asm, call.text, part.clone(), 8);
+            asm.emit(&[value as u8], part);
         }
     }
 }
