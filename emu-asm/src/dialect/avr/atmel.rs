@@ -5,7 +5,8 @@ use emu_core::chip::Chip;
 
 use super::super::common::{bytes, constant, ignore_directive, include, message, purge, reserve_room, words};
 use super::super::{
-    AsmDialect, AsmDirective, AsmRefusal, C_OPERATORS, DialectHooks, ProvidedInclude, ReadFlow, SectionContent, UnaryOperator,
+    AsmDialect, AsmDirective, AsmRefusal, C_OPERATORS, DialectHooks, ProvidedInclude, ReadFlow, SectionContent,
+    UnaryOperator,
 };
 use super::{AVR, longs, section};
 use crate::arguments::scan_name;
