@@ -109,7 +109,7 @@ pub(super) const AVR: AsmDialect = AsmDialect {
         AsmDirective::run("func", ignore_directive),
         AsmDirective::run("endfunc", ignore_directive),
         AsmDirective::run("arch", ignore_directive),
-        AsmDirective::run("device", |asm, _| atmel::switch(asm)),
+        AsmDirective::run("device", ignore_directive),
         AsmDirective::run("loc", ignore_directive),
         AsmDirective::run("list", ignore_directive),
         AsmDirective::run("nolist", ignore_directive),
