@@ -65,7 +65,7 @@ pub enum ProgramFault {
         /// Target of the jump, in program words.
         target: u16,
     },
-    /// A program cycle took longer than the controller's watchdog allows, so it cannot end.
+    /// The watchdog of a controller stopped a program cycle that took too long.
     CycleTooLong,
 }
 
