@@ -50,6 +50,7 @@ pub struct Mcs51Part {
 
 /// The service routine of interrupt n, from 1, starts at 8 n - 5 (user's manual, "Interrupts").
 pub(crate) const VECTOR_WORDS: u32 = 8;
+/// See [`VECTOR_WORDS`]; the program words by which vectors after reset are nearer to address 0.
 pub(crate) const LATER_VECTORS_BACK: u32 = 5;
 
 /// All chips of this crate.

@@ -1,6 +1,5 @@
 //! The parts that all emulated chips share: the instruction table, the traits for instruction bodies, the
-//! traits [`Cpu`](cpu::Cpu), [`Bus`](cpu::Bus) and [`Probe`](cpu::Probe), pins, images, and the data of
-//! chips.
+//! traits [`Cpu`], [`Bus`] and [`Probe`], pins, images, and the data of chips.
 
 #![forbid(unsafe_code)]
 

@@ -219,6 +219,7 @@ pub const SYMBOL_CODES: &[DiagnosticCode] = &[
          file. Compilers and linkers stay far below. Fix: build anew; the file is damaged, or no tool wrote it."),
 ];
 
+/// Makes a row of a table of codes.
 pub(super) const fn row(code: &'static str, title: &'static str, explain: &'static str) -> DiagnosticCode {
     DiagnosticCode { code, title, explain }
 }

@@ -34,8 +34,10 @@ pub(super) struct SerialReceiver {
 state! { SerialReceiver { level, last, frame } }
 
 impl SerialReceiver {
+    /// No frame in progress, and the line high.
     pub(super) const IDLE: SerialReceiver = SerialReceiver { level: true, last: true, frame: None };
 
+    /// Sets the present level of the line.
     pub(super) fn set_level(&mut self, level: bool) {
         self.level = level;
     }
@@ -45,6 +47,7 @@ impl SerialReceiver {
         self.frame = None;
     }
 
+    /// Whether a frame is in progress.
     pub(super) fn is_receiving(&self) -> bool {
         self.frame.is_some()
     }

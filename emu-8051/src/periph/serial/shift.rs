@@ -80,6 +80,7 @@ impl ShiftRegister {
         self.receive.is_some()
     }
 
+    /// The cycle of the next step of either direction, or [`NEVER`].
     pub(super) fn next(&self) -> u64 {
         let next = |transfer: Option<ShiftTransfer>| transfer.map_or(NEVER, |t| t.next);
         next(self.send).min(next(self.receive))

@@ -58,6 +58,7 @@ impl SerialSender {
         self.out.take().filter(|frame| frame.left == 0).map(|frame| frame.byte)
     }
 
+    /// Whether a byte is waiting or on the line.
     pub(super) fn is_busy(&self) -> bool {
         self.next.is_some() || self.out.is_some()
     }
@@ -67,10 +68,12 @@ impl SerialSender {
         self.out.filter(|frame| frame.left == 0).map(|frame| frame.byte)
     }
 
+    /// Ticks until the next rollover, 1 to 16; `None` if there is nothing to send.
     pub(super) fn ticks_to_next_step(&self) -> Option<u64> {
         self.is_busy().then(|| 16 - u64::from(self.count))
     }
 
+    /// Lets `n` ticks pass without a rollover.
     pub(super) fn advance(&mut self, n: u64) {
         debug_assert!(
             self.ticks_to_next_step().is_none_or(|wait| n < wait),
@@ -79,6 +82,7 @@ impl SerialSender {
         self.count = (self.count + (n & 15) as u8) & 15;
     }
 
+    /// Executes a rollover.
     pub(super) fn step(&mut self) -> SenderStep {
         debug_assert!(self.count == 15, "no rollover is due: {self:?}");
         self.count = 0;
