@@ -1,8 +1,9 @@
-//! Names as programmers write them, for those that compilers of C++ and Rust give to linkers.
+//! Demangles the linker names of C++ and Rust compilers.
 //!
-//! C++ by the Itanium ABI (`_Z...`), parsed by `cpp_demangle`; Rust in both schemes (`_R...`, and `_ZN...17h<hash>E`), parsed by
-//! `rustc-demangle`. Names come from files, so both lengths, of what is read and of what is made, have a limit: a name of a few
-//! bytes may refer to parts of itself and become longer than any memory.
+//! C++ names follow the Itanium ABI (`_Z...`) and are parsed by `cpp_demangle`. Rust names in both schemes
+//! (`_R...` and `_ZN...17h<hash>E`) are parsed by `rustc-demangle`. The names come from files, so the lengths
+//! of both input and output are limited: a name of a few bytes can refer to parts of itself and expand
+//! without bound.
 
 use std::borrow::Cow;
 use std::fmt::{self, Write};
@@ -11,10 +12,10 @@ use std::ops::Range;
 
 use cpp_demangle::{BorrowedSymbol, DemangleOptions};
 
-/// Longest name that is taken apart, and longest that is made, in bytes.
+/// Maximum length of a mangled and of a demangled name, in bytes.
 const MAX_NAME: usize = 4096;
 
-/// A name in the language of the program, and parts of it.
+/// A name in the language of the program, together with its linker name.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct DemangledName {
     /// The name as the linker wrote it: `_ZN3app7computeER5Shapei`.
@@ -23,15 +24,15 @@ pub struct DemangledName {
     pub path: String,
 }
 
-/// What a name of the linker is in the language of the program, whole as gdb prints it, and its [`DemangledName::path`]; nothing for
-/// names that no compiler has mangled.
+/// Demangles a linker name. Returns the whole name as gdb prints it, and its [`DemangledName::path`]. Returns
+/// `None` for names that are not mangled.
 #[must_use]
 pub(super) fn demangle(name: &str) -> Option<(String, String)> {
     if name.len() > MAX_NAME || !name.starts_with("_Z") && !name.starts_with("_R") {
         return None;
     }
     if let Ok(rust) = rustc_demangle::try_demangle(name) {
-        // Without the hash, which no source names.
+        // Without the hash, which no source contains.
         let whole = write_limited(|out| write!(out, "{rust:#}"))?;
         return Some((whole.clone(), whole));
     }
@@ -45,7 +46,8 @@ pub(super) fn demangle(name: &str) -> Option<(String, String)> {
     Some((whole, path))
 }
 
-/// What compilers make of a class, as c++filt prints it: `vtable for Shape` where `cpp_demangle` has `{vtable(Shape)}`.
+/// Describes a symbol that a compiler makes for a class, as c++filt prints it: `vtable for Shape` where
+/// `cpp_demangle` prints `{vtable(Shape)}`.
 fn describe_special_symbol(name: &str, whole: &str) -> Option<String> {
     let (what, of) = whole.strip_prefix('{')?.strip_suffix(")}")?.split_once('(')?;
     Some(match what {
@@ -78,8 +80,9 @@ pub(super) fn without_arguments(path: &str) -> &str {
     path
 }
 
-/// A path without the parameters of the functions in which its last name lies, nor the type that the first of them returns:
-/// `app::twice<int>::last` for `int app::twice<int>(int)::last`, as a static in a function has it.
+/// Removes the parameters of the functions that contain the last name of a path, and the result type of the
+/// first of them. For example, a static variable in a function, `int app::twice<int>(int)::last`, becomes
+/// `app::twice<int>::last`.
 pub(super) fn without_outer_parameters(path: &str) -> Cow<'_, str> {
     let groups = groups_before_names(path, ['(', ')']);
     let name = groups.first().and_then(|group| path.get(..group.start)).filter(|name| !name.contains("operator"));
@@ -102,13 +105,14 @@ pub(super) fn without_outer_parameters(path: &str) -> Cow<'_, str> {
     }
 }
 
-/// A path without the arguments of the templates in which its last name lies: `StackTracker::push` for `Stack<int>::push`.
+/// Removes the arguments of the templates that contain the last name of a path: `Stack::push` for
+/// `Stack<int>::push`.
 pub(super) fn without_outer_arguments(path: &str) -> Cow<'_, str> {
     without_ranges(path, &groups_before_names(path, ['<', '>']))
 }
 
-/// The groups in brackets that belong to a name and have another name behind them, with what qualifies a method: `(int) const` in
-/// `f(int) const::count`. From left to right; none lies in another one.
+/// Finds bracketed groups that belong to a name and are followed by another name, including the qualifiers of
+/// a method: `(int) const` in `f(int) const::count`. They are in order from left to right and not nested.
 fn groups_before_names(path: &str, [open, close]: [char; 2]) -> Vec<Range<usize>> {
     const QUALIFIERS: [&str; 4] = [" const", " volatile", "&", " "];
     let mut found: Vec<Range<usize>> = Vec::new();
@@ -128,7 +132,7 @@ fn groups_before_names(path: &str, [open, close]: [char; 2]) -> Vec<Range<usize>
             depth = if *c == close { depth + 1 } else { depth.saturating_sub(u32::from(*c == open)) };
             depth == 0
         });
-        // What has no name in front is one itself: `(anonymous namespace)`.
+        // A group with no name before it is a name itself: `(anonymous namespace)`.
         let named = |start: &usize| path.get(..*start).is_some_and(|name| !name.is_empty() && !name.ends_with("::"));
         found.extend(start.map(|(start, _)| start).filter(named).map(|start| start..end));
     }
@@ -136,7 +140,7 @@ fn groups_before_names(path: &str, [open, close]: [char; 2]) -> Vec<Range<usize>
     found
 }
 
-/// What is left of a text without these parts, which ascend.
+/// The text without these parts, which must be in ascending order.
 fn without_ranges<'p>(text: &'p str, parts: &[Range<usize>]) -> Cow<'p, str> {
     if parts.is_empty() {
         return Cow::Borrowed(text);
@@ -146,14 +150,14 @@ fn without_ranges<'p>(text: &'p str, parts: &[Range<usize>]) -> Cow<'p, str> {
     Cow::Owned(starts.zip(ends).filter_map(|(start, end)| text.get(start..end)).collect())
 }
 
-/// What is written, if it is short enough.
+/// What `write` writes, or `None` if it is empty, too long or fails.
 fn write_limited(write: impl FnOnce(&mut LimitedString) -> fmt::Result) -> Option<String> {
     let mut out = LimitedString(String::new());
     write(&mut out).ok()?;
     (!out.0.is_empty()).then_some(out.0)
 }
 
-/// A text that refuses to become longer than [`MAX_NAME`].
+/// A string that rejects writes beyond a length of [`MAX_NAME`] bytes.
 struct LimitedString(String);
 
 impl Write for LimitedString {
@@ -238,7 +242,7 @@ mod tests {
 
     #[test]
     fn a_name_without_end_has_a_limit() {
-        // Each pair is made of the one before, twice.
+        // Each pair contains the previous one twice.
         let mut name = "_Z1fSt4pairIiiE".to_owned();
         for depth in 0..40 {
             let earlier = if depth == 0 { "S_".to_owned() } else { format!("S{}_", depth - 1) };
@@ -249,7 +253,7 @@ mod tests {
         assert_eq!(demangle(&format!("_Z1f{}i", "P".repeat(4000))), None);
     }
 
-    /// Names come from files: whatever they are, there is an answer.
+    /// Names come from files: any input must give an answer.
     #[test]
     fn damaged_names_are_answered() {
         let names: [&[u8]; 6] = [
