@@ -1,7 +1,7 @@
-//! Bodies of the AVR instructions, one per meaning, in the order of the table.
+//! Bodies of the AVR instructions, one for each meaning, in the order of the table.
 //!
-//! Source: AVR Instruction Set Manual DS40002198, section 5. Flag formulas are its boolean formulas computed on all eight
-//! bits at once: bit 7 of `carries` is C, bit 3 is H.
+//! Source: AVR Instruction Set Manual DS40002198, section 5. The flag formulas are its Boolean formulas,
+//! computed on all eight bits at once: bit 7 of `carries` is C, bit 3 is H.
 
 use emu_core::machine::{BodyMachine, WideOps, WordOps};
 
