@@ -339,7 +339,7 @@ impl AvrSoc {
         }
     }
 
-    /// How long a register keeps its value from `t` on, nothing being due at `t`.
+    /// Returns the cycle up to which a register keeps its value from `t` on; nothing may be due at `t`.
     pub(super) fn register_steady_until(&self, site: RegisterSlot, t: u64) -> u64 {
         if self.is_register_shut_off(site) {
             return NEVER;
