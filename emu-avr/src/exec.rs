@@ -223,8 +223,8 @@ bodies! {
         m.set_z(p.hi() | p.lo());
         set_pair(m, 0, p);
     }
-    /// The signed and fractional products. A signed factor below 0 counts 256 too much for each unit of the other one;
-    /// a fractional product is shifted left by one, C being the bit before the shift.
+    /// The signed and fractional products. A signed factor below 0 counts 256 too much for each unit of the
+    /// other one; a fractional product is shifted left by one, C being the bit before the shift.
     fn muls(m, d: u8, r: u8, d_signed: bool, r_signed: bool, shift: u8) {
         let (a, b) = (m.reg(d), m.reg(r));
         let zero = M::Word::from(0);
@@ -294,7 +294,8 @@ bodies! {
         let s = m.load(addr);
         m.set_reg(d.0, s);
     }
-    /// The pointer is counted before the register is written: `ld r26, X+` leaves the byte loaded (undefined by the manual).
+    /// The pointer is counted before the register is written: `ld r26, X+` leaves the byte loaded (undefined
+    /// by the manual).
     fn ld_inc(m, d: R, p: u8) {
         let addr = pair(m, p);
         let s = m.load(addr);
@@ -312,8 +313,8 @@ bodies! {
         let (addr, s) = (pair(m, p) + M::Wide::from(u16::from(q)), m.reg(r.0));
         m.store(addr, s);
     }
-    /// The byte stored is the register's before the pointer counts: `st X+, r26` stores the old value (undefined by the manual).
-    /// The pointer is written first, so that a store onto itself wins.
+    /// The byte stored is the register's before the pointer counts: `st X+, r26` stores the old value
+    /// (undefined by the manual). The pointer is written first, so that a store onto itself wins.
     fn st_inc(m, p: u8, r: R) {
         let (addr, s) = (pair(m, p), m.reg(r.0));
         set_pair(m, p, addr + M::Wide::from(1));

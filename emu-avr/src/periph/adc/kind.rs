@@ -52,7 +52,8 @@ impl AvrAdcKind {
         didr0: 0,
         ..AvrAdcKind::MEGA48
     };
-    /// ATmega16 and 32 (Atmel 2466 and 2503, ADC), and ATmega64 (2490); differential channels are not modelled and read 0.
+    /// ATmega16 and 32 (Atmel 2466 and 2503, ADC), and ATmega64 (2490); differential channels are not
+    /// modelled and read 0.
     pub const MEGA16: AvrAdcKind =
         AvrAdcKind { mux: 0x1F, bandgap: 30, bandgap_mv: 1_220, triggers: true, ..AvrAdcKind::MEGA8 };
     /// ATmega128 (Atmel 2467, ADC): as ATmega16 without trigger sources.

@@ -6,7 +6,8 @@
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExternalRegister {
-    /// ISCn1 and ISCn0 of INT0 to INT3, two bits each. ISC2 of ATmega16, 32 and 162 is bit 4, ISC20; bit 5 reads 0.
+    /// ISCn1 and ISCn0 of INT0 to INT3, two bits each. ISC2 of ATmega16, 32 and 162 is bit 4, ISC20; bit 5
+    /// reads 0.
     EICRA,
     /// ISCn1 and ISCn0 of INT4 to INT7, two bits each.
     EICRB,
@@ -46,8 +47,8 @@ pub struct ExternalKind {
 }
 
 impl ExternalKind {
-    /// The first ATmega48, 88 and 168 (Atmel 2545, external interrupts): interrupts 0 and 1 are INT0 and INT1, 2 to 4 PCINT0 to
-    /// PCINT2.
+    /// The first ATmega48, 88 and 168 (Atmel 2545, external interrupts): interrupts 0 and 1 are INT0 and
+    /// INT1, 2 to 4 PCINT0 to PCINT2.
     pub const MEGA48: ExternalKind =
         ExternalKind { ints: 2, asynchronous: 0, edge_only: 0, edges_wake: false, masks: [0xFF, 0x7F, 0xFF, 0] };
     /// ATmega328 and 328P, and the A, P and PA variants of the others (DS40002061, 13). Note 3 of table 10-1,
@@ -58,7 +59,8 @@ impl ExternalKind {
     pub const MEGA8: ExternalKind = ExternalKind { masks: [0; 4], ..ExternalKind::MEGA48 };
     /// ATmega16 and 32 (Atmel 2466 and 2503, external interrupts): INT0 to INT2.
     pub const MEGA16: ExternalKind = ExternalKind { ints: 3, asynchronous: 4, edge_only: 4, ..ExternalKind::MEGA8 };
-    /// ATmega162 (Atmel 2513, external interrupts): interrupts 0 to 2 are INT0 to INT2, 3 and 4 PCINT0 and PCINT1.
+    /// ATmega162 (Atmel 2513, external interrupts): interrupts 0 to 2 are INT0 to INT2, 3 and 4 PCINT0 and
+    /// PCINT1.
     pub const MEGA162: ExternalKind = ExternalKind { masks: [0xFF, 0xFF, 0, 0], ..ExternalKind::MEGA16 };
     /// ATmega64 and 128 (Atmel 2490 and 2467, external interrupts): INT0 to INT7.
     pub const MEGA128: ExternalKind = ExternalKind { ints: 8, asynchronous: 0x0F, ..ExternalKind::MEGA8 };

@@ -1,4 +1,5 @@
-//! The clock of the asynchronous timer: a watch crystal at TOSC1 and TOSC2, or a clock at TOSC1 (section 18.9).
+//! The clock of the asynchronous timer: a watch crystal at TOSC1 and TOSC2, or a clock at TOSC1 (section
+//! 18.9).
 
 use emu_core::NEVER;
 
