@@ -124,7 +124,7 @@ impl Avr {
             rng.fill(&mut bytes[usize::from(chip.ram_start)..usize::from(chip.ram_start + chip.ram_len)]);
         }
         for (addr, byte) in image.bytes_in("data") {
-            // The peripherals initialise the chip's registers, so image bytes there are ignored.
+            // The peripherals initialize the chip's registers, so image bytes there are ignored.
             let i = addr as usize;
             if i < 32 || (usize::from(chip.ram_start)..usize::from(chip.ram_start + chip.ram_len)).contains(&i) {
                 bytes[i] = byte;

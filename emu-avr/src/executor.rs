@@ -29,8 +29,8 @@ pub(crate) const SREG: u16 = 0x5F;
 /// host registers free.
 #[derive(Debug, Clone)]
 pub(crate) struct DataMemory {
-    /// The registers of the core, and RAM from [`RAM_START`] on; a chip uses the first [`Self::ram_len`]
-    /// bytes of it. The chip around the core holds the RAM below 100h.
+    /// The registers of the core, and RAM from [`RAM_START`] on; a chip uses the first
+    /// [`DataMemory::ram_len`] bytes of it. The chip around the core holds the RAM below 100h.
     pub bytes: [u8; RAM_START + MAX_RAM],
     /// Size in bytes of the RAM from the data address 100h on.
     pub ram_len: u16,

@@ -155,8 +155,8 @@ impl StackTracker {
 }
 
 impl LintTracker {
-    /// For a machine that has executed nothing so far if `fresh`; otherwise nobody knows any more what was
-    /// written.
+    /// Returns the state for a machine that has executed nothing so far (`fresh`): registers and RAM are
+    /// unknown. Otherwise everything counts as written.
     fn new(part: &'static AvrPart, ground: &Arc<ProgramFacts>, fresh: bool) -> Box<LintTracker> {
         let first = part.chip.ram_start;
         let whole = |addr| if fresh { UnknownBits::at(addr, 0xFF) } else { UnknownBits::NONE };

@@ -48,6 +48,7 @@ const INDF: u16 = FileAddress::sfr(Sfr::INDF).0;
 const STATUS: u16 = FileAddress::sfr(Sfr::STATUS).0;
 const FSR: u16 = FileAddress::sfr(Sfr::FSR).0;
 const PCL: u16 = FileAddress::sfr(Sfr::PCL).0;
+/// File address of PCLATH.
 pub(crate) const PCLATH: u16 = FileAddress::sfr(Sfr::PCLATH).0;
 const NOWHERE: u16 = FileAddress::NONE.0;
 /// Masks of bits in STATUS.

@@ -24,7 +24,7 @@ macro_rules! tccr {
 }
 pub(super) use tccr;
 
-/// TCCRnA of a 16-bit timer of two channels, with FOCnA and FOCnB as bits 3 and 2.
+/// TCCRnA of a 16-bit timer with two channels, with FOCnA and FOCnB as bits 3 and 2.
 macro_rules! tccra {
     ($n:literal) => {
         Split(&[

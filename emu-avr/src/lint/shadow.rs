@@ -30,6 +30,7 @@ pub(super) struct ShadowMachine<'a> {
 }
 
 impl<'a> ShadowMachine<'a> {
+    /// Returns a shadow machine for the instruction at the tracker's `pc`.
     pub(super) fn new(
         hot: &'a CoreRegisters,
         data: &'a DataMemory,

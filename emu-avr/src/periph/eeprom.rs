@@ -47,7 +47,7 @@ pub struct AvrEepromKind {
 }
 
 impl AvrEepromKind {
-    /// ATmega48, 88, 168, 328 and their relatives (table 8-1).
+    /// ATmega48, 88, 168, 328 and related chips (table 8-1).
     pub const MEGA48: AvrEepromKind = AvrEepromKind { modes: true, both_us: 3_400, half_us: 1_800 };
     /// ATmega8, 16, 32, 64, 128 and 162: 8,448 periods of the 1 MHz oscillator (Atmel 2486, EEPROM
     /// programming time).

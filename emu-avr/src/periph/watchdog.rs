@@ -44,7 +44,7 @@ pub struct WatchdogKind {
 }
 
 impl WatchdogKind {
-    /// ATmega48, 88, 168, 328 and their relatives: 128 kHz, 2K to 1024K clocks (table 11-2).
+    /// ATmega48, 88, 168, 328 and related chips: 128 kHz, 2K to 1024K clocks (table 11-2).
     pub const MEGA48: WatchdogKind =
         WatchdogKind { clock_ps: 7_812_500, shortest: 2_048, longest: 9, wdp: 0x27, interrupt: true, free_wdp: false };
     /// ATmega8, 64, 128 and 162 (Atmel 2486, 2490, 2467, 2513, watchdog timer): 1 MHz, 16K to 2048K clocks,

@@ -58,6 +58,7 @@ impl AvrSoc {
         self.low_ram.get(usize::from(addr).wrapping_sub(LOW_BYTES)).copied().unwrap_or(0)
     }
 
+    /// Writes a byte of the RAM below 100h.
     pub(super) fn set_low_byte(&mut self, addr: u8, value: u8) {
         if let Some(byte) = self.low_ram.get_mut(usize::from(addr).wrapping_sub(LOW_BYTES)) {
             *byte = value;

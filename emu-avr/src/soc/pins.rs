@@ -213,6 +213,8 @@ impl AvrSoc {
         self.apply_signals(unit_index::COMPARATOR);
     }
 
+    /// Writes the bits in `mask` of a port register at the edge `t`; `kind` is 0 for PINx, 1 for DDRx, 2 for
+    /// PORTx.
     pub(super) fn write_port(&mut self, port: usize, kind: u8, mask: u8, value: u8, t: u64) {
         let (ddr, out) = (self.ports.ddr(port), self.ports.port(port));
         let changed = match kind {

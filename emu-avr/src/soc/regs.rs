@@ -328,8 +328,8 @@ impl AvrSoc {
         self.gtccr = if hold { value & (TSM | PSRASY | PSRSYNC) } else { 0 };
     }
 
-    /// The timers behind a prescaler, 0 that of timers with a pin T or 1 that of the asynchronous one, are
-    /// told of it.
+    /// Passes a changed prescaler to its timers: group 0 has the timers with a pin T, group 1 the
+    /// asynchronous timer.
     pub(super) fn notify_prescaler(&mut self, group: usize, t: u64) {
         for n in 0..self.part.timers.len().min(4) {
             if usize::from(self.part.timers[n].asynchronous) == group {

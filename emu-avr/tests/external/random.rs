@@ -1,5 +1,5 @@
 //! Random writes, pins, sleeps and resets: peripheral and stepped model must agree in every cycle in register
-//! reads, interrupts, and the flag signaled to the converter.
+//! reads, interrupts, and the flag signalled to the converter.
 
 use emu_avr::periph::external::{ExternalInterrupts, ExternalKind, ExternalRegister};
 use emu_avr::periph::{AvrDevice, AvrLine, AvrOutbox, AvrSignal};
@@ -51,7 +51,7 @@ fn live(seed: u64, seen: &mut [u64; 5]) {
             assert_eq!(model.get(n), value, "{:?} promised, {}", REGS[n], at());
         }
         let clocked = model.clock_is_on();
-        // A flag is signaled in the cycle of the tick, or by an action of this cycle.
+        // A flag is signalled in the cycle of the tick, or by an action of this cycle.
         let mut told = listened && model.told;
         for _ in 0..if rng.one_in(busy) { 1 + rng.below(4) } else { 0 } {
             promised = [(0, 0); 10];

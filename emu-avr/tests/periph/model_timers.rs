@@ -174,7 +174,7 @@ impl Model {
     }
 }
 
-/// Returns a random write that uses only the modeled modes.
+/// Returns a random write that uses only the modelled modes.
 fn random_write(rng: &mut Rng) -> (&'static str, u8) {
     const NAMES: [&str; 30] = [
         "TCCR0A", "TCCR0B", "TCCR1A", "TCCR1B", "TCCR2A", "TCCR2B", "TCNT0", "TCNT2", "TCNT1L", "TCNT1H", "OCR1AH",

@@ -41,7 +41,7 @@ const CRYSTALS: [u64; 6] = [250_000, 249_999, 200_000, 137_001, 90_001, 32_768];
 /// Registers that change on their own.
 const LIVE: [TimerRegister; 4] = [TimerRegister::TIFR, TimerRegister::TCNTL, TimerRegister::ICRL, TimerRegister::ASSR];
 
-/// Counts of the model's events: drives, signaled flags by bit, captures, sleeps, latches.
+/// Counts of the model's events: drives, signalled flags by bit, captures, sleeps, latches.
 #[derive(Debug, Default)]
 struct Heard {
     drives: u64,

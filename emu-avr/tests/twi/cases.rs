@@ -64,8 +64,8 @@ struct Bench {
     t: u64,
     quiet: bool,
     out: AvrOutbox,
-    /// Whether another device releases SCL and SDA, then whether the interface does; then the levels passed
-    /// to the interface.
+    /// Whether another device pulls SCL and SDA low, then whether the interface does; then the levels of the
+    /// lines as passed to the interface.
     others: [bool; 2],
     own: [bool; 2],
     wires: [bool; 2],

@@ -114,6 +114,8 @@ impl Pic16Soc {
         }
     }
 
+    /// Reports whether the enable bit at register and bit `at` is set, and PEIE too if the flag is
+    /// `peripheral`.
     pub(super) fn is_enabled(&self, enables: InterruptEnables, at: (Sfr, u8), peripheral: bool) -> bool {
         let byte = match at.0 {
             Sfr::INTCON => enables.intcon,

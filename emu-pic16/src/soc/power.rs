@@ -150,7 +150,7 @@ enum PowerPhase {
     /// Standby, until a wake-up.
     Standby,
     /// Waits for the start-up timers up to the clock `until`. `woken` is None after a reset; after standby it
-    /// tells whether the watchdog ended it.
+    /// is true if the watchdog ended it.
     Starts { until: u64, woken: Option<bool> },
     /// Held in reset by the reset pin or by the supply.
     Held,

@@ -33,7 +33,7 @@ pub struct AvrAdcKind {
 }
 
 impl AvrAdcKind {
-    /// ATmega48, 88, 168, 328 and their relatives (DS40002061).
+    /// ATmega48, 88, 168, 328 and related chips (DS40002061).
     pub const MEGA48: AvrAdcKind = AvrAdcKind {
         mux: 0x0F,
         temperature: Some(8),

@@ -98,6 +98,7 @@ impl AvrTimer {
         CountingCycle { value: self.value, down: self.down, top: self.top(), max: self.shape.max(), dual }
     }
 
+    /// Returns the current TOP value.
     pub(super) const fn top(&self) -> u16 {
         match self.mode.top {
             TopSource::Fixed(top) => top,

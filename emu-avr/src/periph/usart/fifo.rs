@@ -18,6 +18,7 @@ pub(super) struct ReceiveFifo {
 emu_core::state! { ReceiveFifo { head, second, held, waiting, lost } if |fifo, _now| fifo.held <= 2 }
 
 impl ReceiveFifo {
+    /// An empty buffer that shows 0.
     pub(super) const EMPTY: ReceiveFifo = ReceiveFifo {
         head: ReceivedCharacter::NONE,
         second: ReceivedCharacter::NONE,

@@ -69,6 +69,7 @@ pub(super) struct ReceivedCharacter {
 emu_core::state! { ReceivedCharacter { byte, ninth, errors, address } }
 
 impl ReceivedCharacter {
+    /// A character 0 without errors.
     pub(super) const NONE: ReceivedCharacter = ReceivedCharacter { byte: 0, ninth: false, errors: 0, address: false };
 }
 
@@ -99,6 +100,7 @@ pub(super) enum FrameProgress {
 }
 
 impl FrameReader {
+    /// Returns a reader that waits for the start bit.
     pub(super) const fn new(format: FrameFormat) -> FrameReader {
         FrameReader { format, bit: 0, bits: 0 }
     }

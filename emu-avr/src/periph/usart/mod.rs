@@ -77,7 +77,7 @@ enum UsartMode {
     Spi,
 }
 
-/// A serial port.
+/// A USART.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AvrUsart {
     /// TXC, U2X and MPCM of UCSRA.

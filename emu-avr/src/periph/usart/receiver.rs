@@ -29,6 +29,7 @@ emu_core::state! {
 }
 
 impl UsartReceiver {
+    /// A receiver that is switched off.
     pub(super) const OFF: UsartReceiver = UsartReceiver {
         on: false,
         armed: false,

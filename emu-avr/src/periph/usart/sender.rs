@@ -28,6 +28,7 @@ emu_core::state! {
 }
 
 impl UsartSender {
+    /// An idle shift register, with the line high.
     pub(super) const IDLE: UsartSender =
         UsartSender { byte: 0, bits: 0, left: 0, active: false, started: false, level: true, since: 0, next: NEVER };
 
@@ -41,6 +42,7 @@ impl UsartSender {
         self.left == 0
     }
 
+    /// Loads a frame: the character, its bits with the first one lowest, and their number.
     pub(super) fn load(&mut self, byte: u8, (bits, left): (u16, u8)) {
         *self = UsartSender { byte, bits, left, active: true, level: self.level, ..UsartSender::IDLE };
     }

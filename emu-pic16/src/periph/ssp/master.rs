@@ -63,6 +63,7 @@ emu_core::state! {
     }
 }
 
+/// The I2C master.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct I2cMaster {
     step: MasterStep,
@@ -80,9 +81,11 @@ pub(super) struct I2cMaster {
 emu_core::state! { I2cMaster { step, timer, sr, falls, sends_one } if |of, _now| of.falls <= 10 }
 
 impl I2cMaster {
+    /// A master without a sequence in progress.
     pub(super) const IDLE: I2cMaster =
         I2cMaster { step: MasterStep::Idle, timer: NEVER, sr: 0, falls: 0, sends_one: false };
 
+    /// Returns the clock at which the baud rate generator times out.
     pub(super) fn next(&self) -> u64 {
         self.timer
     }

@@ -127,6 +127,7 @@ emu_core::state! {
 }
 
 impl SspRegisters {
+    /// Returns the registers after power-up, with all lines low.
     pub(super) fn new(master: bool) -> SspRegisters {
         SspRegisters {
             master,
@@ -146,6 +147,7 @@ impl SspRegisters {
         }
     }
 
+    /// Returns the selected mode.
     pub(super) fn mode(&self) -> SspMode {
         SspMode::from_sspcon(self.con, self.master)
     }

@@ -26,6 +26,7 @@ enum SlavePhase {
 
 emu_core::state! { enum SlavePhase { 0 = Idle, 1 = Address, 2 = Second, 3 = Receive, 4 = Asked, 5 = Transmit } }
 
+/// The I2C slave.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct I2cSlave {
     phase: SlavePhase,
@@ -46,6 +47,7 @@ pub(super) struct I2cSlave {
 emu_core::state! { I2cSlave { phase, sr, rises, acked, sending, matched, wants_address } if |of, _now| of.rises <= 9 }
 
 impl I2cSlave {
+    /// A slave that is not addressed.
     pub(super) const IDLE: I2cSlave = I2cSlave {
         phase: SlavePhase::Idle,
         sr: 0,

@@ -12,6 +12,7 @@ use super::regs::{BF, CKE, CKP, SMP, SspMode, SspRegisters, raise_sspif};
 /// Number of half bits in a byte.
 const HALF_CLOCKS: u8 = 16;
 
+/// The shift register of SPI, master or slave.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct SpiShifter {
     /// Shift register SSPSR.
@@ -34,9 +35,11 @@ pub(super) struct SpiShifter {
 emu_core::state! { SpiShifter { sr, sdo, active, shifting, count, edge, done } if |spi, _now| spi.count <= HALF_CLOCKS + 1 }
 
 impl SpiShifter {
+    /// A shift register without a transfer in progress.
     pub(super) const IDLE: SpiShifter =
         SpiShifter { sr: 0, sdo: false, active: false, shifting: false, count: 0, edge: NEVER, done: (NEVER, 0) };
 
+    /// Returns the clock of the next event: a half bit of the master, or a complete byte.
     pub(super) fn next(&self) -> u64 {
         self.edge.min(self.done.0)
     }

@@ -6,16 +6,17 @@ use crate::periph::Pic16Drive;
 /// Mode by CCPxCON<3:0>. Values that the data sheets call unused or reserved are off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum CcpMode {
-    /// 0000 to 0011.
+    /// 0000 to 0011: the module is off.
     Off,
-    /// 0100 to 0111.
+    /// 0100 to 0111: capture.
     Capture(CaptureEdge),
-    /// 1000 to 1011.
+    /// 1000 to 1011: compare.
     Compare(MatchAction),
-    /// 11xx.
+    /// 11xx: PWM.
     Pwm,
 }
 
+/// Edges of the pin that capture timer 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum CaptureEdge {
     Falling,
@@ -26,6 +27,7 @@ pub(super) enum CaptureEdge {
     Sixteenth,
 }
 
+/// Action of a compare match.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum MatchAction {
     Set,
@@ -39,6 +41,7 @@ pub(super) enum MatchAction {
 /// Mask of the existing bits of CCPxCON.
 const CCPCON: u8 = 0x3F;
 
+/// A CCP module.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct CcpModule {
     con: u8,
@@ -59,6 +62,7 @@ pub(super) struct CcpModule {
 emu_core::state! { CcpModule { con, low, high, two, output, pin, edges } if |ccp, _now| ccp.edges <= 16 }
 
 impl CcpModule {
+    /// Returns the mode.
     pub(super) fn mode(&self) -> CcpMode {
         match self.con & 0xF {
             0..=3 => CcpMode::Off,
@@ -74,10 +78,12 @@ impl CcpModule {
         }
     }
 
+    /// Returns CCPxCON.
     pub(super) fn con(&self) -> u8 {
         self.con
     }
 
+    /// Returns CCPRxH.
     pub(super) fn high(&self) -> u8 {
         self.high
     }

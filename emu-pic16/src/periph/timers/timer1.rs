@@ -23,6 +23,7 @@ const T1CON: u8 = 0x3F;
 /// Modulus of the 3-bit prescaler.
 const PRESCALER: u64 = 8;
 
+/// Clock source of the timer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum ClockSource {
     /// None: Fosc/4 in sleep, or an oscillator without a crystal.
@@ -73,6 +74,7 @@ const fn sampled(t: u64) -> u64 {
     (t & !3).saturating_sub(3)
 }
 
+/// Timer 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Timer1 {
     con: u8,
@@ -299,6 +301,7 @@ impl Timer1 {
         if t > self.at { self.value(t - 1) } else { self.value }
     }
 
+    /// Returns T1CON.
     pub(super) fn con(&self) -> u8 {
         self.con
     }

@@ -9,6 +9,7 @@ const TMR2ON: u8 = 1 << 2;
 /// Mask of the existing bits of T2CON.
 const T2CON: u8 = 0x7F;
 
+/// Timer 2.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Timer2 {
     con: u8,
@@ -129,10 +130,12 @@ impl Timer2 {
         }
     }
 
+    /// Returns T2CON.
     pub(super) fn con(&self) -> u8 {
         self.con
     }
 
+    /// Returns PR2.
     pub(super) fn pr(&self) -> u8 {
         self.pr
     }

@@ -21,6 +21,7 @@ pub(super) struct ReceiveFifo {
 emu_core::state! { ReceiveFifo { head, second, held } if |fifo, _now| fifo.held <= 2 }
 
 impl ReceiveFifo {
+    /// An empty buffer that shows 0.
     pub(super) const EMPTY: ReceiveFifo = ReceiveFifo { head: ReceivedWord::NONE, second: ReceivedWord::NONE, held: 0 };
 
     /// Reports whether there is a word.

@@ -42,6 +42,7 @@ pub(super) struct IncomingFrame {
 emu_core::state! { IncomingFrame { bit, samples, highs, bits, base, ended } if |of, _now| of.bit <= 10 && of.samples <= 3 && of.highs <= 3 }
 
 impl IncomingFrame {
+    /// Returns a frame whose edge was in the generator period that started at `base`, in running clocks.
     pub(super) const fn new(base: u64) -> IncomingFrame {
         IncomingFrame { bit: 0, samples: 0, highs: 0, bits: 0, base, ended: 0 }
     }
@@ -216,6 +217,7 @@ impl Pic16Usart {
         }
     }
 
+    /// Executes the receiver's step that is due at `t`.
     pub(super) fn receive(&mut self, t: u64) {
         let now = self.osc(t);
         match self.receiver {
