@@ -194,13 +194,13 @@ macro_rules! avr_table {
     Ldi    "ldi"    "d, k"   "1110 kkkk dddd kkkk" (d: Rh, k: K)          "1"     ""         => ldi(d, k);
     /// Load through X.
     LdX    "ld"     "d, X"   "1001 000d dddd 1100" (d: R)                 "2"     ""         => ld(d, X, 0);
-    /// Load through X, then count X up.
+    /// Load through X, then increment X.
     LdXi   "ld"     "d, X+"  "1001 000d dddd 1101" (d: R)                 "2"     ""         => ld_inc(d, X);
     /// Decrement X, then load through X.
     LdXd   "ld"     "d, -X"  "1001 000d dddd 1110" (d: R)                 "2"     ""         => ld_dec(d, X);
     /// Load through Y.
     LdY    "ld"     "d, Y"   "1000 000d dddd 1000" (d: R)                 "2"     ""         => ld(d, Y, 0);
-    /// Load through Y, then count Y up.
+    /// Load through Y, then increment Y.
     LdYi   "ld"     "d, Y+"  "1001 000d dddd 1001" (d: R)                 "2"     ""         => ld_inc(d, Y);
     /// Decrement Y, then load through Y.
     LdYd   "ld"     "d, -Y"  "1001 000d dddd 1010" (d: R)                 "2"     ""         => ld_dec(d, Y);
@@ -208,7 +208,7 @@ macro_rules! avr_table {
     LddY   "ldd"    "d, Y+q" "10q0 qq0d dddd 1qqq" (d: R, q: Q)           "2"     ""         => ld(d, Y, q.0);
     /// Load through Z.
     LdZ    "ld"     "d, Z"   "1000 000d dddd 0000" (d: R)                 "2"     ""         => ld(d, Z, 0);
-    /// Load through Z, then count Z up.
+    /// Load through Z, then increment Z.
     LdZi   "ld"     "d, Z+"  "1001 000d dddd 0001" (d: R)                 "2"     ""         => ld_inc(d, Z);
     /// Decrement Z, then load through Z.
     LdZd   "ld"     "d, -Z"  "1001 000d dddd 0010" (d: R)                 "2"     ""         => ld_dec(d, Z);
@@ -218,13 +218,13 @@ macro_rules! avr_table {
     Lds    "lds"    "d, k"   "1001 000d dddd 0000 kkkk kkkk kkkk kkkk" (d: R, k: D16) "2" "" => lds(d, k);
     /// Store through X.
     StX    "st"     "X, r"   "1001 001r rrrr 1100" (r: R)                 "2"     ""         => st(X, 0, r);
-    /// Store through X, then count X up.
+    /// Store through X, then increment X.
     StXi   "st"     "X+, r"  "1001 001r rrrr 1101" (r: R)                 "2"     ""         => st_inc(X, r);
     /// Decrement X, then store through X.
     StXd   "st"     "-X, r"  "1001 001r rrrr 1110" (r: R)                 "2"     ""         => st_dec(X, r);
     /// Store through Y.
     StY    "st"     "Y, r"   "1000 001r rrrr 1000" (r: R)                 "2"     ""         => st(Y, 0, r);
-    /// Store through Y, then count Y up.
+    /// Store through Y, then increment Y.
     StYi   "st"     "Y+, r"  "1001 001r rrrr 1001" (r: R)                 "2"     ""         => st_inc(Y, r);
     /// Decrement Y, then store through Y.
     StYd   "st"     "-Y, r"  "1001 001r rrrr 1010" (r: R)                 "2"     ""         => st_dec(Y, r);
@@ -232,7 +232,7 @@ macro_rules! avr_table {
     StdY   "std"    "Y+q, r" "10q0 qq1r rrrr 1qqq" (q: Q, r: R)           "2"     ""         => st(Y, q.0, r);
     /// Store through Z.
     StZ    "st"     "Z, r"   "1000 001r rrrr 0000" (r: R)                 "2"     ""         => st(Z, 0, r);
-    /// Store through Z, then count Z up.
+    /// Store through Z, then increment Z.
     StZi   "st"     "Z+, r"  "1001 001r rrrr 0001" (r: R)                 "2"     ""         => st_inc(Z, r);
     /// Decrement Z, then store through Z.
     StZd   "st"     "-Z, r"  "1001 001r rrrr 0010" (r: R)                 "2"     ""         => st_dec(Z, r);
