@@ -1,4 +1,4 @@
-//! The elements with as many arguments as one of them says: the tables and FORMATTED_STRING.
+//! Readers of the elements with a counted list of arguments: the two tables and FORMATTED_STRING.
 
 use crate::codes;
 use crate::element_keywords::ElementKeyword;
@@ -7,7 +7,7 @@ use crate::lexer::{self, LdLine, LdToken};
 use crate::model::Element;
 use crate::reader::{LdReader, message_text};
 
-/// Most values of a look-up table, most points of a curve, most characters of a string.
+/// Maximum number of values of a look-up table, of points of a curve, and of characters of a string.
 const MAX_VALUES: u32 = 1024;
 
 pub(crate) fn read_look_up_table(
@@ -73,7 +73,10 @@ pub(crate) fn read_formatted_string(
     Some(Element::FormattedString { var: name?, text: text.to_owned(), quoted: true })
 }
 
-/// As many numbers as were announced; `wanted` is `None` when the count itself was wrong.
+/// Reads exactly the announced number of values.
+///
+/// `wanted` is `None` when the count itself was invalid; then the values are read only to report their
+/// errors.
 fn read_counted_values(
     r: &mut LdReader<'_>,
     row: &ElementKeyword,
@@ -83,7 +86,7 @@ fn read_counted_values(
     what: &str,
     (low, high): (i64, i64),
 ) -> Option<Vec<i64>> {
-    // LDmicro 5 puts a name after the last value of a table; it has no meaning, and the writer drops it.
+    // LDmicro 5 writes a name after the last value of a table. It has no meaning, and the writer drops it.
     let values = match values.split_last() {
         Some((last, front))
             if wanted == Some(front.len() as u32) && row.0 != "FORMATTED_STRING" && lexer::is_name(last.text) =>

@@ -1,4 +1,4 @@
-//! The symbols of a program, collected from its rungs.
+//! Collects the symbols of a program from its rungs and its `IO LIST`.
 
 use std::collections::BTreeMap;
 
@@ -10,14 +10,14 @@ pub(crate) fn collect_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
     for (_, element, _) in program.elements() {
         for_each_symbol_use(element, &mut |name, kind| {
             let slot = found.entry(name.to_owned()).or_insert(kind);
-            // A plain use never hides that the name is an accumulator or an analog input.
+            // A use as a plain variable does not override that the name is an accumulator or an analog input.
             if *slot == SymbolKind::Variable {
                 *slot = kind;
             }
         });
     }
     for entry in &program.io {
-        // Pins of other kinds (a pulse width output of LDmicro 5) hold nothing that a program could read.
+        // Pins of other kinds (such as a PWM output of LDmicro 5) hold no value that a program can read.
         let kind = kind_by_letter(&entry.name);
         if kind != SymbolKind::Variable {
             found.entry(entry.name.clone()).or_insert(kind);
@@ -37,7 +37,7 @@ pub(crate) fn collect_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
     list
 }
 
-/// The kind that a name's first letter gives where only its spelling is known (contacts, coils, `IO LIST`).
+/// Kind given by the first letter of a name, where only the spelling is known (contacts, coils, `IO LIST`).
 #[must_use]
 pub fn kind_by_letter(name: &str) -> SymbolKind {
     match name.chars().next() {
@@ -49,7 +49,7 @@ pub fn kind_by_letter(name: &str) -> SymbolKind {
     }
 }
 
-/// Calls `each` for every name that `element` reads or writes, with the kind that this use gives it.
+/// Calls `each` for every symbol that `element` reads or writes, with the kind that this use implies.
 pub fn for_each_symbol_use(element: &Element, each: &mut dyn FnMut(&str, SymbolKind)) {
     element.facts().symbols.iter().for_each(|symbol| each(&symbol.name, symbol.kind));
 }
