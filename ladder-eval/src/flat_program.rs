@@ -7,6 +7,7 @@ use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 /// A program with its names resolved: its steps index its lists and the values of the state.
 #[derive(Debug, Default)]
 pub(crate) struct FlatProgram {
+    /// Steps of a scan, in order.
     pub steps: Vec<FlatStep>,
     /// Value of each symbol at power-up.
     pub initial_values: Vec<i32>,
@@ -15,9 +16,11 @@ pub(crate) struct FlatProgram {
     pub cut_bits: Vec<u8>,
     /// Values of each look-up table.
     pub tables: Vec<Vec<i32>>,
+    /// Curves of the PIECEWISE_LINEAR elements.
     pub curves: Vec<PiecewiseCurve>,
     /// Symbols of each shift register, from stage 0 on.
     pub shift_stages: Vec<Vec<u32>>,
+    /// Texts of the FORMATTED_STRING elements.
     pub texts: Vec<FormattedText>,
     /// Symbols that READ_ADC uses, each once, in ascending order.
     pub adc_symbols: Vec<u32>,
@@ -109,9 +112,13 @@ pub(crate) enum CountMode {
 /// Condition on the rung bit under which a counter counts.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum CountInput {
+    /// On a rising edge.
     Rising,
+    /// On a falling edge.
     Falling,
+    /// In every scan in which it is 1.
     High,
+    /// In every scan in which it is 0.
     Low,
 }
 

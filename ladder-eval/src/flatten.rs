@@ -43,7 +43,9 @@ pub(crate) fn flatten(
 pub(crate) struct FlatBuilder<'a> {
     pub program: &'a LadderProgram,
     symbols: &'a [LadderSymbol],
+    /// Index of each symbol, by name.
     by_name: &'a HashMap<String, usize>,
+    /// The flat form so far.
     pub code: FlatProgram,
     /// Identity of the next leaf in text order.
     next: ElementId,

@@ -9,6 +9,7 @@ use crate::flat_program::{FlatProgram, truncate};
 /// Points of a PIECEWISE_LINEAR: at least two, with increasing x.
 #[derive(Debug)]
 pub(crate) struct PiecewiseCurve {
+    /// Points (x, y) in order of x.
     pub points: Vec<(i32, i32)>,
     /// Number of bits by which [`truncate`] cuts each result: 16 for 16-bit arithmetic, 0 for 32-bit.
     pub cut: u8,
@@ -28,6 +29,7 @@ impl PiecewiseCurve {
 /// Text of a FORMATTED_STRING.
 #[derive(Debug)]
 pub(crate) struct FormattedText {
+    /// Pieces of the text, one per character.
     pub pieces: Vec<StringPiece>,
     /// Symbol whose value the text shows.
     pub var: Option<u32>,
@@ -63,6 +65,7 @@ pub(crate) struct PeripheralState {
     pub eeprom: Vec<u8>,
     /// Number of scans until the current EEPROM write is complete.
     pub eeprom_busy_scans: u32,
+    /// State of each FORMATTED_STRING.
     texts: Vec<TextTransmission>,
 }
 

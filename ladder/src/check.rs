@@ -46,6 +46,7 @@ pub(crate) struct CheckedElement<'a> {
 /// The program under check and the diagnostics found so far.
 pub(crate) struct Checker<'a> {
     pub program: &'a LadderProgram,
+    /// Widths of the integers of the program.
     pub widths: IntegerWidths<'a>,
     diagnostics: Vec<Diagnostic>,
 }
@@ -62,6 +63,7 @@ impl Checker<'_> {
         self.diagnostics.push(new);
     }
 
+    /// Adds an error about an element.
     pub(crate) fn error(
         &mut self,
         code: &'static str,
@@ -72,6 +74,7 @@ impl Checker<'_> {
         self.report(Severity::Error, code, at, cause.as_ref(), hint);
     }
 
+    /// Adds a warning about an element.
     pub(crate) fn warning(
         &mut self,
         code: &'static str,
@@ -82,6 +85,7 @@ impl Checker<'_> {
         self.report(Severity::Warning, code, at, cause.as_ref(), hint);
     }
 
+    /// Adds a diagnostic about an element; the message names the element and its text.
     pub(crate) fn report(
         &mut self,
         severity: Severity,

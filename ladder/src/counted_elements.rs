@@ -10,6 +10,7 @@ use crate::reader::{LdReader, message_text};
 /// Maximum number of values of a look-up table, of points of a curve, and of characters of a string.
 const MAX_VALUES: u32 = 1024;
 
+/// Reads LOOK_UP_TABLE: destination, index, count and flag, then the values.
 pub(crate) fn read_look_up_table(
     r: &mut LdReader<'_>,
     row: &ElementKeyword,
@@ -25,6 +26,7 @@ pub(crate) fn read_look_up_table(
     Some(Element::LookUpTable { dest: dest?, index: at?, as_string: as_string? == 1, values: values? })
 }
 
+/// Reads PIECEWISE_LINEAR: destination, index and count, then the coordinates of the points.
 pub(crate) fn read_piecewise_linear(
     r: &mut LdReader<'_>,
     row: &ElementKeyword,
@@ -40,6 +42,7 @@ pub(crate) fn read_piecewise_linear(
     Some(Element::PiecewiseLinear { dest: dest?, index: at?, points })
 }
 
+/// Reads FORMATTED_STRING: a variable or `(none)`, then character codes or a quoted text.
 pub(crate) fn read_formatted_string(
     r: &mut LdReader<'_>,
     line: &LdLine<'_>,

@@ -214,6 +214,7 @@ struct DrawArea {
     at_right: bool,
 }
 
+/// The characters of a rung being drawn, and the positions of its elements.
 struct Canvas {
     rows: Vec<Vec<char>>,
     cells: Vec<DrawnElement>,

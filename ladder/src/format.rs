@@ -5,7 +5,7 @@
 
 use diag::text::code_page_byte;
 
-/// One piece of the text, which stands for one character that is sent.
+/// One piece of the text, which represents one character that is sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum StringPiece {
     /// A fixed byte.
@@ -43,7 +43,7 @@ const MAX_DIGITS: u32 = 5;
 
 /// Splits a text into pieces, one for each character that is sent; at most one number is among them.
 ///
-/// `quoted` selects LDmicro 5's quoted spelling. In the other spelling a character below 32 stands for the
+/// `quoted` selects LDmicro 5's quoted spelling. In the other spelling a character below 32 represents the
 /// letter X. A character is sent as its byte in code page 1252, the encoding of LDmicro's users; up to U+00FF
 /// this is mostly its code point.
 ///

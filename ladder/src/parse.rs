@@ -168,6 +168,7 @@ fn end_position(text: &str) -> Pos {
     Pos::new(line, column, 1)
 }
 
+/// Kind of a group of lines that ends with END.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum GroupKind {
     Rung,
@@ -191,6 +192,7 @@ struct OpenGroup {
     pos: Pos,
     /// Nodes of a rung or of a series; empty for PARALLEL, which collects `branches`.
     nodes: Vec<RungNode>,
+    /// Completed branches of PARALLEL.
     branches: Vec<Vec<RungNode>>,
     /// True if a part of it was refused, so that an empty group is no second error.
     has_refused_part: bool,

@@ -33,6 +33,7 @@ pub(crate) struct ProgramHead {
     baud: Option<(u64, String)>,
     compiler: Option<String>,
     compiled: Option<String>,
+    /// Names of the settings and lists read so far, to find repeated ones.
     seen: Vec<&'static str>,
     io: Vec<IoEntry>,
     vars: Option<Vec<VarEntry>>,

@@ -14,12 +14,16 @@ const MAX_ERRORS: usize = 100;
 
 /// State of reading one file.
 pub(crate) struct LdReader<'a> {
+    /// Name of the file, for messages.
     pub file: &'a str,
     /// Dialect, which sets the range of constants; 2.3 until the header is read.
     pub dialect: LadderDialect,
     diagnostics: Vec<Diagnostic>,
+    /// Number of errors among the diagnostics.
     errors: usize,
+    /// Names used as bits.
     bits: BTreeSet<String>,
+    /// Names of bits used as integers: name, position and keyword of the element.
     misused_names: Vec<(String, Pos, &'static str)>,
 }
 
@@ -35,10 +39,12 @@ impl<'a> LdReader<'a> {
         }
     }
 
+    /// Adds an error at a position, with its cause and a hint.
     pub(crate) fn error(&mut self, code: &'static str, pos: Pos, cause: impl Into<String>, hint: impl Into<String>) {
         self.report(Severity::Error, code, pos, cause, hint);
     }
 
+    /// Adds a diagnostic at a position, with its cause and a hint.
     pub(crate) fn report(
         &mut self,
         severity: Severity,

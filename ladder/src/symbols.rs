@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::integer_widths::IntegerWidths;
 use crate::model::{Element, LadderProgram, LadderSymbol, SymbolKind};
 
+/// Collects the symbols of a program, as [`LadderProgram::symbols`] describes.
 pub(crate) fn collect_symbols(program: &LadderProgram) -> Vec<LadderSymbol> {
     let mut found: BTreeMap<String, SymbolKind> = BTreeMap::new();
     for (_, element, _) in program.elements() {

@@ -202,6 +202,7 @@ pub(crate) fn operand_text(operand: &LadderOperand) -> &str {
     }
 }
 
+/// Keyword of a timer in `.ld` text.
 pub(crate) const fn timer_keyword(kind: TimerKind) -> &'static str {
     match kind {
         TimerKind::Ton => "TON",
@@ -210,6 +211,7 @@ pub(crate) const fn timer_keyword(kind: TimerKind) -> &'static str {
     }
 }
 
+/// Keyword of a counter in `.ld` text.
 pub(crate) const fn counter_keyword(kind: CounterKind) -> &'static str {
     match kind {
         CounterKind::Ctu => "CTU",
@@ -218,6 +220,7 @@ pub(crate) const fn counter_keyword(kind: CounterKind) -> &'static str {
     }
 }
 
+/// Keyword of an arithmetic operation in `.ld` text.
 pub(crate) const fn math_keyword(op: MathOp) -> &'static str {
     match op {
         MathOp::Add => "ADD",
@@ -227,6 +230,7 @@ pub(crate) const fn math_keyword(op: MathOp) -> &'static str {
     }
 }
 
+/// Keyword of a comparison in `.ld` text.
 pub(crate) const fn compare_keyword(op: CompareOp) -> &'static str {
     match op {
         CompareOp::Equ => "EQU",

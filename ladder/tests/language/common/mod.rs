@@ -2,7 +2,7 @@
 
 use diag::Diagnostic;
 
-/// Program head that a leading `H` in a table row stands for.
+/// Program head that a leading `H` in a table row represents.
 pub const HEAD: &str = "LDmicro0.1\nCYCLE=10000\nCRYSTAL=4000000\nPROGRAM\n";
 
 /// Rows of a table with their line numbers, without blank lines and lines that begin with `#`.
@@ -12,7 +12,7 @@ pub fn rows(table: &str) -> impl Iterator<Item = (usize, &str)> {
 
 /// Expands a table row to `.ld` text: ` | ` separates lines, and the escapes of the tables are replaced.
 ///
-/// A leading `H` stands for the head, `S` for the head with a serial rate, `V` for the head under the 0.2
+/// A leading `H` represents the head, `S` for the head with a serial rate, `V` for the head under the 0.2
 /// header.
 pub fn text(row: &str) -> String {
     let text: Vec<&str> = row.trim().split(" | ").collect();
