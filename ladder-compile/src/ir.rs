@@ -1,5 +1,4 @@
-//! Intermediate code (IR): one scan as operations on bits and on integers of one to four bytes, for any
-//! target.
+//! Intermediate code (IR): one scan as operations on bits and integers of 1 to 4 bytes, for any target.
 //!
 //! The machine model is one that every target has in some form: *one bit accumulator* (the AVR's T flag, the
 //! 8051's carry, the result bit of a 1-bit controller) that holds the state of the rung, bit cells and word
@@ -75,8 +74,7 @@ pub struct ConstantTable {
     pub name: String,
     /// Width of a value in bytes, 1 to 4.
     pub bytes: u8,
-    /// Values, at least one. Each fits the width as a signed number; in a table of one byte also as an
-    /// unsigned one.
+    /// Values, at least one; each fits the width as a signed number, or in one byte as an unsigned one.
     pub values: Vec<i32>,
 }
 
@@ -98,8 +96,7 @@ pub enum WordOperand {
     Const(i32),
 }
 
-/// Signed relation. Lowering converts the language's other two into these: it swaps operands or adds one to a
-/// constant.
+/// Signed relation. Lowering converts the other two by swapping operands or adding one to a constant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RelationOp {
     /// Equal.
@@ -124,7 +121,6 @@ pub struct WordComparison {
 }
 
 /// Arithmetic modulo 2^(8 w), with w from [`Ir::width`].
-///
 /// `Div` truncates; x / 0 is -1 for x >= 0 and 1 for x < 0; the lowest number divided by -1 is itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ArithmeticOp {
@@ -226,8 +222,7 @@ pub enum IrOp {
         /// Right operand.
         b: WordOperand,
     },
-    /// bit := logic; acc is preserved or lost. Only in unoptimised code, which never uses acc across this
-    /// operation.
+    /// bit := logic; acc is preserved or lost. Only in unoptimised code, which never uses acc across it.
     Logic {
         /// Destination.
         dst: BitId,
@@ -236,8 +231,7 @@ pub enum IrOp {
     },
     /// dst := `table[index]`; acc is preserved. The index is in range; the destination may be the index.
     Lookup {
-        /// Destination. A narrower value is sign-extended, but zero-extended from one-byte tables with values
-        /// above 127.
+        /// Destination. Values are sign-extended, but zero-extended from byte tables with values above 127.
         dst: WordId,
         /// Index from 0.
         index: WordId,
@@ -256,13 +250,12 @@ pub enum IrOp {
         /// Duty cycle in percent.
         duty: WordOperand,
     },
-    /// Sends the low byte of a value; acc is preserved. The previous byte is complete, apart from jitter
-    /// within one scan.
+    /// Sends the low byte of a value; acc is preserved. The previous byte is complete, up to a scan's jitter.
     Send {
         /// Value whose low byte is sent.
         value: WordOperand,
     },
-    /// acc := whether a received byte waits; if so, dst := the byte, 0 to 255, and the receiver is free again.
+    /// acc := whether a received byte waits; if so, dst := the byte, 0 to 255, and the receiver is free.
     Receive {
         /// Destination.
         dst: WordId,
@@ -274,7 +267,7 @@ pub enum IrOp {
         /// Address of the first cell.
         addr: u16,
     },
-    /// Writes the lowest byte of src that differs from its EEPROM cell, if any, and then sets busy := scans.
+    /// EEPROM := the lowest byte of src that differs from its cell, if any, and then busy := scans.
     ///
     /// acc is preserved. No write is in progress before.
     WriteEeprom {
@@ -287,12 +280,10 @@ pub enum IrOp {
         /// Duration of a write in scans.
         scans: i32,
     },
-    /// acc := the output of a timer or counter with input acc; the word is its integer, all other state is
-    /// its own.
+    /// acc := the output of a timer or counter with input acc; the word is its integer.
     ///
-    /// Only for chips with such modules
-    /// ([`CompileTarget::has_modules`](crate::target::CompileTarget::has_modules)); for others, lowering uses
-    /// the operations above.
+    /// All other state is its own. Only for chips with modules
+    /// ([`CompileTarget::has_modules`](crate::target::CompileTarget::has_modules)).
     Module {
         /// Kind of timer or counter.
         module: TimedModule,
@@ -368,10 +359,8 @@ impl Ir {
         self.words.get(word.0 as usize).map_or(2, |cell| cell.bytes)
     }
 
-    /// Width in bytes at which an operation is computed.
-    ///
-    /// It is the width of the destination, except for a division: there it is the largest width of
-    /// destination, operands and constants.
+    /// Width in bytes at which an operation is computed: that of the destination, or in a division the
+    /// largest of destination, operands and constants.
     #[must_use]
     pub fn width(&self, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand) -> u8 {
         let of = |value: WordOperand| match value {
