@@ -1,4 +1,4 @@
-//! Timers and counters.
+//! Lowers timers and counters.
 
 use std::collections::HashMap;
 
@@ -10,8 +10,10 @@ use ladder::{
 use super::{Lowering, if_accumulator, step_word};
 use crate::ir::{ArithmeticOp, BitRole, BranchCondition, IrOp, RelationOp, TimedModule, WordComparison, WordOperand};
 
-/// The number of scans that a timer counts: delay / cycle, truncated, plus its adjust; `None` below 1, beyond 32 bits, or
-/// where delay or adjust are no constants. Without an adjust it is -1, as in release 2.3, but 0 in LDmicro 5's own files.
+/// Number of scans that a timer counts: delay / cycle, truncated, plus its adjust.
+///
+/// `None` if it is below 1 or above 32 bits, or if delay or adjust are not constants. The default adjust is
+/// -1, as in release 2.3, but 0 in files with LDmicro 5's own header.
 #[must_use]
 pub fn timer_scans(program: &LadderProgram, delay: &LadderOperand, adjust: Option<&LadderOperand>) -> Option<i32> {
     let LadderOperand::Const { value: delay, .. } = delay else { return None };
@@ -26,7 +28,7 @@ pub fn timer_scans(program: &LadderProgram, delay: &LadderOperand, adjust: Optio
     i32::try_from(scans).ok().filter(|scans| *scans >= 1)
 }
 
-/// The start values of the counters: the first of a name decides.
+/// Start values of all counters; the first element with a name decides.
 pub(super) fn counter_starts(program: &LadderProgram) -> HashMap<&str, i32> {
     let mut starts = HashMap::new();
     for (_, element, _) in program.elements() {
@@ -37,12 +39,12 @@ pub(super) fn counter_starts(program: &LadderProgram) -> HashMap<&str, i32> {
     starts
 }
 
-/// A counter's start value.
+/// Start value of a counter element.
 fn start_value(init: Option<&LadderOperand>) -> i32 {
     if let Some(LadderOperand::Const { value, .. }) = init { *value as i32 } else { 0 }
 }
 
-/// The element of each integer that uses it first in a scan.
+/// For each integer, the first element in a scan that uses it.
 fn first_uses(program: &LadderProgram) -> HashMap<String, ElementId> {
     let mut first = HashMap::new();
     for (id, element, _) in program.elements() {
@@ -52,8 +54,10 @@ fn first_uses(program: &LadderProgram) -> HashMap<String, ElementId> {
 }
 
 impl Lowering<'_> {
-    /// A TOF presets its accumulator when it is executed for the first time. Every element is executed in every scan, so that
-    /// is in the first scan; and before all rungs where nothing else uses the accumulator earlier.
+    /// Presets the accumulators of TOF timers at their first execution.
+    ///
+    /// Every element is executed in every scan, so this is in the first scan. If no earlier element uses the
+    /// accumulator, the preset is done before all rungs.
     pub(super) fn preset_off_delays(&mut self) {
         if self.keep_modules {
             return;
@@ -86,9 +90,10 @@ impl Lowering<'_> {
         }
     }
 
+    /// Lowers a TON, TOF or RTO.
     pub(super) fn timer(&mut self, kind: TimerKind, name: &str, delay: &LadderOperand, adjust: Option<&LadderOperand>) {
         let word = self.word(name);
-        // A timer that cannot be counted was refused before.
+        // The checks refuse a timer without a valid count.
         let Some(limit) = timer_scans(self.program, delay, adjust) else { return };
         if self.keep_modules {
             return self.push(IrOp::Module {
@@ -138,6 +143,7 @@ impl Lowering<'_> {
         }
     }
 
+    /// Lowers a CTU, CTD or CTC.
     pub(super) fn counter(
         &mut self,
         kind: CounterKind,
@@ -162,7 +168,7 @@ impl Lowering<'_> {
             }
             CounterKind::Ctd => vec![step_word(word, ArithmeticOp::Sub)],
             CounterKind::Ctc => {
-                // It goes back to its own start value, whatever another counter of the name has.
+                // A CTC restarts at its own start value, whatever another counter with its name has.
                 let back = IrOp::Move { dst: word, src: WordOperand::Const(start_value(init)) };
                 self.if_comparison(CompareOp::Geq, n, max, vec![back], vec![step_word(word, ArithmeticOp::Add)])
             }
@@ -177,7 +183,8 @@ impl Lowering<'_> {
         out.into_iter().for_each(|op| self.push(op));
     }
 
-    /// `turn` when the rung state counts; afterwards it is what it was if `keep`, else anything.
+    /// Executes `count_ops` if the counter counts. Afterwards the rung state is unchanged if `keep`, else
+    /// arbitrary.
     fn count(&mut self, input: char, count_ops: Vec<IrOp>, keep: bool) {
         match input {
             '-' => self.push(if_accumulator(count_ops)),
@@ -187,7 +194,7 @@ impl Lowering<'_> {
                 self.push(if edge == '\\' { IrOp::Falling(memory) } else { IrOp::Rising(memory) });
                 self.push(if_accumulator(count_ops));
                 if keep {
-                    // The memory is the rung state of this scan.
+                    // The edge memory now holds the rung state of this scan.
                     self.push(IrOp::Load { bit: memory, negated: false });
                 }
             }
