@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! # a comment
-//! > {..}    a request, to which seq and type are added; a run that it starts continues until the machine stops
+//! > {..}    a request, to which seq and type are added; a run that it starts continues until a stop
 //! & {..}    a request; the machine keeps running after it
 //! < {..}    a message from the adapter; `...` matches any text
 //! ```
