@@ -57,6 +57,7 @@ pub(crate) struct BoundaryGoals {
 }
 
 impl BoundaryGoals {
+    /// Collects the boundary goals of a program.
     pub(crate) fn new(program: &LadderProgram, eval: &Evaluator) -> BoundaryGoals {
         let integer = |name: &str| {
             let index = eval.index(name)?;

@@ -17,8 +17,11 @@ const MAX_PERIODS: u64 = 3;
 /// The chip did not reach the wanted point of a scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct LostSync {
+    /// The point that the chip should have reached.
     pub wanted: ScanPoint,
+    /// Why the run stopped instead.
     pub stop: StopReason,
+    /// Machine cycle of the stop.
     pub cycle: u64,
     /// Program counter at the stop, as a word address.
     pub pc: u32,
@@ -27,7 +30,9 @@ pub(crate) struct LostSync {
 /// A chip under test with the addresses, pins and timing of its program.
 #[derive(Debug, Clone)]
 pub(crate) struct ChipRunner<'a, C> {
+    /// The emulated chip.
     pub cpu: C,
+    /// The addresses, pins and timing of its program.
     pub places: &'a ProgramPlaces,
     /// The probe that observes the serial line and the PWM output.
     pub listener: Option<PinListener>,
@@ -98,7 +103,7 @@ impl<'a, C: CheckedChip> ChipRunner<'a, C> {
         let mut cpu = self.cpu.clone();
         let before = cpu.cycle();
         cpu.step(&mut ());
-        // A self-paced controller reads all its outputs in this step.
+        // A self-paced controller then processes its output channels, one cycle each.
         let outputs = if self.places.is_self_paced() { self.places.output_channels(&cpu) } else { 0 };
         cpu.cycle() - before + outputs
     }

@@ -88,6 +88,7 @@ pub(crate) struct CoverageGoals {
 }
 
 impl CoverageGoals {
+    /// Collects the coverage goals of a program, and excludes outcomes that are impossible.
     pub(crate) fn new(program: &LadderProgram, eval: &Evaluator) -> CoverageGoals {
         let mut goals = CoverageGoals { items: Vec::new(), goals: Vec::new(), open_goals: 0 };
         let elements = program.elements().filter(|(_, element, _)| !matches!(element, Element::Comment(_)));

@@ -95,7 +95,9 @@ pub(crate) fn family_timing(chip: &Chip, pulses: bool) -> FamilyTiming {
 /// Electrical behaviour of a port pin.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct PinBehaviour {
+    /// The pull-up resistor of the pin.
     pub pull_up: PullUpKind,
+    /// How the chip outputs a high level.
     pub high: HighDrive,
 }
 

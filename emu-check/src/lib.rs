@@ -165,7 +165,9 @@ pub(crate) struct PreparedCheck {
     pub chip: &'static Chip,
     pub image: Image,
     pub places: ProgramPlaces,
+    /// Values worth trying in the stimulus.
     pub hints: ValueHints,
+    /// The evaluator at power-up.
     pub eval: Evaluator,
 }
 

@@ -31,14 +31,18 @@ pub(crate) struct TestBench<'a, C, F: Fn(u64) -> C> {
 /// A symbol whose value differs, with both values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct DifferingSymbol {
+    /// Index of the symbol in the evaluator.
     pub symbol: usize,
+    /// The evaluator's value.
     pub expected: i32,
+    /// The chip's value.
     pub found: i32,
 }
 
 /// The first difference that was found.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Mismatch {
+    /// The kind of the difference.
     pub kind: DifferenceKind,
     /// Machine cycle since reset.
     pub cycle: u64,
@@ -46,6 +50,7 @@ pub(crate) struct Mismatch {
     pub differing: Vec<DifferingSymbol>,
     /// The two sides as text, for all other kinds.
     pub expected: String,
+    /// What was found, as text.
     pub found: String,
     /// Program counter of the chip, as a word address, if it lost sync.
     pub pc: Option<u32>,
@@ -56,6 +61,7 @@ impl Mismatch {
         Mismatch { kind: what, cycle, differing, expected: String::new(), found: String::new(), pc: None }
     }
 
+    /// A mismatch that is described by text.
     pub(crate) fn of_text(what: DifferenceKind, cycle: u64, expected: String, found: String) -> Mismatch {
         Mismatch { kind: what, cycle, differing: Vec::new(), expected, found, pc: None }
     }
@@ -84,10 +90,13 @@ pub(crate) struct MatchedScan {
 /// Chip and evaluator, both at the end of a scan or before the first one.
 #[derive(Clone)]
 pub(crate) struct LockstepPair<'a, C> {
+    /// The chip with its program.
     pub runner: ChipRunner<'a, C>,
+    /// The evaluator.
     pub eval: Evaluator,
     places: &'a ProgramPlaces,
     hints: &'a ValueHints,
+    /// The bytes in flight and the peripherals.
     pub lines: PeripheralLines,
     first: bool,
     worst_scan_cycles: u64,

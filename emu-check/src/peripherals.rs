@@ -25,9 +25,11 @@ pub(crate) struct CheckedPeripherals {
     pub transmit: Option<PinId>,
     /// The pin of the receiver.
     pub receive: Option<PinId>,
+    /// Length of a bit on the serial line.
     pub bit_time: BitTime,
     /// The analog symbols in the evaluator's order, with their pins.
     pub analog: Vec<(usize, PinId)>,
+    /// The pin of the PWM output, with its expected timing.
     pub pwm: Option<(PinId, ExpectedPwm)>,
     /// Number of EEPROM cells in use, from address 0.
     pub eeprom_cells: u32,

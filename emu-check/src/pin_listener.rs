@@ -10,7 +10,9 @@ use crate::serial_line::SerialListener;
 /// The probe: a listener per observed pin.
 #[derive(Debug, Clone)]
 pub(crate) struct PinListener {
+    /// The transmitter's pin with its receiver.
     pub serial: Option<(PinId, SerialListener)>,
+    /// The pin of the PWM output with its meter.
     pub pwm: Option<(PinId, PwmMeter)>,
     clocks: u64,
 }

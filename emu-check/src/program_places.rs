@@ -58,6 +58,7 @@ pub(crate) struct ProgramPlaces {
 }
 
 impl ProgramPlaces {
+    /// Resolves the map; the error lists everything that the map lacks or that does not fit the chip.
     pub(crate) fn new(
         program: &LadderProgram,
         map: &ImageMap,

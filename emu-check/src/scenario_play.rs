@@ -184,6 +184,7 @@ impl NameResolver for LadderResolver {
 /// The inputs and outputs as scenarios have set and read them, with the bytes in flight.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ScenarioIo {
+    /// Number of scans run, which is also the current tick.
     pub scan: u64,
     inputs: Vec<bool>,
     analog: Vec<u16>,
@@ -195,6 +196,7 @@ pub(crate) struct ScenarioIo {
     received: Vec<u8>,
     /// True if the supply is switched off and on before the next scan.
     pub power_cycle_requested: bool,
+    /// Lines that the scenarios logged.
     pub log: Vec<String>,
 }
 

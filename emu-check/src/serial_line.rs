@@ -15,7 +15,9 @@ const MAX_EDGE_PERMILLE: u64 = 20;
 /// The length of a bit, as the fraction `hz / baud` of clocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct BitTime {
+    /// Oscillator frequency in Hz.
     pub hz: u64,
+    /// Bits per second.
     pub baud: u64,
 }
 

@@ -138,6 +138,7 @@ pub(crate) struct StimulusGenerator {
 }
 
 impl StimulusGenerator {
+    /// A generator for a seed; `wishes` are the boundary goals of the program.
     pub(crate) fn new(seed: u64, wishes: BoundaryGoals) -> StimulusGenerator {
         StimulusGenerator {
             rng: Rng::new(seed),

@@ -23,10 +23,13 @@ const MAX_TRACE_SCANS: usize = 2_000;
 /// The symbols at the end of a scan.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct TraceRow {
+    /// Number of the scan in the check, from 1.
     pub scan: u64,
     /// True if a run begins with this scan.
     pub reset: bool,
+    /// The evaluator's values, by symbol index.
     pub expected: Vec<i32>,
+    /// The chip's values, by symbol index.
     pub found: Vec<i32>,
 }
 

@@ -54,6 +54,7 @@ pub(crate) struct ValueHints {
 }
 
 impl ValueHints {
+    /// Collects the symbols and constants of a program.
     pub(crate) fn new(program: &LadderProgram, eval: &Evaluator) -> ValueHints {
         let symbols = eval.symbols();
         let which = |wanted: fn(SymbolKind) -> bool| -> Vec<usize> {

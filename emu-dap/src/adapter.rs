@@ -83,6 +83,7 @@ impl ClientCapabilities {
 /// The debugged machine, with data derived from it.
 pub(crate) struct DapMachine {
     pub session: DebugSession,
+    /// The ladder program, if the machine has one.
     pub ladder: Option<LadderSource>,
     /// The disassembly, made at the first request.
     pub listing: Option<DisassemblyListing>,
@@ -134,7 +135,9 @@ pub struct DebugAdapter<'a> {
     launched: LaunchArguments,
     pub(crate) client: ClientCapabilities,
     pub(crate) machine: Option<DapMachine>,
+    /// The breakpoints of the client.
     pub(crate) points: BreakpointTable,
+    /// The requested run; `None` if the machine is stopped.
     pub(crate) run: Option<PendingRun>,
     events: Vec<(&'static str, Value)>,
     seq: i64,

@@ -53,14 +53,17 @@ impl LadderSource {
         self.elements.iter().map(|(_, word)| *word).collect()
     }
 
+    /// First program word of a scan.
     pub fn scan_start(&self) -> u32 {
         self.view.scan_start()
     }
 
+    /// Number of the rung at a program word, from 1.
     pub fn rung_at(&self, word: u32) -> Option<u32> {
         self.view.rung_at(word)
     }
 
+    /// True if the program has a rung with this number, from 1.
     pub fn has(&self, rung: u32) -> bool {
         rung > 0 && self.view.program().rungs.len() >= rung as usize
     }

@@ -104,6 +104,7 @@ pub(crate) struct LineStep {
 }
 
 impl LineStep {
+    /// A step that starts at the current location.
     pub fn new(kind: LineStepKind, session: &DebugSession) -> LineStep {
         let here = (session.machine().pc(), session.machine().stack_depth());
         let line = session.scope.source().line_at(here.0).map(|line| (Arc::clone(&line.file), line.line));
@@ -199,6 +200,7 @@ pub(crate) struct BackLineStep {
 }
 
 impl BackLineStep {
+    /// A step back that starts at the current location.
     pub fn new(session: &DebugSession) -> BackLineStep {
         let (target, source) = (session.machine(), session.scope.source());
         let chip = session.scope.chip();

@@ -82,6 +82,7 @@ impl DebugAdapter<'_> {
         }
     }
 
+    /// The request `next` or, with `into`, `stepIn`.
     pub(crate) fn next(&mut self, request: &DapRequest, into: bool) -> Result<Value, RequestError> {
         let unit = self.unit(request)?;
         let machine = self.machine()?;

@@ -53,6 +53,7 @@ pub(crate) struct DapVariable {
     pub value: String,
     /// The expression for the variable.
     pub text: String,
+    /// The type of the variable.
     pub kind: Cow<'static, str>,
     /// The memory reference, if the variable is in memory.
     pub memory: Option<String>,

@@ -31,8 +31,10 @@ const EINVAL: u8 = 22;
 /// A session that gdb debugs.
 pub(crate) struct GdbTarget<'a> {
     pub session: &'a mut DebugSession,
+    /// Receives the client's packets, and Ctrl-C during a run.
     pub input: ClientInput,
     pub layout: GdbLayout,
+    /// A handler for further `monitor` commands.
     pub monitor: Option<&'a mut MonitorHandler>,
     /// Breakpoints and watchpoints that gdb has set.
     pub points: Vec<GdbPoint>,

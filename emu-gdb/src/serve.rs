@@ -94,7 +94,7 @@ fn serve_client(
 ) -> io::Result<ClientEnd> {
     let mut output = ClientOutput::new(stream.try_clone()?)?;
     let mut stub = GdbTarget::new(session, ClientInput::new(stream), monitor);
-    // The flush sends a first byte before any packet, while no program is running.
+    // No program runs before the first packet, so there is no stop to report.
     output.flush()?;
     let gdb = GdbStubBuilder::new(output).packet_buffer_size(MAX_PACKET_BYTES).build();
     let gdb = gdb.map_err(|error| io::Error::other(error.to_string()))?;

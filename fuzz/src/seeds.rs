@@ -34,6 +34,7 @@ impl SeedSource {
     }
 }
 
+/// Collects name and contents of all files in a folder and its subfolders whose names have this ending.
 pub(crate) fn collect_files(folder: &Path, ending: &str, out: &mut Vec<(String, Vec<u8>)>) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();

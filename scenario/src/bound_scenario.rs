@@ -7,12 +7,15 @@ use crate::world::ScenarioInput;
 #[derive(Debug)]
 pub struct BoundScenario {
     pub(crate) file: String,
+    /// The ops, in order.
     pub(crate) lines: Vec<PlayLine>,
+    /// The steps, for messages.
     pub(crate) steps: Vec<StepInfo>,
     /// Per toggled input: the inputs that set it to 0 and to 1.
     pub(crate) toggled_inputs: Vec<[ScenarioInput; 2]>,
     /// Per toggled input: true if more than one step reads or sets its level.
     pub(crate) shared_bits: Vec<bool>,
+    /// The tick at which the scenario ends at the latest.
     pub(crate) limit: u64,
     /// True if a step sends bytes.
     pub has_send_step: bool,
@@ -36,7 +39,7 @@ impl BoundScenario {
     /// Machine cycles that a run needs to reach the limit of the scenario, with `ticks` ticks per cycle.
     #[must_use]
     pub fn max_cycles(&self, ticks: u32) -> u64 {
-        // A few cycles more than the limit, because the scenario itself must detect the limit.
+        // 65,536 cycles more than the limit, because the scenario itself must detect the limit.
         (self.limit / u64::from(ticks.max(1))).saturating_add(1 << 16)
     }
 

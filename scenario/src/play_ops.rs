@@ -17,10 +17,12 @@ pub(crate) struct InputWrite {
 /// A check of an output against an expected value.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct OutputCheck {
+    /// Identifier of the output.
     pub output: usize,
     pub compare: Comparison,
     /// The name as written, for messages.
     pub name: String,
+    /// The expected value or comparison as written, for messages.
     pub wanted: String,
 }
 

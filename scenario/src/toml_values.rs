@@ -42,6 +42,7 @@ pub(crate) fn parse_number(item: &LocatedItem<'_>) -> Option<i64> {
     i64::from_str_radix(number.as_str(), number.radix()).ok()
 }
 
+/// A TOML value or its type, for messages.
 pub(crate) fn kind_name(value: &DeValue<'_>) -> String {
     match value {
         DeValue::String(text) if text.is_empty() => "an empty text".to_owned(),

@@ -25,14 +25,19 @@ pub(crate) struct EepromVariable {
 /// The pins of a foreign image, and what is compared at them.
 #[derive(Debug, Clone)]
 pub(crate) struct ForeignBoard {
+    /// The chip.
     pub chip: &'static Chip,
+    /// Timing of a scan.
     pub pace: ScanPace,
+    /// Pins of the inputs, in the evaluator's order.
     pub inputs: Vec<PinId>,
     /// Outputs: symbol index and pin.
     pub outputs: Vec<(usize, PinId)>,
+    /// The serial line, the analog inputs and the EEPROM; the PWM output is in `pwm`.
     pub peripherals: CheckedPeripherals,
     /// The PWM output: pin and frequency in Hz.
     pub pwm: Option<(PinId, u64)>,
+    /// The EEPROM variables that are compared.
     pub eeprom_variables: Vec<EepromVariable>,
     /// Per symbol: whether its value depends on the moment at which a byte is sent.
     pub timing_dependent: Vec<bool>,

@@ -104,6 +104,7 @@ impl MeasuredPeriod {
         self.periods > 1 && self.mean_clocks < self.wanted_clocks * 0.9
     }
 
+    /// The period from the scan starts of a run; `None` if fewer than two scans have started.
     pub(crate) fn new(pace: &ScanPace, starts: ScanStarts) -> Option<MeasuredPeriod> {
         let periods = starts.scans.checked_sub(1).filter(|&periods| periods > 0)?;
         let clocks = (starts.last - starts.first) * pace.clocks_per_cycle;

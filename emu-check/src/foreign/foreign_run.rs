@@ -28,7 +28,9 @@ const MAX_PERIODS: u64 = 3;
 /// The scan starts of a run, in machine cycles.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct ScanStarts {
+    /// Start of the first scan.
     pub first: u64,
+    /// Start of the last scan.
     pub last: u64,
     /// Number of scans that have started.
     pub scans: u64,
@@ -42,6 +44,7 @@ pub(crate) struct ForeignRun<'a, C> {
     hints: &'a ValueHints,
     scan_loop: ScanLoop,
     listener: LineListener,
+    /// The scan starts of this run.
     pub starts: ScanStarts,
     /// Bytes that the evaluator has sent and the line has not shown yet, each with its scan.
     awaited: VecDeque<(u64, u8)>,
@@ -51,7 +54,9 @@ pub(crate) struct ForeignRun<'a, C> {
     incoming: Option<(u64, u8)>,
     /// Maximum machine cycles of a scan so far.
     pub longest_scan: u64,
+    /// Number of values compared since the caller has last taken it.
     pub compared: u64,
+    /// Findings since the caller has last taken them.
     pub findings: Vec<ForeignFinding>,
 }
 

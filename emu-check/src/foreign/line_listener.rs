@@ -12,10 +12,13 @@ use super::foreign_board::ForeignBoard;
 #[derive(Debug, Clone)]
 pub(crate) struct LineListener {
     clocks: u64,
+    /// The transmitter's pin with its receiver.
     pub serial: Option<(PinId, SerialListener)>,
+    /// The pin of the PWM output with its meter.
     pub pwm: Option<(PinId, ForeignPwmMeter)>,
     /// Outputs with the clock of their first rising edge; they are observed until the first scan has started.
     pub outputs: Vec<(PinId, Option<u64>)>,
+    /// True until the first scan has started.
     pub is_before_first_scan: bool,
 }
 
@@ -83,6 +86,7 @@ pub(crate) struct ForeignPwmMeter {
 }
 
 impl ForeignPwmMeter {
+    /// A meter for an output of `hertz` Hz; `grain` is the tolerance of an edge in clocks.
     pub(super) fn new(clock_hz: u64, hertz: u64, grain: u64) -> ForeignPwmMeter {
         let period = clock_hz / hertz.max(1);
         let (duty, rose, fell, fault) = (None, None, None, None);
@@ -98,6 +102,7 @@ impl ForeignPwmMeter {
         }
     }
 
+    /// Records that the pin changed to `high` at clock `at`.
     pub(super) fn note_edge(&mut self, at: u64, high: bool) {
         if high == self.high {
             return;

@@ -70,8 +70,8 @@ impl ForeignMismatch {
     }
 }
 
-/// After the first three runs of the stimulus, one of this many runs begins with a reset; the others
-/// continue.
+/// After the first three runs of the stimulus, one of this many runs, and every long run, begins with a
+/// reset; the others continue.
 const RUNS_WITH_RESET: u64 = 4;
 
 /// Checks a foreign image against its program. All of `options` applies except the number of scans.

@@ -31,12 +31,14 @@ pub(crate) fn long_run_scans(program: &LadderProgram) -> usize {
 
 /// The number of scans of a check, which grows while the check reaches new states.
 pub(crate) struct ScanBudget {
+    /// Number of scans to run, as known so far.
     pub scans: u64,
     /// Without an explicit number of scans, the check ends after this many scans without a new state.
     max_scans_without_news: Option<u64>,
 }
 
 impl ScanBudget {
+    /// A budget for a requested number of scans, or by default for a long run of `patience` scans.
     pub(super) fn new(requested: Option<u64>, patience: u64) -> ScanBudget {
         let least = patience + SHORT_SCANS;
         ScanBudget { scans: requested.unwrap_or(least), max_scans_without_news: requested.is_none().then_some(least) }

@@ -184,6 +184,7 @@ pub(super) enum TrialFault {
 }
 
 impl TrialOutcome {
+    /// The fault that this outcome shows; `None` for an agreement or an ordinary refusal.
     pub(super) fn to_fault(&self) -> Option<TrialFault> {
         match self {
             TrialOutcome::Checked(_, report) => (!report.agreed).then_some(TrialFault::Differs),

@@ -42,6 +42,7 @@ pub(super) struct ProgramGenerator {
 }
 
 impl ProgramGenerator {
+    /// A random element of `from`, which must not be empty.
     pub(super) fn pick<T: Clone>(&mut self, from: &[T]) -> T {
         from[self.rng.below(from.len() as u64) as usize].clone()
     }

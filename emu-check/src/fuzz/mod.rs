@@ -3,8 +3,8 @@
 //!
 //! ```text
 //!   seed, number -> program_style -> generator -> program --check on each chip--> tally, findings -> record
-//!                                                                       |                            |
-//!                                                                       +--> shrink_program          +--> merge
+//!                                                                                     |            |
+//!                                                                      shrink_program <--+      merge <--+
 //! ```
 //!
 //! Program n of a seed does not depend on the shard or job that generates it, nor on the chips. See

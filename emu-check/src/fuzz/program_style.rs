@@ -112,11 +112,15 @@ const HERTZ: &[(u64, &[u64])] =
 #[derive(Debug, Clone)]
 pub(super) struct ProgramStyle {
     pub profile: ProgramProfile,
+    /// Dialect of the program.
     pub dialect: LadderDialect,
     pub clock_hz: u64,
     pub cycle_us: u64,
+    /// Bits per second of the serial line; `None` in programs without one.
     pub baud: Option<u64>,
+    /// Frequency of the PWM output in Hz.
     pub hertz: u64,
+    /// Number of rungs.
     pub rungs: u64,
     /// Number of elements after which no more groups are started.
     pub elements: u64,
@@ -145,6 +149,7 @@ pub(super) struct ProgramStyle {
 }
 
 impl ProgramStyle {
+    /// Chooses a random style.
     pub(super) fn draw(rng: &mut Rng) -> ProgramStyle {
         let profile = match rng.below(12) {
             0..4 => ProgramProfile::Bits,

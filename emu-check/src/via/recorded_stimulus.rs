@@ -42,7 +42,9 @@ pub(super) struct RecordedScan {
 
 /// A recorded stimulus of many scans.
 pub(super) struct RecordedStimulus {
+    /// The scans, in order.
     pub scans: Vec<RecordedScan>,
+    /// Coverage of the program by the stimulus.
     pub coverage: LadderCoverage,
     /// Names of the symbols, in the evaluator's order.
     pub names: Vec<String>,
@@ -169,6 +171,7 @@ impl RecordedStimulus {
 pub(super) struct SourceMismatch {
     /// Number of the scan, from 0.
     pub scan: usize,
+    /// What differs: a symbol, an output, sent bytes, the duty cycle, or the EEPROM.
     pub what: String,
     pub expected: String,
     pub found: String,

@@ -220,6 +220,7 @@ impl PanelMachine {
         self.current.pulsed.contains(&symbol)
     }
 
+    /// Sets the level of an analog input, 0 to 1023.
     pub(super) fn set_level(&mut self, symbol: usize, level: u16) {
         let at = self.current.evaluator.adc_symbols().position(|adc| adc == symbol);
         if let Some(slot) = at.and_then(|at| self.current.levels.get_mut(at)) {
@@ -255,6 +256,7 @@ impl PanelMachine {
         self.current.evaluator.symbols()
     }
 
+    /// Symbol indices of the kinds for which `is` returns true.
     pub(super) fn symbols_of(&self, is: impl Fn(SymbolKind) -> bool) -> impl Iterator<Item = usize> {
         self.symbols().iter().enumerate().filter(move |(_, s)| is(s.kind)).map(|(at, _)| at)
     }

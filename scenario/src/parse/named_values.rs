@@ -36,6 +36,7 @@ impl ScenarioReader<'_> {
         }
     }
 
+    /// Parses assignments to names.
     pub(super) fn read_assignments(&mut self, verb: &str, item: &LocatedItem<'_>) -> Option<Vec<Assignment>> {
         let entries = self.read_entries(verb, item)?;
         let assigns = entries.into_iter().map(|(name, item)| {
@@ -78,6 +79,7 @@ impl ScenarioReader<'_> {
         }
     }
 
+    /// Parses the names of a ramp with their first and last values.
     pub(super) fn read_ramp(
         &mut self,
         item: &LocatedItem<'_>,
@@ -99,6 +101,7 @@ impl ScenarioReader<'_> {
         Some(out)
     }
 
+    /// Parses conditions on names.
     pub(super) fn read_conditions(&mut self, verb: &str, item: &LocatedItem<'_>) -> Option<ConditionList> {
         let entries = self.read_entries(verb, item)?;
         let tests = entries.into_iter().map(|(name, item)| {

@@ -10,13 +10,17 @@ use crate::world::ScenarioWorld;
 /// A task that runs in parallel with the steps.
 #[derive(Debug, Clone)]
 pub(super) struct BackgroundTask {
+    /// The tick at which the next action of the task is due.
     pub next: u64,
+    /// Index of the step that started the task.
     pub step: usize,
+    /// The kind of the task, with its progress.
     pub kind: TaskKind,
     /// True if the task belongs to a repetition without end, so the scenario does not wait for it.
     pub endless: bool,
 }
 
+/// The kind of a task.
 #[derive(Debug, Clone)]
 pub(super) enum TaskKind {
     Ramp {
@@ -65,6 +69,7 @@ impl ScenarioPlayer {
         }
     }
 
+    /// True if the machine can accept the next action of a task before its time.
     pub(super) fn can_task_be_queued(&self, task: usize) -> bool {
         match self.tasks.get(task).map(|task| &task.kind) {
             Some(TaskKind::Ramp { values, done, .. }) => {
