@@ -1,4 +1,4 @@
-//! Rungs and elements of a ladder program by program word, and their lines in its text.
+//! Maps program words to rungs and elements of a ladder program, and these to lines of its text.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf, absolute};
@@ -8,15 +8,15 @@ use serde_json::{Value, json};
 
 use crate::error::DapError;
 
-/// A rung and an element in it, both from 1.
+/// Numbers of a rung and of an element in it, both from 1.
 type ElementNumber = (u32, u32);
 
-/// A ladder program in a machine.
+/// The ladder program of a machine.
 pub(crate) struct LadderSource {
     view: LadderView,
-    /// Its text.
+    /// Path of its `.ld` file.
     file: PathBuf,
-    /// Those with code, with their first program word.
+    /// Rungs with code: number and first program word.
     rungs: Vec<(u32, u32)>,
     elements: Vec<(ElementNumber, u32)>,
     /// Line and text of every element.
@@ -24,7 +24,7 @@ pub(crate) struct LadderSource {
 }
 
 impl LadderSource {
-    /// With its rungs and elements found.
+    /// Collects the rungs and elements of a view.
     pub fn new(view: LadderView) -> LadderSource {
         let file = PathBuf::from(&view.program().file);
         let number = |id: ladder::ElementId| (id.rung + 1, id.index + 1);
@@ -43,29 +43,32 @@ impl LadderSource {
         &self.view
     }
 
-    /// First words of all rungs.
+    /// First program words of all rungs.
     pub fn rung_starts(&self) -> BTreeSet<u32> {
         self.rungs.iter().map(|(_, word)| *word).collect()
     }
 
-    /// First words of all elements.
+    /// First program words of all elements.
     pub fn element_starts(&self) -> BTreeSet<u32> {
         self.elements.iter().map(|(_, word)| *word).collect()
     }
 
+    /// First program word of a scan.
     pub fn scan_start(&self) -> u32 {
         self.view.scan_start()
     }
 
+    /// Number of the rung at a program word, from 1.
     pub fn rung_at(&self, word: u32) -> Option<u32> {
         self.view.rung_at(word)
     }
 
+    /// True if the program has a rung with this number, from 1.
     pub fn has(&self, rung: u32) -> bool {
         rung > 0 && self.view.program().rungs.len() >= rung as usize
     }
 
-    /// The text is this file.
+    /// True if `path` is the file of the ladder program.
     pub fn is_file(&self, path: &str) -> bool {
         let path = Path::new(path);
         let real = |path: &Path| path.canonicalize().ok();
@@ -73,13 +76,13 @@ impl LadderSource {
             || real(path).is_some_and(|path| real(&self.file) == Some(path))
     }
 
-    /// As the protocol names it.
+    /// The protocol's description of the source.
     pub fn source(&self) -> Value {
         let name = self.file.file_name().map(|name| name.to_string_lossy().into_owned());
         json!({ "name": name, "path": self.file.display().to_string() })
     }
 
-    /// What stands at a program word: its name, and its line in the text.
+    /// The element or rung at a program word, with its line.
     pub fn place(&self, word: u32) -> Option<(String, u32)> {
         let element = self.view.element_at(word).map(|id| (id.rung + 1, id.index + 1));
         if let Some((number, (line, text))) = element.and_then(|number| Some((number, self.texts.get(&number)?))) {
@@ -89,7 +92,8 @@ impl LadderSource {
         Some((format!("rung {rung}"), self.view.rung_line(rung)?))
     }
 
-    /// First word of the rung to which a line belongs, or of the next with code; and the line of that rung.
+    /// First program word of the rung that contains a line, or of the next rung with code, and the line of
+    /// that rung.
     pub fn word_of_line(&self, line: u32) -> Result<(u32, u32), DapError> {
         let wanted = match self.view.rung_of_line(line) {
             Some(rung) => rung,
@@ -104,7 +108,7 @@ impl LadderSource {
         Ok((*word, self.view.rung_line(*rung).unwrap_or(line)))
     }
 
-    /// `rung 3`, `element 3.2`, `scan`; nothing where the text has no such shape.
+    /// Parses `rung 3`, `element 3.2` or `scan` to a program word; `None` if the text has another form.
     pub fn parse_name(&self, text: &str) -> Option<Result<u32, DapError>> {
         let text = text.trim();
         let number = |text: &str| text.trim().parse::<u32>().ok();
@@ -121,7 +125,7 @@ impl LadderSource {
         Some(word.ok_or_else(|| DapError::NoSuchElement { rung: wanted.0, element: wanted.1 }))
     }
 
-    /// What the listing says above the instruction at a program word.
+    /// The heading lines above the instruction at a program word, for the disassembly.
     pub fn headings_at(&self, word: u32) -> Vec<String> {
         let mut heads = Vec::new();
         if word == self.view.scan_start() {
@@ -139,7 +143,7 @@ impl LadderSource {
 }
 
 impl LadderSource {
-    /// The line of the element or rung that begins at a program word.
+    /// The line of the element or rung that starts at a program word.
     pub fn line_beginning_at(&self, word: u32) -> Option<u32> {
         let element = self.elements.iter().find(|(_, at)| *at == word);
         let line = element.and_then(|(number, _)| self.texts.get(number)).map(|(line, _)| *line);

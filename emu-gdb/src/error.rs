@@ -1,18 +1,18 @@
-//! Why there is no server for gdb, or why a monitor command does nothing.
+//! Errors of the gdb server's address and of monitor commands.
 
 use std::io;
 
 use emu_debug::debug::DebugError;
 
-/// Why an address to listen on cannot be used, or why a monitor command does nothing.
+/// The reason why an address cannot be listened on, or why a monitor command fails.
 #[derive(Debug, thiserror::Error)]
 pub enum GdbError {
-    /// A text is no address, or its host is not found.
+    /// A text is not an address, or its host is not found.
     #[error("`{text}` is no address ({source}); write :1234 or 127.0.0.1:1234")]
     BadAddress {
         /// The text.
         text: String,
-        /// What the system says.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// A host has no address.
@@ -21,13 +21,13 @@ pub enum GdbError {
         /// The text.
         text: String,
     },
-    /// The debugger refuses an expression, or the machine a value.
+    /// The debugger refuses an expression, or the machine refuses a value.
     #[error(transparent)]
     Debugger(#[from] DebugError),
-    /// `set` names no place.
+    /// The left side of `set` cannot be assigned to.
     #[error("that cannot be set")]
     NotAPlace,
-    /// The expression behind `set` has no value.
+    /// The expression on the right side of `set` has no value.
     #[error("it has no value now")]
     NoValue,
 }
