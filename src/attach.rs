@@ -235,7 +235,7 @@ fn wires(attached: &AttachedDevice, chip: &Chip) -> Result<Vec<Option<PinId>>, S
     let wire = |(at, name): (usize, &&str)| {
         let named = attached.pins.iter().find(|(of, _)| *of == at);
         if let Some((_, typed)) = named {
-            return find_pin(chip, &avr::chip_pin_text(chip, typed)).map(Some);
+            return Ok(Some(find_pin(chip, &avr::chip_pin_text(chip, typed))?));
         }
         let usual = bus.default_pin(chip, name);
         let needed = !matches!(*name, "" | "wp");

@@ -59,8 +59,13 @@ impl VerbFailure {
         }
     }
 
+    /// The command line makes no sense, as an error of a library says.
+    pub fn usage(error: impl std::error::Error) -> VerbFailure {
+        VerbFailure::Usage(error.to_string())
+    }
+
     /// The value of a flag makes no sense.
-    pub fn invalid_flag_value(flag: &str, value: &str, why: &str) -> VerbFailure {
+    pub fn invalid_flag_value(flag: &str, value: &str, why: &dyn std::fmt::Display) -> VerbFailure {
         VerbFailure::Usage(format!("invalid value '{value}' for '{flag}': {why}"))
     }
 }

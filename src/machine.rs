@@ -195,9 +195,9 @@ impl MachineArgs {
                 "{name} is driven by --uart-in, so --set and --at cannot drive it"
             )));
         }
-        let baud = |why: String| VerbFailure::invalid_flag_value("--baud <RATE>", &self.baud.to_string(), &why);
-        let sender = SerialLineSender::new(pin, self.baud).map_err(baud)?;
-        sender.edges_of_texts(clock, &texts).map_err(VerbFailure::Usage)
+        let sender = SerialLineSender::new(pin, self.baud)
+            .map_err(|why| VerbFailure::invalid_flag_value("--baud <RATE>", &self.baud.to_string(), &why))?;
+        sender.edges_of_texts(clock, &texts).map_err(VerbFailure::usage)
     }
 }
 
@@ -213,6 +213,6 @@ pub fn check_pins_exist<C: Cpu>(
     });
     match driven.chain(others).find(|pin| !cpu.has_pin(*pin)) {
         None => Ok(()),
-        Some(pin) => Err(VerbFailure::Usage(missing_pin_reason(cpu.chip(), pin))),
+        Some(pin) => Err(VerbFailure::usage(missing_pin_reason(cpu.chip(), pin))),
     }
 }

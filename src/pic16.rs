@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::Image;
-use emu_debug::{address_names, time};
+use emu_debug::{InputError, address_names, time};
 use emu_pic16::chips::{self, OscillatorMode, Pic16Part};
 use emu_pic16::{Options, TimingCorner};
 
@@ -58,7 +58,7 @@ fn parse_config_word(text: &str) -> Result<u16, String> {
     word.map(|word| word as u16).ok_or_else(|| format!("a configuration word is 0x0 to 0x{WORD:X}, as in 0x3F3A"))
 }
 
-fn parse_crystal(text: &str) -> Result<Timer1Crystal, String> {
+fn parse_crystal(text: &str) -> Result<Timer1Crystal, InputError> {
     if text == "none" { Ok(Timer1Crystal(None)) } else { time::parse_hertz(text).map(|hz| Timer1Crystal(Some(hz))) }
 }
 

@@ -231,10 +231,10 @@ fn byte_arrivals(args: &SimArgs, scans: u64, program: &LadderProgram) -> Result<
     let (baud, cycle) = (program.settings.baud.unwrap_or(0).max(1), program.settings.cycle_us.max(1));
     let apart = BYTE_US.div_ceil(u128::from(baud) * u128::from(cycle)).try_into().unwrap_or(u64::MAX);
     for text in &args.uart_in {
-        let refuse = |why: String| VerbFailure::invalid_flag_value("--uart-in <SCAN:TEXT>", text, &why);
-        let (scan, rest) = split_scan(scans, text, "5:hello").map_err(refuse)?;
+        let refuse = |why: &dyn std::fmt::Display| VerbFailure::invalid_flag_value("--uart-in <SCAN:TEXT>", text, why);
+        let (scan, rest) = split_scan(scans, text, "5:hello").map_err(|why| refuse(&why))?;
         let mut at = scan.max(free);
-        for byte in unescape(rest).map_err(refuse)? {
+        for byte in unescape(rest).map_err(|why| refuse(&why))? {
             bytes.push((at, byte));
             at = at.saturating_add(apart);
         }

@@ -49,7 +49,7 @@ fn bytes(chip: &Chip, image: &Image) -> Vec<Segment> {
 
 /// Assembles the text and compares; the complaint shows where they part.
 fn compare(chip: &'static Chip, text: &str, wanted: &Image) -> Result<(), String> {
-    let ours = emu_asm::assemble_text(chip, text)?;
+    let ours = emu_asm::assemble_text(chip, text).map_err(|refused| refused.to_string())?;
     let (ours, wanted) = (bytes(chip, &ours), bytes(chip, wanted));
     if ours == wanted {
         return Ok(());

@@ -1,5 +1,5 @@
 //! The house rules that a compiler does not keep: who may use whom, how long a file may be, no unsafe code, and that every
-//! crate of chips says what it does not model.
+//! crate of chips says what it does not model, and that errors are enums.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -166,6 +166,54 @@ fn public_type_names_are_of_at_most_two_crates() {
     assert!(homes.len() > 400, "public types are found: {}", homes.len());
     homes.retain(|name, list| list.len() > 2 && !NAMES_OF_MANY_CRATES.contains(&name.as_str()));
     assert!(homes.is_empty(), "public type names in more than two crates: {homes:#?}");
+}
+
+/// How many types `Result<_, String>` a source has, whatever stands for `_`, and over several lines as well.
+fn count_string_errors(source: &str) -> usize {
+    let code: String = source.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
+    code.split("Result<").skip(1).filter(|behind| type_arguments(behind).last() == Some(&"String")).count()
+}
+
+/// The arguments of a type, of which there are several, with which a text begins up to its `>`; else nothing.
+fn type_arguments(text: &str) -> Vec<&str> {
+    let (mut depth, mut start, mut found) = (1, 0, Vec::new());
+    for (at, c) in text.char_indices() {
+        match c {
+            '<' | '(' | '[' => depth += 1,
+            '>' if text[..at].ends_with('-') => {}
+            '>' | ')' | ']' => depth -= 1,
+            _ => {}
+        }
+        if depth == 0 || depth == 1 && c == ',' {
+            found.push(text[start..at].trim());
+            start = at + 1;
+        }
+        if depth == 0 {
+            found.retain(|argument| !argument.is_empty());
+            return if found.len() > 1 { found } else { Vec::new() };
+        }
+    }
+    Vec::new()
+}
+
+#[test]
+fn errors_of_libraries_are_enums() {
+    for (source, count) in [
+        ("fn f(n: Result<u8, ()>) -> Result<Vec<(u8, u8)>,\n    String,\n> {}", 1),
+        ("type A = Result<dyn Fn() -> u8, String>; type B = Result<A, Result<u8, String>>;", 2),
+        ("type A = Result<String, fmt::Error>; type B = fmt::Result<String>; type C = Map<u8, String>;", 0),
+        ("// Result<u8, String>", 0),
+    ] {
+        assert_eq!(count_string_errors(source), count, "{source}");
+    }
+    for (name, dir) in crates().into_iter().filter(|(name, _)| name != "emu") {
+        let mut files = Vec::new();
+        rust_files(&dir.join("src"), &mut files);
+        assert!(!files.is_empty(), "{name} has sources");
+        let count: usize =
+            files.iter().map(|file| count_string_errors(&fs::read_to_string(file).expect("source"))).sum();
+        assert_eq!(count, 0, "{name} has types Result<_, String>: a new error is a variant of its error enum");
+    }
 }
 
 #[test]

@@ -19,5 +19,5 @@ pub const PROGRAMS: &[(&str, &str)] = &[
 /// # Errors
 /// All that is wrong with it, one a line.
 pub fn image(source: &str) -> Result<Image, String> {
-    emu_asm::assemble_text(&ATMEGA328P, source)
+    emu_asm::assemble_text(&ATMEGA328P, source).map_err(|refused| refused.to_string())
 }

@@ -8,5 +8,6 @@ use emu_core::image::Image;
 /// # Errors
 /// All that is wrong with it, one a line.
 pub fn image(source: &str) -> Result<Image, String> {
-    emu_asm::assemble_text(chips::chip("8052").ok_or("no 8052")?, source)
+    let chip = chips::chip("8052").ok_or("no 8052")?;
+    emu_asm::assemble_text(chip, source).map_err(|refused| refused.to_string())
 }

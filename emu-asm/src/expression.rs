@@ -176,11 +176,7 @@ impl AsmExpressionParser<'_> {
             AsmOperator::EitherTrue => truth_of(a != 0 || b != 0),
             AsmOperator::BitOf if unknown => 0,
             AsmOperator::BitOf => {
-                return bit_address(a, b).map(AsmValue::of).map_err(|cause| {
-                    let hint =
-                        "bytes 20h to 2Fh and registers whose address is divisible by 8 have bits with addresses";
-                    LineFault::new("ASM003", at, cause, hint)
-                });
+                return bit_address(a, b, at).map(AsmValue::of);
             }
         };
         // The difference of two addresses is a number.
@@ -339,11 +335,13 @@ fn is_whole_token(rest: &str, token: &str) -> bool {
 }
 
 /// The address of bit `bit` of the byte `byte`.
-fn bit_address(byte: i64, bit: i64) -> Result<i64, String> {
-    match (byte, bit) {
-        (_, bit) if !(0..8).contains(&bit) => Err(format!("bit {bit} is not in 0..=7")),
-        (0x20..=0x2F, _) => Ok((byte - 0x20) * 8 + bit),
-        (0x80..=0xFF, _) if byte % 8 == 0 => Ok(byte + bit),
-        _ => Err(format!("the byte 0x{byte:02X} has no bit addresses")),
-    }
+fn bit_address(byte: i64, bit: i64, at: Range<usize>) -> Result<i64, LineFault> {
+    let cause = match (byte, bit) {
+        (_, bit) if !(0..8).contains(&bit) => format!("bit {bit} is not in 0..=7"),
+        (0x20..=0x2F, _) => return Ok((byte - 0x20) * 8 + bit),
+        (0x80..=0xFF, _) if byte % 8 == 0 => return Ok(byte + bit),
+        _ => format!("the byte 0x{byte:02X} has no bit addresses"),
+    };
+    let hint = "bytes 20h to 2Fh and registers whose address is divisible by 8 have bits with addresses";
+    Err(LineFault::new("ASM003", at, cause, hint))
 }

@@ -92,8 +92,9 @@ pub struct AssembledProgram {
     pub texts: SourceTexts,
 }
 
-/// A refused program.
-#[derive(Debug, Clone)]
+/// A refused program. `Display` is all errors, one a line: `line:column: CODE: cause (hint)`.
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("{}", error_lines(.diagnostics))]
 pub struct RefusedSource {
     /// All errors, in the order in which they were found, and the warnings between them; at most 100 of each and a closing note.
     pub diagnostics: Vec<Diagnostic>,
@@ -203,19 +204,16 @@ pub fn directive_names(chip: &Chip) -> Vec<&'static str> {
 /// Assembles a text without includes, for tests.
 ///
 /// # Errors
-/// All that is wrong with it, one a line: `line:column: CODE: cause (hint)`.
-pub fn assemble_text(chip: &'static Chip, text: &str) -> Result<Image, String> {
+/// All that is wrong with it.
+pub fn assemble_text(chip: &'static Chip, text: &str) -> Result<Image, Box<RefusedSource>> {
     let source = SourceText { name: "", bytes: text.as_bytes() };
-    match assemble(&source, chip, &AssembleOptions::default(), &mut ()) {
-        Ok(assembled) => Ok(assembled.image),
-        Err(refused) => Err(refused
-            .diagnostics
-            .iter()
-            .filter(|fault| fault.is_error())
-            .map(|f| format!("{}:{}: {}: {} ({})", f.pos.line, f.pos.column, f.code, f.cause, f.hint))
-            .collect::<Vec<_>>()
-            .join("\n")),
-    }
+    assemble(&source, chip, &AssembleOptions::default(), &mut ()).map(|assembled| assembled.image)
+}
+
+fn error_lines(diagnostics: &[Diagnostic]) -> String {
+    let errors = diagnostics.iter().filter(|fault| fault.is_error());
+    let lines = errors.map(|f| format!("{}:{}: {}: {} ({})", f.pos.line, f.pos.column, f.code, f.cause, f.hint));
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 /// Assembles one line, an instruction or values, that will stand at the program word `pc`.

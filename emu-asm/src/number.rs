@@ -27,9 +27,11 @@ pub(crate) fn read_number(
     for form in d.numbers {
         if let Some((skip, digits, radix, behind)) = match_form(*form, rest, radix) {
             let len = skip + digits.len() + behind;
-            return digits_value(d, digits, radix)
-                .map(|n| Some((len, n)))
-                .map_err(|cause| LineFault::new("ASM010", at..at + len, cause, "numbers have up to 32 bits"));
+            let Some(n) = digits_value(d, digits, radix) else {
+                let cause = format!("`{digits}` has more than 32 bits");
+                return Err(LineFault::new("ASM010", at..at + len, cause, "numbers have up to 32 bits"));
+            };
+            return Ok(Some((len, n)));
         }
     }
     if !byte(rest, 0).is_ascii_digit() {
@@ -116,13 +118,13 @@ fn match_form(form: NumberForm, rest: &str, radix: u32) -> Option<(usize, &str, 
     }
 }
 
-fn digits_value(d: &AsmDialect, digits: &str, radix: u32) -> Result<i64, String> {
+/// The number that digits are; nothing where it has more than 32 bits.
+fn digits_value(d: &AsmDialect, digits: &str, radix: u32) -> Option<i64> {
     if d.hooks.is_32 {
         let step = |n: i64, digit: u32| i64::from((n as u32).wrapping_mul(radix).wrapping_add(digit));
-        return Ok(digits.chars().filter_map(|c| c.to_digit(radix)).fold(0, step));
+        return Some(digits.chars().filter_map(|c| c.to_digit(radix)).fold(0, step));
     }
-    let value = i64::from_str_radix(digits, radix).ok().filter(|n| *n <= 0xFFFF_FFFF);
-    value.ok_or_else(|| format!("`{digits}` has more than 32 bits"))
+    i64::from_str_radix(digits, radix).ok().filter(|n| *n <= 0xFFFF_FFFF)
 }
 
 /// The character in quotes that begins at `at`: its length and code; `None` where none begins.

@@ -275,7 +275,7 @@ impl DebugAdapter<'_> {
         let found =
             machine.session.scope.parse_expression_in_frame(&text, target, 0).map(|expr| expr.bind_to_place(target));
         Ok(match found {
-            Err(why) => json!({ "dataId": null, "description": why }),
+            Err(why) => json!({ "dataId": null, "description": why.to_string() }),
             Ok(expr) => {
                 let memory = matches!(
                     expr,

@@ -3,6 +3,8 @@
 use std::io;
 
 use emu_core::CoreError;
+use emu_debug::InputError;
+use emu_debug::debug::DebugError;
 
 use crate::framing::MAX_MESSAGE_BYTES;
 
@@ -12,9 +14,12 @@ pub type LaunchError = Box<dyn std::error::Error + Send + Sync>;
 /// Why a request cannot be carried out, or why a session ends. `Display` is the cause, one sentence without a full stop.
 #[derive(Debug, thiserror::Error)]
 pub enum DapError {
-    /// The debugger refuses an expression, a range or an address.
-    #[error("{0}")]
-    Debugger(String),
+    /// The debugger refuses an expression.
+    #[error(transparent)]
+    Debugger(#[from] DebugError),
+    /// An address or a range cannot be read.
+    #[error(transparent)]
+    Input(#[from] InputError),
     /// A source line has no code.
     #[error(transparent)]
     SourceLine(#[from] CoreError),
@@ -123,10 +128,4 @@ pub enum DapError {
     /// The head of a message has no Content-Length.
     #[error("the head of a message has no Content-Length")]
     NoContentLength,
-}
-
-impl From<String> for DapError {
-    fn from(reason: String) -> DapError {
-        DapError::Debugger(reason)
-    }
 }

@@ -39,7 +39,7 @@ impl DapMachine {
     pub fn words_of(&mut self, source: &DapSource, line: u32) -> Result<LocatedLine, DapError> {
         if source.source_reference == Some(LISTING) {
             let found = self.listing().word_at(line);
-            let (line, word) = found.ok_or_else(|| DapError::NoInstructionAtLine { line })?;
+            let (line, word) = found.ok_or(DapError::NoInstructionAtLine { line })?;
             return Ok(LocatedLine { words: vec![word], line });
         }
         let path = source.path.as_ref().or(source.name.as_ref()).ok_or(DapError::SourceWithoutPath)?;

@@ -96,7 +96,7 @@ impl LadderSource {
             None => {
                 let numbers = 1..=self.view.program().rungs.len() as u32;
                 let behind = numbers.into_iter().find(|rung| self.view.rung_line(*rung).is_some_and(|at| at >= line));
-                behind.ok_or_else(|| DapError::NoRungAtLine { line })?
+                behind.ok_or(DapError::NoRungAtLine { line })?
             }
         };
         let found = self.rungs.iter().find(|(rung, _)| *rung >= wanted);
@@ -113,7 +113,7 @@ impl LadderSource {
         }
         if let Some(rung) = text.strip_prefix("rung ").and_then(number) {
             let word = self.rungs.iter().find(|(known, _)| *known == rung).map(|(_, word)| *word);
-            return Some(word.ok_or_else(|| DapError::NoSuchRung { rung }));
+            return Some(word.ok_or(DapError::NoSuchRung { rung }));
         }
         let (rung, element) = text.strip_prefix("element ")?.split_once('.')?;
         let wanted = (number(rung)?, number(element)?);

@@ -4,6 +4,7 @@ use emu_core::chip::{Chip, ChipFamily};
 use emu_core::image::{CONSTANT_SPACE, SymbolAt};
 
 use crate::bit_space::{self, BIT_SPACE};
+use crate::input_error::{InputError, malformed};
 
 /// What a name may stand for.
 #[derive(Debug, Clone, Copy)]
@@ -34,30 +35,33 @@ impl AddressNames<'_> {
     ///
     /// # Errors
     /// No such memory, no address, a range without bytes or beyond the memory.
-    pub fn parse_range(&self, text: &str) -> Result<AddressRange, String> {
+    pub fn parse_range(&self, text: &str) -> Result<AddressRange, InputError> {
         let spaces = || self.chip.spaces.iter().map(|(name, ..)| *name).collect::<Vec<_>>().join(", ");
         let (space, addresses) = match split_memory(text) {
             Some(parts) => parts,
             None => match self.spaces_of_name(text).as_slice() {
                 [space] => (*space, text),
                 [] if self.chip.cpu_regs.iter().any(|reg| reg.eq_ignore_ascii_case(text.trim())) => {
-                    return Err(format!(
-                        "`{text}` is a register of the core, not in a memory; every run shows those (memories: {})",
-                        spaces()
-                    ));
+                    return Err(InputError::CoreRegister { text: text.to_owned(), memories: spaces() });
                 }
                 [] => {
-                    return Err(format!(
-                        "`{text}` names no memory; write {} (memories: {})",
-                        self.example_address(),
-                        spaces()
-                    ));
+                    return Err(InputError::NoMemory {
+                        text: text.to_owned(),
+                        example: self.example_address(),
+                        memories: spaces(),
+                    });
                 }
-                several => return Err(format!("`{text}` is in several memories: {}", several.join(", "))),
+                several => {
+                    return Err(InputError::SeveralMemories { text: text.to_owned(), memories: several.join(", ") });
+                }
             },
         };
         let Some(&(space, size, width)) = self.chip.spaces.iter().find(|(name, ..)| *name == space.trim()) else {
-            return Err(format!("{} has no memory `{space}`; memories are {}", self.chip.name, spaces()));
+            return Err(InputError::UnknownMemory {
+                chip: self.chip.name,
+                space: space.to_owned(),
+                memories: spaces(),
+            });
         };
         let beyond = |start: u32| {
             let hint = self.word_to_space_address(space, start).map_or_else(String::new, |addr| {
@@ -65,7 +69,7 @@ impl AddressNames<'_> {
                     "; {space} is counted from 0: write {space}:0x{addr:x} for the word 0x{start:x} of the image file"
                 )
             });
-            format!("`{text}` reaches beyond {space}, whose last address is 0x{:x}{hint}", size - 1)
+            InputError::BeyondMemory { place: format!("`{text}`"), space, last: size - 1, hint }
         };
         let name = addresses.trim();
         let own = |s: &&SymbolAt| s.space == space && s.is_named(name);
@@ -89,8 +93,8 @@ impl AddressNames<'_> {
             }
         };
         if start >= end {
-            let what = if width == 1 { "bytes" } else { "words" };
-            return Err(format!("`{text}` holds no {what}: its end is excluded"));
+            let unit = if width == 1 { "bytes" } else { "words" };
+            return Err(InputError::EmptyRange { text: text.to_owned(), unit });
         }
         if end > size {
             return Err(beyond(start));
@@ -102,22 +106,18 @@ impl AddressNames<'_> {
     ///
     /// # Errors
     /// It does not, and why.
-    pub fn check_observable(&self, range: &AddressRange) -> Result<(), String> {
+    pub fn check_observable(&self, range: &AddressRange) -> Result<(), InputError> {
         let space = range.space;
         match self.chip.observable_from(space) {
-            Some(first) if range.start < first => Err(format!(
-                "accesses are watched in {space} memory from 0x{first:x} on, not in {space}:0x{:x}, a register of the core",
-                range.start
-            )),
-            Some(_) if (range.start..range.end).all(|at| self.is_accessed_implicitly(space, at)) => Err(format!(
-                "{space}:0x{:x} is a register of the core, which instructions use without naming it: only its changes are told",
-                range.start
-            )),
+            Some(first) if range.start < first => Err(InputError::WatchedFrom { space, first, addr: range.start }),
+            Some(_) if (range.start..range.end).all(|at| self.is_accessed_implicitly(space, at)) => {
+                Err(InputError::AccessedImplicitly { space, addr: range.start })
+            }
             Some(_) => Ok(()),
             None => {
                 let all = self.chip.spaces.iter().map(|(name, ..)| *name);
                 let told: Vec<&str> = all.filter(|name| self.chip.observable_from(name).is_some()).collect();
-                Err(format!("accesses are watched in {} memory, not in {space}", told.join(", ")))
+                Err(InputError::MemoryNotWatched { watched: told.join(", "), space })
             }
         }
     }
@@ -210,7 +210,7 @@ impl AddressNames<'_> {
     ///
     /// # Errors
     /// No address, not the start of a word, or beyond program memory.
-    pub fn parse_program_word(&self, text: &str) -> Result<u32, String> {
+    pub fn parse_program_word(&self, text: &str) -> Result<u32, InputError> {
         self.parse_word_up_to(text, self.chip.flash_bytes - 1)
     }
 
@@ -219,23 +219,25 @@ impl AddressNames<'_> {
     ///
     /// # Errors
     /// No address, not the start of a word, or beyond the end of program memory.
-    pub fn parse_program_end(&self, text: &str) -> Result<u32, String> {
+    pub fn parse_program_end(&self, text: &str) -> Result<u32, InputError> {
         self.parse_word_up_to(text, self.chip.flash_bytes)
     }
 
-    fn parse_word_up_to(&self, text: &str, most: u32) -> Result<u32, String> {
+    fn parse_word_up_to(&self, text: &str, most: u32) -> Result<u32, InputError> {
         let (addr, width) =
             (self.parse_address(self.chip.code_space, text)?, self.chip.bytes_per_address(self.chip.code_space));
         let byte = addr.saturating_mul(width);
         if addr % (self.chip.word_bytes / width).max(1) != 0 {
-            return Err(format!("0x{addr:x} is not the start of a word; program addresses are even byte addresses"));
+            return Err(InputError::WithinWord { addr });
         }
         if byte > most {
             let last = (self.chip.flash_bytes - 1) / width;
-            return Err(format!(
-                "0x{addr:x} reaches beyond {}, whose last address is 0x{last:x}",
-                self.chip.code_space
-            ));
+            return Err(InputError::BeyondMemory {
+                place: format!("0x{addr:x}"),
+                space: self.chip.code_space,
+                last,
+                hint: String::new(),
+            });
         }
         Ok(byte / self.chip.word_bytes)
     }
@@ -277,7 +279,7 @@ impl AddressNames<'_> {
         format!("{}:0x{:x}", self.chip.ram_space, self.chip.ram_start.max(0x30))
     }
 
-    fn parse_address(&self, space: &str, text: &str) -> Result<u32, String> {
+    fn parse_address(&self, space: &str, text: &str) -> Result<u32, InputError> {
         let text = text.trim();
         let mut places: Vec<u32> =
             self.symbols.iter().filter(|s| s.space == space && s.is_named(text)).map(|s| s.addr).collect();
@@ -288,14 +290,19 @@ impl AddressNames<'_> {
             several => {
                 let several: Vec<String> =
                     several.iter().map(|addr| format!("0x{:x}", addr / self.chip.bytes_per_address(space))).collect();
-                return Err(format!("`{text}` is the name of several places in {space}: {}", several.join(", ")));
+                return Err(InputError::SeveralPlaces {
+                    text: text.to_owned(),
+                    space: space.to_owned(),
+                    addresses: several.join(", "),
+                });
             }
         }
         let behind = text.rsplit_once('+').filter(|(name, _)| !name.trim().is_empty());
         if let Some((name, offset)) = behind.filter(|_| self.shortened_matches(space, text).is_empty()) {
-            let offset = parse_number(offset.trim()).ok_or_else(|| format!("`{offset}` is no number of addresses"))?;
+            let offset =
+                parse_number(offset.trim()).ok_or_else(|| InputError::BadOffset { text: offset.to_owned() })?;
             let addr = self.parse_address(space, name)?.checked_add(offset);
-            return addr.ok_or_else(|| format!("`{text}` is no address"));
+            return addr.ok_or_else(|| InputError::AddressOverflow { text: text.to_owned() });
         }
         if let Some((byte, position)) =
             text.rsplit_once('.').filter(|_| space == BIT_SPACE && self.chip.bit(text).is_none())
@@ -303,7 +310,7 @@ impl AddressNames<'_> {
             return self.parse_bit_of_byte(byte, position);
         }
         if text.starts_with(|c: char| c.is_ascii_digit()) {
-            return parse_number(text).ok_or_else(|| format!("`{text}` is no address; write 0x1a2 or 418"));
+            return parse_number(text).ok_or_else(|| malformed(text, "address", "0x1a2 or 418"));
         }
         let named = match space {
             BIT_SPACE => self.chip.bit(text).map(u32::from),
@@ -324,46 +331,44 @@ impl AddressNames<'_> {
             if short.iter().all(|symbol| symbol.addr == one.addr) {
                 return Ok(one.addr / self.chip.bytes_per_address(space));
             }
-            return Err(self.ambiguous_name_message(space, text, &short));
+            return Err(self.ambiguous_name_error(space, text, &short));
         }
         Err(match text {
-            "" => "an address is missing".to_owned(),
-            _ if constant.is_some() => format!("the constant `{text}` is below RAM, which begins at 0x{first:x}"),
+            "" => InputError::MissingAddress,
+            _ if constant.is_some() => InputError::ConstantBelowRam { name: text.to_owned(), first },
             _ if space == self.chip.reg_space && space != self.chip.ram_space => {
-                format!("{} has no register `{text}`", self.chip.name)
+                InputError::UnknownRegister { chip: self.chip.name, name: text.to_owned() }
             }
-            _ if self.symbols.is_empty() => format!("`{text}` is no address (the image has no symbols)"),
-            _ => format!("the image has no symbol `{text}` in {space}"),
+            _ if self.symbols.is_empty() => InputError::NoSymbols { name: text.to_owned() },
+            _ => InputError::UnknownSymbol { name: text.to_owned(), space: space.to_owned() },
         })
     }
 
     /// What a name may stand for, with the addresses.
-    fn ambiguous_name_message(&self, space: &str, text: &str, symbols: &[&SymbolAt]) -> String {
+    fn ambiguous_name_error(&self, space: &str, text: &str, symbols: &[&SymbolAt]) -> InputError {
         const MOST: usize = 8;
         let each = symbols.iter().take(MOST);
         let each: Vec<String> =
             each.map(|s| format!("{} (0x{:x})", s.name, s.addr / self.chip.bytes_per_address(space))).collect();
         let more = if symbols.len() > MOST { ", .." } else { "" };
-        format!("`{text}` is part of several names, write one whole: {}{more}", each.join(", "))
+        InputError::SeveralNames { text: text.to_owned(), candidates: format!("{}{more}", each.join(", ")) }
     }
 
     /// Address of the bit `position` of a byte, which is a number or a name in RAM or among the registers of the chip.
-    fn parse_bit_of_byte(&self, byte: &str, position: &str) -> Result<u32, String> {
+    fn parse_bit_of_byte(&self, byte: &str, position: &str) -> Result<u32, InputError> {
         let (ram, registers) = (self.chip.ram_space, self.chip.reg_space);
         let place = |space| Some((space, self.parse_address(space, byte).ok()?));
         let found = [ram, registers].into_iter().filter_map(place).collect::<Vec<_>>();
         let Some(&(_, addr)) = found.first() else {
-            return Err(format!("`{byte}` is no byte of {ram} or {registers}"));
+            return Err(InputError::UnknownByte { text: byte.to_owned(), ram, registers });
         };
         let bits = found.into_iter().find_map(|(space, addr)| bit_space::bits_of_byte(self.chip, space, addr));
         let Some(bits) = bits else {
-            return Err(format!(
-                "the bits of 0x{addr:x} have no addresses; those of {ram} 0x20 to 0x2f have, and of {registers} those of every eighth byte"
-            ));
+            return Err(InputError::BitsWithoutAddresses { addr, ram, registers });
         };
         match parse_number(position) {
             Some(position @ 0..=7) => Ok(bits.start + position),
-            _ => Err(format!("`{position}` is no bit of a byte; those are 0 to 7")),
+            _ => Err(InputError::BadBitOfByte { text: position.to_owned() }),
         }
     }
 }

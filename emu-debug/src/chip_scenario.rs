@@ -13,7 +13,7 @@ use scenario::{
 
 use crate::serial_sender::SerialLineSender;
 use crate::stimulus::{ExternalDrive, TimedDrive, find_pin, missing_pin_reason, parse_drive, supply_name};
-use crate::{AddressNames, CycleClock};
+use crate::{AddressNames, CycleClock, InputError};
 
 /// Bytes of the widest thing in memory that is one number.
 const MAX_NUMBER_BYTES: u32 = 4;
@@ -46,8 +46,8 @@ pub struct ChipResolver<'a> {
     pub has_byte: &'a dyn Fn(&str, u32) -> bool,
     /// The machine has a pin, as it is configured.
     pub has_pin: &'a dyn Fn(PinId) -> bool,
-    /// The machine can do it; the error is a sentence.
-    pub check_drive: &'a dyn Fn(ExternalDrive) -> Result<(), String>,
+    /// The machine can do it.
+    pub check_drive: &'a dyn Fn(ExternalDrive) -> Result<(), InputError>,
     /// Another name of a pin as that of the chip's row; other text as it is.
     pub canonical_pin_name: &'a dyn Fn(&str) -> String,
     /// The chip has a serial port, and the pin at which that receives.
@@ -90,16 +90,16 @@ impl ChipResolver<'_> {
     }
 
     /// A place in memory that is one number: the memory, its first byte address and its bytes.
-    fn resolve_memory(&self, name: &str) -> Result<(&'static str, u32, u32), String> {
+    fn resolve_memory(&self, name: &str) -> Result<(&'static str, u32, u32), InputError> {
         let range = self.names.parse_range(name)?;
         let width = self.chip().bytes_per_address(range.space);
         let bytes = (range.end - range.start).saturating_mul(width);
         if bytes > MAX_NUMBER_BYTES {
-            return Err(format!("`{name}` has {bytes} bytes; a number has at most {MAX_NUMBER_BYTES}"));
+            return Err(InputError::NumberTooWide { name: name.to_owned(), bytes, most: MAX_NUMBER_BYTES });
         }
         let addr = range.start.saturating_mul(width);
         match (addr..addr + bytes).find(|&addr| !(self.has_byte)(range.space, addr)) {
-            Some(addr) => Err(format!("{} has nothing at {}:0x{addr:x}", self.chip().name, range.space)),
+            Some(addr) => Err(InputError::NothingAt { chip: self.chip().name, space: range.space, addr }),
             None => Ok((range.space, addr, bytes)),
         }
     }
@@ -108,11 +108,15 @@ impl ChipResolver<'_> {
         ["VDD", "VCC"].iter().any(|supply| name.eq_ignore_ascii_case(supply)) && self.chip().pin(name).is_none()
     }
 
+    fn no_serial_port(&self) -> ScenarioError {
+        ScenarioError::Refused(InputError::NoSerialPort { chip: self.chip().name }.into())
+    }
+
     /// Neither a pin nor a place in memory.
-    fn unknown_name_error(&self, name: &str, memory: &str) -> ScenarioError {
+    fn unknown_name_error(&self, name: &str, memory: InputError) -> ScenarioError {
         let why = match name.contains(':') {
-            true => memory.to_owned(),
-            false => format!("`{name}` is no pin of {}, no symbol and no register", self.chip().name),
+            true => memory,
+            false => InputError::UnknownName { name: name.to_owned(), chip: self.chip().name },
         };
         ScenarioError::UnknownName(why.into())
     }
@@ -152,13 +156,15 @@ impl NameResolver for ChipResolver<'_> {
             }
             outside().map_err(|why| ScenarioError::ImpossibleValue(why.into()))?
         } else {
-            let (space, addr, bytes) = self.resolve_memory(name).map_err(|why| self.unknown_name_error(name, &why))?;
+            let (space, addr, bytes) = self.resolve_memory(name).map_err(|why| self.unknown_name_error(name, why))?;
             let (low, high) = (-(1i64 << (8 * bytes - 1)), (1i64 << (8 * bytes)) - 1);
             let ScenarioValue::Number(number) = value else {
-                return Err(ScenarioError::ImpossibleValue(format!("`{name}` takes a number, not `{value}`").into()));
+                return Err(ScenarioError::ImpossibleValue(
+                    InputError::NumberWanted { name: name.to_owned(), value: value.to_string() }.into(),
+                ));
             };
             if !(low..=high).contains(number) {
-                let why = format!("`{name}` takes {low} to {high}, not {number}");
+                let why = InputError::NumberOutOfRange { name: name.to_owned(), low, high, value: *number };
                 return Err(ScenarioError::ImpossibleValue(why.into()));
             }
             let bytes = number.to_le_bytes().into_iter().take(bytes as usize).collect();
@@ -176,11 +182,11 @@ impl NameResolver for ChipResolver<'_> {
             Ok(pin) if (self.has_pin)(pin) => (ChipObservable::Pin(pin), (0, 1)),
             Ok(pin) => return Err(ScenarioError::UnknownName(missing_pin_reason(self.chip(), pin).into())),
             Err(_) if self.is_supply(&own) => {
-                return Err(ScenarioError::Refused(format!("{own} can be set, not looked at").into()));
+                return Err(ScenarioError::Refused(InputError::SupplyIsNotReadable { name: own }.into()));
             }
             Err(_) => {
                 let (space, addr, bytes) =
-                    self.resolve_memory(name).map_err(|why| self.unknown_name_error(name, &why))?;
+                    self.resolve_memory(name).map_err(|why| self.unknown_name_error(name, why))?;
                 (ChipObservable::Memory(space, addr, bytes), (0, (1 << (8 * bytes)) - 1))
             }
         };
@@ -202,7 +208,7 @@ impl NameResolver for ChipResolver<'_> {
         match (&self.no_serial_input, self.serial.1) {
             (Some(why), _) => Err(ScenarioError::Refused(why.clone().into())),
             (None, Some(_)) => Ok(()),
-            (None, None) => Err(ScenarioError::Refused(format!("{} has no serial port", self.chip().name).into())),
+            (None, None) => Err(self.no_serial_port()),
         }
     }
 
@@ -211,11 +217,7 @@ impl NameResolver for ChipResolver<'_> {
     }
 
     fn check_can_receive(&mut self) -> Result<(), ScenarioError> {
-        if self.serial.0 {
-            Ok(())
-        } else {
-            Err(ScenarioError::Refused(format!("{} has no serial port", self.chip().name).into()))
-        }
+        if self.serial.0 { Ok(()) } else { Err(self.no_serial_port()) }
     }
 
     fn check_can_snapshot(&mut self) -> Result<(), ScenarioError> {
@@ -260,10 +262,10 @@ pub fn timed_drives(
     let bound = bind(scenario, site, program, Some(mcu))?;
     bound.require_external_stimuli(&|id| site.bindings.is_external_drive(id))?;
     let baud = bound.baud.unwrap_or(baud);
-    let refuse = |cause: String| {
+    let refuse = |error: InputError| {
         let pos = scenario.steps.first().map_or(Default::default(), |step| step.pos);
         let hint = "use `emu run --scenario`";
-        vec![Diagnostic::new(Severity::Error, scenario::NOT_TIMED, &scenario.file, pos, cause, hint)]
+        vec![Diagnostic::new(Severity::Error, scenario::NOT_TIMED, &scenario.file, pos, error.to_string(), hint)]
     };
     let clocks = u64::from(site.clock.clocks_per_cycle.max(1));
     let (mut out, mut texts) = (Vec::new(), Vec::new());

@@ -1,6 +1,7 @@
 //! Tools over any [`Cpu`](emu_core::Cpu): a runner with conditions and stimulus, probes, waveforms.
 //!
 //! ```text
+//!   input_error.rs  what is wrong with what users give
 //!   time.rs      "10ms", "16MHz" to whole cycles and Hz     run.rs    the runner: until what, why it ended
 //!   place.rs     "data:0x100..0x120", "main" to addresses   tools.rs  all probes of a run as one
 //!   stimulus.rs  "10ms:PB0=1" to drives of pins             uart.rs   what the chip sends, and texts waited for in it
@@ -22,7 +23,7 @@
 //!   bits.rs      bits with addresses of their own, and the bytes that they are parts of
 //! ```
 //!
-//! The readers of text give their error as one sentence that says what was found and what is wanted.
+//! The readers of text give an [`InputError`]: one sentence that says what was found and what is wanted.
 
 #![forbid(unsafe_code)]
 
@@ -37,6 +38,7 @@ pub mod coverage;
 pub mod debug;
 pub mod devices;
 pub mod dyn_probe;
+mod input_error;
 pub mod lints;
 pub mod lockstep;
 pub mod number_formats;
@@ -59,6 +61,7 @@ pub use access_monitor::AccessMonitor;
 pub use address_names::{AddressNames, AddressRange};
 pub use attached_devices::{AttachedDevices, WiredDevice};
 pub use coverage::CodeCoverage;
+pub use input_error::InputError;
 pub use lints::{LintFinding, LintProbe};
 pub use profile::CycleProfile;
 pub use program_source::ProgramSource;

@@ -3,6 +3,7 @@
 use emu_core::chip::ChipFamily;
 use emu_core::image::{SourceLine, SourceLines};
 
+use crate::InputError;
 use crate::address_names::{AddressNames, parse_number};
 use crate::bit_space::BIT_SPACE;
 use crate::stop_condition::{StopCondition, parse_condition};
@@ -51,22 +52,26 @@ impl ProgramSource<'_> {
     ///
     /// # Errors
     /// As [`AddressNames::parse_program_word`]; no such file, or a line without code.
-    pub fn parse_words(&self, text: &str) -> Result<Vec<u32>, String> {
+    pub fn parse_words(&self, text: &str) -> Result<Vec<u32>, InputError> {
         let Some((file, line)) = split_file_and_line(text) else {
             return Ok(vec![self.names.parse_program_word(text)?]);
         };
         let chip = self.names.chip;
-        let places = self.lines.addresses_of_line(file, line).map_err(|error| error.to_string())?.into_iter();
+        let places = self.lines.addresses_of_line(file, line)?.into_iter();
         let words = places.filter(|byte| *byte < chip.flash_bytes && byte % chip.word_bytes == 0);
         let words: Vec<u32> = words.map(|byte| byte / chip.word_bytes).collect();
-        if words.is_empty() { Err(format!("`{text}` lies beyond {}", chip.code_space)) } else { Ok(words) }
+        if words.is_empty() {
+            Err(InputError::LineBeyondMemory { text: text.to_owned(), space: chip.code_space })
+        } else {
+            Ok(words)
+        }
     }
 
     /// A condition, as [`until`] reads it, and `pc=main.c:12`.
     ///
     /// # Errors
     /// As [`until`] and [`ProgramSource::parse_words`].
-    pub fn parse_condition(&self, text: &str) -> Result<StopCondition, String> {
+    pub fn parse_condition(&self, text: &str) -> Result<StopCondition, InputError> {
         let place = text.trim().strip_prefix("pc").map(|rest| rest.trim_start_matches([' ', '=']).trim());
         match place.filter(|place| split_file_and_line(place).is_some()) {
             Some(place) => Ok(StopCondition::Line(place.to_owned(), self.parse_words(place)?)),

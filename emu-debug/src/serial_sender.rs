@@ -2,6 +2,7 @@
 
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 
+use crate::InputError;
 use crate::stimulus::{ExternalDrive, TimedDrive};
 use crate::time::{CycleClock, MAX_CYCLES};
 
@@ -27,7 +28,7 @@ impl SerialLineSender {
     ///
     /// # Errors
     /// Zero, or more than [`MAX_BAUD`].
-    pub fn new(pin: PinId, baud: u64) -> Result<SerialLineSender, String> {
+    pub fn new(pin: PinId, baud: u64) -> Result<SerialLineSender, InputError> {
         SerialLineSender::check_baud_rate(baud).map(|()| SerialLineSender { pin, baud, free_at: 0 })
     }
 
@@ -35,10 +36,10 @@ impl SerialLineSender {
     ///
     /// # Errors
     /// It is not: those are 1 to [`MAX_BAUD`].
-    pub fn check_baud_rate(baud: u64) -> Result<(), String> {
+    pub fn check_baud_rate(baud: u64) -> Result<(), InputError> {
         match baud {
             1..=MAX_BAUD => Ok(()),
-            _ => Err(format!("a rate is of 1 to {MAX_BAUD} bits a second")),
+            _ => Err(InputError::BadBaudRate { most: MAX_BAUD }),
         }
     }
 
@@ -58,7 +59,7 @@ impl SerialLineSender {
         clock: CycleClock,
         at: CycleTime,
         bytes: &[u8],
-    ) -> Result<Vec<TimedDrive>, String> {
+    ) -> Result<Vec<TimedDrive>, InputError> {
         let per_cycle = u128::from(clock.clocks_per_cycle.max(1));
         let (hz, baud) = (u128::from(clock.hz), u128::from(self.baud));
         let asked = u128::from(at.cycle) * per_cycle + u128::from(at.phase);
@@ -72,7 +73,7 @@ impl SerialLineSender {
                 if level != before {
                     let clocks = (start + bit * hz) / baud;
                     let cycle = u64::try_from(clocks / per_cycle).ok().filter(|&cycle| cycle <= MAX_CYCLES);
-                    let cycle = cycle.ok_or_else(|| "the text goes on for longer than 2^62 cycles".to_owned())?;
+                    let cycle = cycle.ok_or(InputError::SerialTextTooLong)?;
                     let at = CycleTime { cycle, phase: (clocks % per_cycle) as u8 };
                     let put = ExternalDrive::Level(self.pin, if level { PinLevel::High } else { PinLevel::Low });
                     drives.push(TimedDrive { at, drive: put });
@@ -93,7 +94,7 @@ impl SerialLineSender {
         mut self,
         clock: CycleClock,
         texts: &[(CycleTime, Vec<u8>)],
-    ) -> Result<Vec<TimedDrive>, String> {
+    ) -> Result<Vec<TimedDrive>, InputError> {
         let mut drives = vec![self.idle_level()];
         let mut sorted: Vec<&(CycleTime, Vec<u8>)> = texts.iter().collect();
         sorted.sort_by_key(|(at, _)| *at);

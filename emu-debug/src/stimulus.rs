@@ -4,6 +4,7 @@ use emu_core::chip::{Chip, ChipFamily};
 use emu_core::cpu::Cpu;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 
+use crate::input_error::{InputError, malformed};
 use crate::time::{CycleClock, parse_decimal, split_unit};
 
 /// What the supply is called, whatever the chip: by most makers, and by Atmel.
@@ -58,10 +59,10 @@ impl TimedDrive {
 ///
 /// # Errors
 /// No such pin or level.
-pub fn parse_pin_level(chip: &Chip, text: &str) -> Result<(PinId, PinLevel), String> {
+pub fn parse_pin_level(chip: &Chip, text: &str) -> Result<(PinId, PinLevel), InputError> {
     let (name, level) = split_at_equals(chip, text)?;
     let pin = find_pin(chip, name)?;
-    let level = self::parse_level(level).ok_or_else(|| format!("`{level}` is no level of a pin; write 0, 1 or z"))?;
+    let level = self::parse_level(level).ok_or_else(|| malformed(level, "level of a pin", "0, 1 or z"))?;
     Ok((pin, level))
 }
 
@@ -71,13 +72,13 @@ pub fn parse_pin_level(chip: &Chip, text: &str) -> Result<(PinId, PinLevel), Str
 ///
 /// # Errors
 /// No such pin, level or voltage.
-pub fn parse_drive(chip: &Chip, text: &str) -> Result<ExternalDrive, String> {
+pub fn parse_drive(chip: &Chip, text: &str) -> Result<ExternalDrive, InputError> {
     let (name, value) = split_at_equals(chip, text)?;
     let volts = value.ends_with(['V', 'v']);
     if SUPPLY_NAMES.iter().any(|supply| name.eq_ignore_ascii_case(supply)) && chip.pin(name).is_none() {
         return match volts {
             true => parse_millivolts(value).map(ExternalDrive::Supply),
-            false => Err(format!("`{value}` is no voltage; write {}=4.5V", supply_name(chip))),
+            false => Err(malformed(value, "voltage", format!("{}=4.5V", supply_name(chip)))),
         };
     }
     let pin = find_pin(chip, name)?;
@@ -87,7 +88,7 @@ pub fn parse_drive(chip: &Chip, text: &str) -> Result<ExternalDrive, String> {
     let lower = value.to_ascii_lowercase();
     if let Some(count) = lower.strip_suffix("counts") {
         let fits = count.trim().parse().ok().filter(|&count: &u16| count < ADC_COUNTS);
-        let why = || format!("`{value}` is no reading of a converter; write 0counts to {}counts", ADC_COUNTS - 1);
+        let why = || malformed(value, "reading of a converter", format!("0counts to {}counts", ADC_COUNTS - 1));
         return fits.map(|count| ExternalDrive::Counts(pin, count)).ok_or_else(why);
     }
     let level = match lower.as_str() {
@@ -109,7 +110,7 @@ pub fn parse_drive(chip: &Chip, text: &str) -> Result<ExternalDrive, String> {
             }
             _ => format!(", or volts: {name}=1.25V"),
         };
-        format!("`{value}` is no level of a pin; write 0, 1, z, pullup or pulldown{volts}")
+        malformed(value, "level of a pin", format!("0, 1, z, pullup or pulldown{volts}"))
     })
 }
 
@@ -117,9 +118,13 @@ pub fn parse_drive(chip: &Chip, text: &str) -> Result<ExternalDrive, String> {
 ///
 /// # Errors
 /// As those.
-pub fn parse_timed_drive(chip: &Chip, clock: CycleClock, text: &str) -> Result<TimedDrive, String> {
+pub fn parse_timed_drive(chip: &Chip, clock: CycleClock, text: &str) -> Result<TimedDrive, InputError> {
     let Some((time, rest)) = text.split_once(':') else {
-        return Err(format!("`{text}` gives no time; write 10ms:{}=0", example_pin(chip, 0)));
+        return Err(InputError::MissingPart {
+            text: text.to_owned(),
+            part: "time",
+            examples: format!("10ms:{}=0", example_pin(chip, 0)),
+        });
     };
     Ok(TimedDrive { at: clock.parse_moment(time)?, drive: parse_drive(chip, rest)? })
 }
@@ -127,8 +132,8 @@ pub fn parse_timed_drive(chip: &Chip, clock: CycleClock, text: &str) -> Result<T
 /// Queues the drives, in order of time; of two at one time the one given last wins, and the supply comes before the pins.
 ///
 /// # Errors
-/// A machine that knows levels only was to get a voltage: one sentence that says so. The others are queued.
-pub fn queue_drives<C: Cpu>(cpu: &mut C, drives: &[TimedDrive]) -> Result<(), String> {
+/// A machine that knows levels only was to get a voltage. The others are queued.
+pub fn queue_drives<C: Cpu>(cpu: &mut C, drives: &[TimedDrive]) -> Result<(), InputError> {
     let mut sorted = drives.to_vec();
     sorted.sort_by_key(|d| (d.at, !matches!(d.drive, ExternalDrive::Supply(_))));
     let mut refused = Ok(());
@@ -147,7 +152,7 @@ pub fn queue_drive<C: Cpu>(
     cpu: &mut C,
     TimedDrive { at, drive: put }: TimedDrive,
     supply: &mut u32,
-) -> Result<(), String> {
+) -> Result<(), InputError> {
     let done = match put {
         ExternalDrive::Level(pin, level) => {
             cpu.drive(at, pin, level);
@@ -168,9 +173,9 @@ pub fn queue_drive<C: Cpu>(
     if done {
         return Ok(());
     }
-    let (name, pin) = (cpu.chip().name, example_pin(cpu.chip(), 0));
+    let (chip, pin) = (cpu.chip().name, example_pin(cpu.chip(), 0));
     let what = if matches!(put, ExternalDrive::Supply(_)) { "the supply" } else { "voltages on pins" };
-    Err(format!("{what} cannot be set on {name}, which knows levels only: {pin}=0, {pin}=1 or {pin}=z"))
+    Err(InputError::LevelsOnly { what, chip, pin })
 }
 
 /// What drives make of the supply, in millivolts, and when.
@@ -186,8 +191,8 @@ pub fn supply_changes(drives: &[TimedDrive]) -> Vec<(CycleTime, u32)> {
 /// The machine can do it, whenever that is.
 ///
 /// # Errors
-/// Why not, a sentence.
-pub fn check_drive_supported<C: Cpu>(cpu: &C, put: ExternalDrive) -> Result<(), String> {
+/// Why not.
+pub fn check_drive_supported<C: Cpu>(cpu: &C, put: ExternalDrive) -> Result<(), InputError> {
     match put {
         ExternalDrive::Level(..) => Ok(()),
         put => queue_drive(
@@ -204,22 +209,26 @@ pub fn example_pin(chip: &Chip, n: usize) -> &'static str {
     chip.present_pins().nth(n).map_or("PIN", |(_, pin)| pin.name)
 }
 
-/// Why the machine does not have a pin that its chip's row has, a sentence.
+/// Why the machine does not have a pin that its chip's row has.
 #[must_use]
-pub fn missing_pin_reason(chip: &Chip, pin: PinId) -> String {
+pub fn missing_pin_reason(chip: &Chip, pin: PinId) -> InputError {
     let name = chip.pins.get(usize::from(pin)).map_or("?", |def| def.name);
     if chip.packages.is_empty() {
-        return format!("{name} is no channel of this machine: the configuration in its image has fewer");
+        return InputError::MissingChannel { pin: name };
     }
-    let others: Vec<_> = chip.packages.iter().filter(|of| of.pin_number(pin).is_some()).map(|of| of.name).collect();
-    format!("{name} is no pin of the chosen package; packages that have it are {}", others.join(", "))
+    let packages = chip.packages.iter().filter(|of| of.pin_number(pin).is_some()).map(|of| of.name).collect();
+    InputError::NotInPackage { pin: name, packages }
 }
 
 /// Both sides of the sign.
-fn split_at_equals<'t>(chip: &Chip, text: &'t str) -> Result<(&'t str, &'t str), String> {
+fn split_at_equals<'t>(chip: &Chip, text: &'t str) -> Result<(&'t str, &'t str), InputError> {
     let (name, value) = text.split_once('=').ok_or_else(|| {
         let pin = example_pin(chip, 0);
-        format!("`{text}` gives no level; write {pin}=1, {pin}=0 or {pin}=z")
+        InputError::MissingPart {
+            text: text.to_owned(),
+            part: "level",
+            examples: format!("{pin}=1, {pin}=0 or {pin}=z"),
+        }
     })?;
     Ok((name.trim(), value.trim()))
 }
@@ -236,7 +245,7 @@ pub fn supply_name(chip: &Chip) -> &'static str {
 ///
 /// # Errors
 /// The package has no such pin.
-pub fn find_pin(chip: &Chip, name: &str) -> Result<PinId, String> {
+pub fn find_pin(chip: &Chip, name: &str) -> Result<PinId, InputError> {
     let pin = chip.pin(name).filter(|&pin| chip.has_pin(pin));
     // Its note says what else a pin is.
     let is = |note: &str| !name.is_empty() && note.split(", ").any(|function| function.eq_ignore_ascii_case(name));
@@ -244,7 +253,7 @@ pub fn find_pin(chip: &Chip, name: &str) -> Result<PinId, String> {
     pin.or_else(shared).ok_or_else(|| {
         let names: Vec<&str> = chip.present_pins().map(|(_, def)| def.name).collect();
         let names = if chip.family == ChipFamily::Ap101 { AP101_PIN_NAMES.to_owned() } else { names.join(" ") };
-        format!("{} has no pin `{name}`; its pins are {names}", chip.name)
+        InputError::UnknownPin { chip: chip.name, name: name.to_owned(), known: names }
     })
 }
 
@@ -258,8 +267,8 @@ fn parse_level(text: &str) -> Option<PinLevel> {
 }
 
 /// A voltage in whole millivolts: a decimal number and `V` or `mV` (case of the V aside).
-fn parse_millivolts(text: &str) -> Result<u32, String> {
-    let wanted = || format!("`{text}` is no voltage; write 1.25V or 800mV");
+fn parse_millivolts(text: &str) -> Result<u32, InputError> {
+    let wanted = || malformed(text, "voltage", "1.25V or 800mV");
     let (number, unit) = split_unit(text);
     let (mantissa, decimals) = parse_decimal(number).ok_or_else(wanted)?;
     let scaled = match unit {
@@ -269,8 +278,8 @@ fn parse_millivolts(text: &str) -> Result<u32, String> {
     };
     let down = 10u128.pow(decimals);
     match scaled / down {
-        _ if scaled % down != 0 => Err(format!("`{text}` is no whole number of millivolts")),
+        _ if scaled % down != 0 => Err(InputError::NotWhole { text: text.to_owned(), unit: "millivolts" }),
         millivolts @ 0..=MAX_MILLIVOLTS => Ok(millivolts as u32),
-        _ => Err(format!("`{text}` is more than any pin bears; the most is {} V", MAX_MILLIVOLTS / 1_000)),
+        _ => Err(InputError::VoltageTooHigh { text: text.to_owned(), most_volts: MAX_MILLIVOLTS / 1_000 }),
     }
 }

@@ -4,6 +4,7 @@ use emu_core::chip::ChipFamily;
 use emu_core::pins::{PinId, PinLevel};
 
 use crate::address_names::{AddressNames, AddressRange};
+use crate::input_error::{InputError, malformed};
 use crate::stimulus::{example_pin, parse_pin_level};
 use crate::text_escapes::{escape, unescape};
 
@@ -30,7 +31,7 @@ pub enum StopCondition {
 ///
 /// # Errors
 /// Not such a text, or an address or pin that the chip does not have.
-pub fn parse_condition(names: &AddressNames<'_>, text: &str) -> Result<StopCondition, String> {
+pub fn parse_condition(names: &AddressNames<'_>, text: &str) -> Result<StopCondition, InputError> {
     let text = text.trim();
     let (word, rest) = text.split_once([' ', '=']).unwrap_or((text, ""));
     let rest = rest.trim();
@@ -39,10 +40,7 @@ pub fn parse_condition(names: &AddressNames<'_>, text: &str) -> Result<StopCondi
         "fetch" if names.chip.family == ChipFamily::Ap101 => {
             Ok(StopCondition::Fetch(names.parse_program_word(rest.trim_start_matches('=').trim())?))
         }
-        "fetch" => Err(format!(
-            "`{text}` is for chips that fetch and execute one after the other, as ap101; {} is none",
-            names.chip.name
-        )),
+        "fetch" => Err(InputError::NoFetchCycles { text: text.to_owned(), chip: names.chip.name }),
         "pin" => parse_pin_level(names.chip, &names.replace_channel_name(rest))
             .map(|(pin, level)| StopCondition::Pin(pin, level)),
         "read" => Ok(StopCondition::Read(parse_data_range(names, rest)?)),
@@ -50,17 +48,14 @@ pub fn parse_condition(names: &AddressNames<'_>, text: &str) -> Result<StopCondi
         "uart" => {
             let inner = rest.strip_prefix('"').and_then(|r| r.strip_suffix('"')).unwrap_or(rest);
             if has_unescaped_quote(inner) {
-                return Err(format!(
-                    "the quotes of `{rest}` do not pair; write \"text\", and \\\" for one within the text"
-                ));
+                return Err(InputError::UnpairedQuotes { text: rest.to_owned() });
             }
             Ok(StopCondition::Uart(unescape(inner)?))
         }
         _ => {
             let (pin, place) = (example_pin(names.chip, 5), names.example_address());
-            Err(format!(
-                "`{text}` is no condition; write pc=0x1a2, `pin {pin}=1`, `write {place}`, `read {place}` or `uart \"text\"`"
-            ))
+            let examples = format!("pc=0x1a2, `pin {pin}=1`, `write {place}`, `read {place}` or `uart \"text\"`");
+            Err(malformed(text, "condition", examples))
         }
     }
 }
@@ -107,7 +102,7 @@ fn has_unescaped_quote(text: &str) -> bool {
     false
 }
 
-fn parse_data_range(names: &AddressNames<'_>, text: &str) -> Result<AddressRange, String> {
+fn parse_data_range(names: &AddressNames<'_>, text: &str) -> Result<AddressRange, InputError> {
     let range = names.parse_range(text)?;
     names.check_observable(&range)?;
     Ok(range)

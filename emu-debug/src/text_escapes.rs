@@ -1,11 +1,13 @@
 //! Bytes as text on a command line.
 
+use crate::InputError;
+
 /// The bytes of a text in which `\n`, `\r`, `\t`, `\0`, `\\`, `\"` and `\xNN` stand for single bytes; everything else is
 /// UTF-8.
 ///
 /// # Errors
 /// Another character after a backslash, not two hex digits after `\x`, or no bytes at all.
-pub fn unescape(text: &str) -> Result<Vec<u8>, String> {
+pub fn unescape(text: &str) -> Result<Vec<u8>, InputError> {
     let mut bytes = Vec::new();
     let mut chars = text.chars();
     while let Some(c) = chars.next() {
@@ -23,17 +25,13 @@ pub fn unescape(text: &str) -> Result<Vec<u8>, String> {
                 let digits: String = chars.by_ref().take(2).collect();
                 let hex = digits.len() == 2 && digits.bytes().all(|b| b.is_ascii_hexdigit());
                 let value = u8::from_str_radix(&digits, 16).ok().filter(|_| hex);
-                value.ok_or_else(|| format!("`\\x{digits}` wants two hex digits, as in \\x0a"))?
+                value.ok_or(InputError::BadHexEscape { digits })?
             }
-            Some(other) => return Err(format!("`\\{other}` is no escape; known are \\n \\r \\t \\0 \\\\ \\\" \\xNN")),
-            None => return Err("a backslash at the end stands for nothing; write \\\\ for itself".to_owned()),
+            Some(other) => return Err(InputError::UnknownEscape { letter: other }),
+            None => return Err(InputError::BackslashAtEnd),
         });
     }
-    if bytes.is_empty() {
-        Err("an empty text is always there; write at least one character".to_owned())
-    } else {
-        Ok(bytes)
-    }
+    if bytes.is_empty() { Err(InputError::EmptyText) } else { Ok(bytes) }
 }
 
 /// The way back, in double quotes, for messages: what is not printable ASCII is escaped.

@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use emu_core::pins::CycleTime;
 
+use crate::input_error::{InputError, malformed};
+
 /// Longest time, in machine cycles.
 pub const MAX_CYCLES: u64 = 1 << 62;
 
@@ -26,7 +28,7 @@ impl CycleClock {
     ///
     /// # Errors
     /// Not such a text, or longer than [`MAX_CYCLES`].
-    pub fn parse_cycles(self, text: &str) -> Result<u64, String> {
+    pub fn parse_cycles(self, text: &str) -> Result<u64, InputError> {
         self.parse_moment(text).map(|time| time.cycle)
     }
 
@@ -35,13 +37,13 @@ impl CycleClock {
     ///
     /// # Errors
     /// As [`CycleClock::parse_cycles`].
-    pub fn parse_moment(self, text: &str) -> Result<CycleTime, String> {
-        let wanted = || format!("`{text}` is no time; write 2s, 10ms, 2.5us, 100ns or 1000c (cycles)");
+    pub fn parse_moment(self, text: &str) -> Result<CycleTime, InputError> {
+        let wanted = || malformed(text, "time", "2s, 10ms, 2.5us, 100ns or 1000c (cycles)");
         let (number, unit) = split_unit(text);
         let per_cycle = u128::from(self.clocks_per_cycle.max(1));
         let too_long = || {
             let seconds = u128::from(MAX_CYCLES) * per_cycle / u128::from(self.hz.max(1));
-            format!("`{text}` is longer than 2^62 cycles, the most, which is {seconds} s at {} Hz", self.hz)
+            InputError::TimeTooLong { text: text.to_owned(), seconds, hz: self.hz }
         };
         if too_many_digits(number) {
             return Err(too_long());
@@ -68,25 +70,25 @@ impl CycleClock {
 ///
 /// # Errors
 /// Not such a text, zero, or no whole number of Hz.
-pub fn parse_hertz(text: &str) -> Result<u64, String> {
+pub fn parse_hertz(text: &str) -> Result<u64, InputError> {
     let (number, unit) = split_unit(text);
     let zeros = match unit.to_ascii_lowercase().as_str() {
         "" | "hz" => 0,
         "khz" => 3,
         "mhz" => 6,
-        _ => return Err(format!("`{text}` is no frequency; write 16MHz, 32.768kHz or 8000000")),
+        _ => return Err(malformed(text, "frequency", "16MHz, 32.768kHz or 8000000")),
     };
-    let parsed = parse_decimal(number).ok_or_else(|| format!("`{text}` is no frequency; write 16MHz or 8000000"))?;
+    let parsed = parse_decimal(number).ok_or_else(|| malformed(text, "frequency", "16MHz or 8000000"))?;
     let (mantissa, decimals) = parsed;
     let (up, down) = (10u128.pow(zeros), 10u128.pow(decimals));
     let scaled = mantissa * up;
     if scaled % down != 0 {
-        return Err(format!("`{text}` is no whole number of Hz"));
+        return Err(InputError::NotWhole { text: text.to_owned(), unit: "Hz" });
     }
     match u64::try_from(scaled / down) {
-        Ok(0) => Err("the clock cannot stand still; write at least 1 Hz".to_owned()),
+        Ok(0) => Err(InputError::ZeroFrequency),
         Ok(hz) => Ok(hz),
-        Err(_) => Err(format!("`{text}` is more than 2^64 Hz")),
+        Err(_) => Err(InputError::FrequencyTooHigh { text: text.to_owned() }),
     }
 }
 
@@ -94,9 +96,9 @@ pub fn parse_hertz(text: &str) -> Result<u64, String> {
 ///
 /// # Errors
 /// Not such a text, or longer than 2^64 ns.
-pub fn parse_duration(text: &str) -> Result<Duration, String> {
-    let wanted = || format!("`{text}` is no time; write 30s or 500ms");
-    let too_long = || format!("`{text}` is longer than 584 years, the most");
+pub fn parse_duration(text: &str) -> Result<Duration, InputError> {
+    let wanted = || malformed(text, "time", "30s or 500ms");
+    let too_long = || InputError::DurationTooLong { text: text.to_owned() };
     let (number, unit) = split_unit(text);
     if too_many_digits(number) {
         return Err(too_long());

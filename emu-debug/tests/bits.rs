@@ -8,7 +8,7 @@ use emu_core::image::SymbolAt;
 use emu_debug::access_monitor::{AccessWatch, RamCheck};
 use emu_debug::stimulus::parse_pin_level;
 use emu_debug::stop_condition::parse_condition;
-use emu_debug::{AccessMonitor, AddressNames, StopCondition};
+use emu_debug::{AccessMonitor, AddressNames, InputError, StopCondition};
 
 /// Memories as an 8052 has them.
 const CHIP: Chip = Chip {
@@ -64,7 +64,7 @@ fn seen(waits: &str, done: &str) -> String {
     "nothing".to_owned()
 }
 
-fn read(section: &str, text: &str) -> Result<String, String> {
+fn read(section: &str, text: &str) -> Result<String, InputError> {
     let symbol = |name: &str, space, addr| SymbolAt::new(name, space, addr, 1);
     let symbols = [
         symbol("_main", "code", 0x62),
@@ -98,7 +98,7 @@ fn readers_and_watches() {
         let (text, wanted) = line.rsplit_once("= ").expect("text = meaning");
         let found = read(section, text.trim_end());
         let same = match (&found, wanted.strip_prefix('!')) {
-            (Err(error), Some(part)) => error.contains(part),
+            (Err(error), Some(part)) => error.to_string().contains(part),
             (Ok(found), None) => found == wanted,
             _ => false,
         };

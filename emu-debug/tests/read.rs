@@ -6,9 +6,9 @@ use emu_debug::stimulus::{ExternalDrive, parse_timed_drive};
 use emu_debug::stop_condition::parse_condition;
 use emu_debug::text_escapes::{escape, unescape};
 use emu_debug::time::{parse_duration, parse_hertz};
-use emu_debug::{AddressNames, CycleClock};
+use emu_debug::{AddressNames, CycleClock, InputError};
 
-fn read(section: &str, text: &str) -> Result<String, String> {
+fn read(section: &str, text: &str) -> Result<String, InputError> {
     let symbol = |name: &str, space, addr| SymbolAt::new(name, space, addr, 2);
     let constant = |name: &str, value| symbol(name, CONSTANT_SPACE, value);
     let places = [
@@ -64,7 +64,7 @@ fn readers() {
         let (text, wanted) = line.rsplit_once("= ").expect("text = meaning");
         let found = read(section, text.trim_end());
         let same = match (&found, wanted.strip_prefix('!')) {
-            (Err(error), Some(part)) => error.contains(part),
+            (Err(error), Some(part)) => error.to_string().contains(part),
             (Ok(found), None) => found == wanted,
             _ => false,
         };

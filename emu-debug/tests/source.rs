@@ -71,7 +71,7 @@ fn words_as_addresses() {
     assert_eq!(words("main+0x4"), Ok(vec![0x42]));
     assert_eq!(words("src/main.c:12"), Ok(vec![0x40, 0x43]));
     assert_eq!(words("util.h:3"), Ok(vec![0x42]));
-    let refused = |text| source.parse_words(text).unwrap_err();
+    let refused = |text| source.parse_words(text).unwrap_err().to_string();
     assert_eq!(refused("main.c:12"), "`main.c` is one of several source files: lib/main.c, src/main.c");
     assert_eq!(refused("src/main.c:13"), "line 13 of src/main.c has no code; the next line that has is src/main.c:40");
     assert_eq!(refused("src/main.c:40"), "`src/main.c:40` lies beyond flash");
@@ -162,7 +162,9 @@ fn names_of_cpp_and_rust_may_be_shortened() {
     let names = AddressNames { chip: &ATMEGA328P, symbols: &symbols };
     for row in WRITTEN.lines().filter(|row| !row.is_empty()) {
         let (text, wanted) = row.split_at(31);
-        let found = names.parse_program_word(text.trim()).map_or_else(|why| why, |word| format!("0x{:x}", word * 2));
+        let found = names
+            .parse_program_word(text.trim())
+            .map_or_else(|why| why.to_string(), |word| format!("0x{:x}", word * 2));
         assert_eq!(found, wanted, "{text}");
     }
     let range = |text: &str| names.parse_range(text).map(|range| (range.space, range.start, range.end));

@@ -1,8 +1,10 @@
-//! Why there is no server for gdb.
+//! Why there is no server for gdb, or why a monitor command does nothing.
 
 use std::io;
 
-/// Why an address to listen on cannot be used.
+use emu_debug::debug::DebugError;
+
+/// Why an address to listen on cannot be used, or why a monitor command does nothing.
 #[derive(Debug, thiserror::Error)]
 pub enum GdbError {
     /// A text is no address, or its host is not found.
@@ -19,4 +21,13 @@ pub enum GdbError {
         /// The text.
         text: String,
     },
+    /// The debugger refuses an expression, or the machine a value.
+    #[error(transparent)]
+    Debugger(#[from] DebugError),
+    /// `set` names no place.
+    #[error("that cannot be set")]
+    NotAPlace,
+    /// The expression behind `set` has no value.
+    #[error("it has no value now")]
+    NoValue,
 }

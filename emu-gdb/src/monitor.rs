@@ -7,6 +7,7 @@ use emu_debug::address_names::AddressRange;
 use emu_debug::debug::{HaltReason, UserAction};
 use gdbstub::target::ext::monitor_cmd::{ConsoleOutput, MonitorCmd};
 
+use crate::error::GdbError;
 use crate::gdb_target::GdbTarget;
 
 const HELP: &str = "\
@@ -64,7 +65,7 @@ impl GdbTarget<'_> {
                     Some(value) => format!("{value}"),
                     None => "it has no value now: a pin floats, or a place is not there".to_owned(),
                 },
-                Err(why) => why,
+                Err(why) => why.to_string(),
             },
             "set" => self.set_place(rest),
             "history" => self.describe_history(),
@@ -92,7 +93,7 @@ impl GdbTarget<'_> {
     fn reset(&mut self, why: ResetCause) -> String {
         match self.session.apply_action(UserAction::Reset(why)) {
             Ok(()) => format!("reset; {}\n{FLUSH_HINT}", self.describe_place()),
-            Err(why) => why,
+            Err(why) => why.to_string(),
         }
     }
 
@@ -127,7 +128,7 @@ impl GdbTarget<'_> {
     fn run_peek_command(&self, rest: &str) -> String {
         let range = match self.session.scope.parse_range(rest) {
             Ok(range) => range,
-            Err(why) => return why,
+            Err(why) => return why.to_string(),
         };
         let AddressRange { space, start, end } = range;
         let target = self.session.machine();
@@ -144,16 +145,17 @@ impl GdbTarget<'_> {
 
     fn set_place(&mut self, rest: &str) -> String {
         let Some((place, value)) = rest.split_once('=') else { return "write `set PLACE=EXPR`".to_owned() };
-        let done = self.session.scope.parse_expression(place.trim()).and_then(|expr| {
-            let place = expr.place(self.session.machine()).ok_or("that cannot be set")?;
-            let value = self.session.scope.parse_expression(value.trim())?.value(self.session.machine());
-            let value = value.ok_or("it has no value now")?;
-            self.session.apply_action(UserAction::Set(place, value))
-        });
-        match done {
+        match self.assign(place.trim(), value.trim()) {
             Ok(()) => FLUSH_HINT.to_owned(),
-            Err(why) => why,
+            Err(why) => why.to_string(),
         }
+    }
+
+    fn assign(&mut self, place: &str, value: &str) -> Result<(), GdbError> {
+        let scope = &self.session.scope;
+        let place = scope.parse_expression(place)?.place(self.session.machine()).ok_or(GdbError::NotAPlace)?;
+        let value = scope.parse_expression(value)?.value(self.session.machine()).ok_or(GdbError::NoValue)?;
+        Ok(self.session.apply_action(UserAction::Set(place, value))?)
     }
 
     fn describe_history(&self) -> String {

@@ -247,9 +247,9 @@ pub(super) fn set(shell: &mut DebugShell, args: &str, out: &mut String) -> Comma
         return match parse_drive(chip, &text) {
             Ok(what) => {
                 let at = CycleTime::at(shell.session.machine().cycle());
-                shell.session.apply_action(UserAction::Drive(TimedDrive { at, drive: what }))
+                Ok(shell.session.apply_action(UserAction::Drive(TimedDrive { at, drive: what }))?)
             }
-            Err(why) if pin.is_some() || is_supply(name) => Err(why),
+            Err(why) if pin.is_some() || is_supply(name) => Err(why.to_string()),
             Err(_) => Err(expr.err().unwrap_or_default()),
         };
     }

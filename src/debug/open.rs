@@ -188,7 +188,7 @@ impl MachineVisitor for SessionBuilder<'_> {
         drives.extend(asked);
         if let Some(file) = self.scenario {
             let (mut copy, mut around) = (cpu.clone(), board.clone());
-            queue_drives(&mut copy, &drives).map_err(VerbFailure::Usage)?;
+            queue_drives(&mut copy, &drives).map_err(VerbFailure::usage)?;
             around.connect(&mut copy);
             let driven = drives.iter().filter_map(TimedDrive::pin).chain(board.driven_pins()).collect();
             let (baud, deaf) = (self.machine.baud, !self.machine.uart_in.is_empty());
@@ -206,7 +206,7 @@ impl MachineVisitor for SessionBuilder<'_> {
             };
             drives.extend(scenario_drives(file, self.view, (copy, around), &known)?);
         }
-        queue_drives(&mut cpu, &drives).map_err(VerbFailure::Usage)?;
+        queue_drives(&mut cpu, &drives).map_err(VerbFailure::usage)?;
         pic16::warn_missing_config(chip, &image, &setup.pic16);
         board.connect(&mut cpu);
         Ok(BuiltMachine { target: Box::new(MachineWithDevices::new(cpu, board)), clock, drives })

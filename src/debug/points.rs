@@ -56,10 +56,10 @@ fn add_point(
 }
 
 fn condition_at(shell: &DebugShell, text: &str, word: Option<u32>) -> Result<DebugExpression, String> {
-    match word {
-        Some(word) => shell.session.scope.parse_expression_at_word(text, word),
-        None => shell.session.scope.parse_expression_in_frame(text, shell.session.machine(), 0),
-    }
+    Ok(match word {
+        Some(word) => shell.session.scope.parse_expression_at_word(text, word)?,
+        None => shell.session.scope.parse_expression_in_frame(text, shell.session.machine(), 0)?,
+    })
 }
 
 pub(super) fn watch(shell: &mut DebugShell, args: &str, out: &mut String) -> CommandResult {

@@ -257,7 +257,7 @@ impl DebugShell {
         }
         let is_time = text.trim().ends_with(['s', 'c']) && text.trim().starts_with(|c: char| c.is_ascii_digit());
         if is_time {
-            return self.session.clock().parse_cycles(text.trim());
+            return Ok(self.session.clock().parse_cycles(text.trim())?);
         }
         let value = self.integer_value(text)?;
         u64::try_from(value).map_err(|_| format!("cycle {value} is before power-up"))
@@ -314,9 +314,9 @@ impl DebugShell {
             return words;
         }
         let computed = text.strip_prefix('*').or_else(|| text.starts_with('$').then_some(text));
-        let Some(expr) = computed else { return self.session.scope.source().parse_words(text) };
+        let Some(expr) = computed else { return Ok(self.session.scope.source().parse_words(text)?) };
         let value = self.integer_value(expr)?;
         let address = u32::try_from(value).map_err(|_| format!("`{text}` is no address: {value}"))?;
-        self.session.scope.source().parse_words(&format!("0x{address:x}"))
+        Ok(self.session.scope.source().parse_words(&format!("0x{address:x}"))?)
     }
 }

@@ -313,7 +313,7 @@ impl DebugShell {
 
     /// Reads an expression in the call that is looked at.
     pub(super) fn parse_expression(&self, text: &str) -> Result<DebugExpression, String> {
-        self.session.scope.parse_expression_in_frame(text, self.session.machine(), self.level)
+        Ok(self.session.scope.parse_expression_in_frame(text, self.session.machine(), self.level)?)
     }
 
     /// A count behind a command: an expression, 1 where there is none.

@@ -114,7 +114,7 @@ impl HeadlessRun<'_> {
                 return Err(VerbFailure::invalid_flag_value("--peek <RANGE>", text, &why));
             }
         }
-        queue_drives(cpu, &job.drives).map_err(VerbFailure::Usage)?;
+        queue_drives(cpu, &job.drives).map_err(VerbFailure::usage)?;
         pic16::warn_missing_config(chip, image, &self.pic16);
         if let Some(script) = &self.script {
             let limits = CodRunLimits { cycle: job.plan.limit, hz: self.hz };

@@ -21,7 +21,7 @@ pub fn plan_run(args: &RunArgs, source: &ProgramSource<'_>, clock: CycleClock) -
     let time = args.time.as_deref().unwrap_or(DEFAULT_LIMIT);
     let limit = match args.cycles {
         Some(n) if n > time::MAX_CYCLES => {
-            return Err(VerbFailure::invalid_flag_value("--cycles <N>", &n.to_string(), "at most 2^62 cycles"));
+            return Err(VerbFailure::invalid_flag_value("--cycles <N>", &n.to_string(), &"at most 2^62 cycles"));
         }
         Some(n) => n,
         None => clock.parse_cycles(time).map_err(|why| VerbFailure::invalid_flag_value("--for <TIME>", time, &why))?,

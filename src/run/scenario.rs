@@ -14,8 +14,8 @@ use emu_debug::chip_scenario::{ChipBindings, ChipObservable, ChipStimulus};
 use emu_debug::stimulus::{ExternalDrive, INITIAL_SUPPLY_MV, queue_drive};
 use emu_debug::{CycleClock, RunController, RunDecision, SerialLineSender, StretchWatch, TimedDrive};
 use scenario::{
-    BoundScenario, OutputReading, PlayerState, RecordedAction, Recorder, ScenarioError, ScenarioPlayer, ScenarioValue,
-    ScenarioVerdict, ScenarioWorld,
+    BoundScenario, MachineError, OutputReading, PlayerState, RecordedAction, Recorder, ScenarioError, ScenarioPlayer,
+    ScenarioValue, ScenarioVerdict, ScenarioWorld,
 };
 
 pub use stimuli::ScenarioFlags;
@@ -231,7 +231,7 @@ impl<C: Cpu> CpuWorld<'_, '_, C> {
     }
 }
 
-fn refused(why: String) -> ScenarioError {
+fn refused(why: impl Into<MachineError>) -> ScenarioError {
     ScenarioError::Refused(why.into())
 }
 

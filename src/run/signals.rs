@@ -50,7 +50,10 @@ pub fn parse_signal<C: Cpu>(
         }
         (Err(why), _) => {
             let near = map.and_then(|map| nearest(text, map.symbols.iter().map(|symbol| symbol.name.as_str())));
-            return Err(near.map_or(why, |near| format!("is nothing that is known; did you mean `{near}`?")));
+            return Err(match near {
+                Some(near) => format!("is nothing that is known; did you mean `{near}`?"),
+                None => why.to_string(),
+            });
         }
     };
     let width = chip.bytes_per_address(range.space);

@@ -34,7 +34,7 @@ impl WaveTimescale {
     /// The step at which a time begins: `10ms`, or `5c` for the step itself.
     pub fn ticks(self, text: &str) -> Result<u64, String> {
         if text.trim().ends_with('c') {
-            return CycleClock { hz: 1, clocks_per_cycle: 1 }.parse_cycles(text);
+            return Ok(CycleClock { hz: 1, clocks_per_cycle: 1 }.parse_cycles(text)?);
         }
         // Steps of more than a second are whole seconds.
         let per_second = u64::try_from(SECOND / self.step).unwrap_or(u64::MAX).max(1);

@@ -50,7 +50,7 @@ fn image(path: &Path, chip: &'static Chip) -> Result<Image, String> {
     let bytes = std::fs::read(path).map_err(|_| format!("{} cannot be read", path.display()))?;
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or("");
     if matches!(ending, "asm" | "s") {
-        return emu_asm::assemble_text(chip, &String::from_utf8_lossy(&bytes)).map_err(|why| format!("{why:?}"));
+        return emu_asm::assemble_text(chip, &String::from_utf8_lossy(&bytes)).map_err(|why| why.to_string());
     }
     let loaded = load("image", &bytes, chip.hex_spaces, chip.elf_spaces, ElfMachine(chip.elf_machine));
     let mut image = loaded.map_err(|faults| faults[0].cause.clone())?.image;

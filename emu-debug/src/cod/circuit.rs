@@ -7,6 +7,7 @@ use emu_core::cpu::Cpu;
 use emu_core::pins::{PinId, PinLevel};
 
 use super::command::{CodCommand, CodStimulusLine};
+use super::error::CodError;
 use super::expr::{CodExpression, CodWorld};
 use super::nets::{CodNet, NetMember};
 use super::parts::wave::StimulusWave;
@@ -80,12 +81,11 @@ impl<'n> CodCircuit<'n> {
     ///
     /// # Errors
     /// A name, a pin or an attribute that is unknown.
-    pub fn command<C: Cpu>(&mut self, command: &CodCommand, cpu: &mut C, t: u64) -> Result<(), String> {
+    pub fn command<C: Cpu>(&mut self, command: &CodCommand, cpu: &mut C, t: u64) -> Result<(), CodError> {
         match command {
             CodCommand::None => {}
             CodCommand::Module { kind, name } => {
-                let part =
-                    CodPart::new(kind, name).ok_or_else(|| format!("there is no model of the module `{kind}`"))?;
+                let part = CodPart::new(kind, name).ok_or_else(|| CodError::UnknownModule { kind: kind.clone() })?;
                 self.add(part)?;
             }
             CodCommand::Nodes(names) => {
@@ -107,17 +107,20 @@ impl<'n> CodCircuit<'n> {
                 self.saved_eeproms.insert(file.clone(), cells);
             }
             CodCommand::LoadEeprom { module, file } => {
-                let kept =
-                    self.saved_eeproms.get(file).cloned().ok_or_else(|| format!("nothing was kept as `{file}`"))?;
+                let kept = self
+                    .saved_eeproms
+                    .get(file)
+                    .cloned()
+                    .ok_or_else(|| CodError::NothingKept { file: file.clone() })?;
                 self.eeprom(module)?.fill(&kept);
             }
         }
         Ok(())
     }
 
-    fn add(&mut self, part: CodPart) -> Result<(), String> {
+    fn add(&mut self, part: CodPart) -> Result<(), CodError> {
         if self.part(&part.name).is_some() {
-            return Err(format!("there is a part `{}` already", part.name));
+            return Err(CodError::DuplicatePart { name: part.name });
         }
         self.parts.push(part);
         Ok(())
@@ -127,17 +130,17 @@ impl<'n> CodCircuit<'n> {
         self.parts.iter().position(|part| part.name == name)
     }
 
-    fn eeprom(&mut self, name: &str) -> Result<&mut SharedBytes, String> {
+    fn eeprom(&mut self, name: &str) -> Result<&mut SharedBytes, CodError> {
         self.parts
             .iter_mut()
             .find_map(|part| match &mut part.kind {
                 CodPartKind::Eeprom(eeprom) if part.name == name => Some(&mut eeprom.cells),
                 _ => None,
             })
-            .ok_or_else(|| format!("there is no EEPROM `{name}`"))
+            .ok_or_else(|| CodError::NoSuch { kind: "EEPROM", name: name.to_owned() })
     }
 
-    fn attach(&mut self, node: &str, pins: &[String]) -> Result<(), String> {
+    fn attach(&mut self, node: &str, pins: &[String]) -> Result<(), CodError> {
         let mut members = Vec::new();
         for name in pins {
             match self.member(name) {
@@ -146,11 +149,11 @@ impl<'n> CodCircuit<'n> {
                 None if self.part(name).is_some() => {
                     self.warnings.push(format!("`{name}` is a part and no pin of one"))
                 }
-                None => return Err(format!("there is no pin `{name}`")),
+                None => return Err(CodError::NoSuch { kind: "pin", name: name.clone() }),
             }
         }
         let net = self.nets.iter_mut().find(|net| net.name == node);
-        net.ok_or_else(|| format!("there is no node `{node}`"))?.members.extend(members);
+        net.ok_or_else(|| CodError::NoSuch { kind: "node", name: node.to_owned() })?.members.extend(members);
         Ok(())
     }
 
@@ -174,17 +177,16 @@ impl<'n> CodCircuit<'n> {
         self.draft.is_some()
     }
 
-    fn stimulus<C: Cpu>(&mut self, line: &CodStimulusLine, cpu: &C) -> Result<(), String> {
+    fn stimulus<C: Cpu>(&mut self, line: &CodStimulusLine, cpu: &C) -> Result<(), CodError> {
         if *line == CodStimulusLine::Begin {
             self.draft = Some(StimulusDraft::default());
             return Ok(());
         }
-        let none = "there is no stimulus that this would belong to";
-        let mut draft = self.draft.take().ok_or(none)?;
+        let mut draft = self.draft.take().ok_or(CodError::OutsideStimulus)?;
         match line {
             CodStimulusLine::Begin => {}
             CodStimulusLine::Initial(expr) => {
-                draft.initial = self.eval(expr, cpu)?.to_real().ok_or("a text is no level")?
+                draft.initial = self.eval(expr, cpu)?.to_real().ok_or(CodError::TextIsNo { wanted: "level" })?
             }
             CodStimulusLine::Start(expr) => draft.wave.start = self.cycles(expr, cpu)?,
             CodStimulusLine::Period(expr) => draft.wave.period = self.cycles(expr, cpu)?,
@@ -192,7 +194,7 @@ impl<'n> CodCircuit<'n> {
             CodStimulusLine::Analog(analog) => draft.analog = *analog,
             CodStimulusLine::Data(values) => {
                 for value in values {
-                    draft.data.push(self.eval(value, cpu)?.to_real().ok_or("a text is no level")?);
+                    draft.data.push(self.eval(value, cpu)?.to_real().ok_or(CodError::TextIsNo { wanted: "level" })?);
                 }
             }
             CodStimulusLine::End => return self.finish(draft),
@@ -202,7 +204,7 @@ impl<'n> CodCircuit<'n> {
     }
 
     /// Puts a stimulus on the bench.
-    fn finish(&mut self, mut draft: StimulusDraft) -> Result<(), String> {
+    fn finish(&mut self, mut draft: StimulusDraft) -> Result<(), CodError> {
         let millivolts = |value: f64| match draft.analog {
             true => (value * 1000.0) as i64,
             false => i64::from(value > 0.0) * super::parts::SUPPLY_MILLIVOLTS,
@@ -210,20 +212,20 @@ impl<'n> CodCircuit<'n> {
         draft.wave.initial = millivolts(draft.initial);
         draft.wave.holds_last = true;
         for pair in draft.data.chunks(2) {
-            let &[cycle, value] = pair else { return Err("a cycle without a value".to_owned()) };
+            let &[cycle, value] = pair else { return Err(CodError::CycleWithoutValue) };
             // The conversion saturates.
             draft.wave.set(cycle as u64, millivolts(value));
         }
         self.add(CodPart::of(&draft.name, CodPartKind::Wave(draft.wave)))
     }
 
-    fn assign<C: Cpu>(&mut self, name: &str, value: &CodExpression, cpu: &mut C, t: u64) -> Result<(), String> {
+    fn assign<C: Cpu>(&mut self, name: &str, value: &CodExpression, cpu: &mut C, t: u64) -> Result<(), CodError> {
         if let Some((object, attribute)) = name.rsplit_once('.') {
             if let Some(part) = self.part(object).filter(|_| !IGNORED.contains(&attribute)) {
                 let value = self.eval(value, cpu)?;
                 let part = self.parts.get_mut(part);
                 let assigned = part.is_some_and(|part| part.assign(attribute, &value, t, self.hz));
-                return if assigned { Ok(()) } else { Err(format!("`{name}` cannot be set to that")) };
+                return if assigned { Ok(()) } else { Err(CodError::BadAttributeValue { name: name.to_owned() }) };
             }
             if attribute == "frequency" {
                 self.hz = self.cycles(value, cpu)?.max(1);
@@ -232,32 +234,32 @@ impl<'n> CodCircuit<'n> {
             if IGNORED.contains(&attribute) || object == "scope" {
                 return Ok(());
             }
-            return Err(format!("there is nothing called `{object}`"));
+            return Err(CodError::UnknownName { name: object.to_owned() });
         }
         let value = self.eval(value, cpu)?;
         if let Some(symbol) = self.symbols.get_mut(name) {
             *symbol = value;
             return Ok(());
         }
-        let byte = value.to_integer().ok_or("a text is no byte")? as u8;
+        let byte = value.to_integer().ok_or(CodError::TextIsNo { wanted: "byte" })? as u8;
         let Some(CodPlace::Byte(space, addr)) = self.place(name) else {
             let set = cpu.set_reg(&name.to_ascii_uppercase(), byte.into());
-            return if set { Ok(()) } else { Err(format!("there is nothing called `{name}`")) };
+            return if set { Ok(()) } else { Err(CodError::UnknownName { name: name.to_owned() }) };
         };
-        if cpu.poke(space, addr, byte) { Ok(()) } else { Err(format!("`{name}` cannot be written")) }
+        if cpu.poke(space, addr, byte) { Ok(()) } else { Err(CodError::Unwritable { name: name.to_owned() }) }
     }
 
     /// The value of an expression now.
     ///
     /// # Errors
     /// As [`CodExpression::eval`].
-    pub fn eval<C: Cpu>(&self, expr: &CodExpression, cpu: &C) -> Result<CodValue, String> {
+    pub fn eval<C: Cpu>(&self, expr: &CodExpression, cpu: &C) -> Result<CodValue, CodError> {
         expr.eval(&CodMachineView { bench: self, cpu })
     }
 
-    fn cycles<C: Cpu>(&self, expr: &CodExpression, cpu: &C) -> Result<u64, String> {
+    fn cycles<C: Cpu>(&self, expr: &CodExpression, cpu: &C) -> Result<u64, CodError> {
         let value = self.eval(expr, cpu)?.to_integer();
-        value.and_then(|value| u64::try_from(value).ok()).ok_or_else(|| "wanted a number of at least 0".to_owned())
+        value.and_then(|value| u64::try_from(value).ok()).ok_or(CodError::NegativeNumber)
     }
 
     /// What a name of the program or the chip stands for.
@@ -304,7 +306,7 @@ struct CodMachineView<'a, 'n, C> {
 }
 
 impl<C: Cpu> CodWorld for CodMachineView<'_, '_, C> {
-    fn value(&self, name: &str) -> Result<CodValue, String> {
+    fn value(&self, name: &str) -> Result<CodValue, CodError> {
         let bench = self.bench;
         if name == "cycles" {
             return Ok(CodValue::Int(i64::try_from(self.cpu.cycle()).unwrap_or(i64::MAX)));
@@ -317,34 +319,34 @@ impl<C: Cpu> CodWorld for CodMachineView<'_, '_, C> {
             return match part.and_then(|part| part.attribute(attribute)) {
                 Some(value) => Ok(value),
                 None if part.is_none() && attribute == "frequency" => Ok(CodValue::Real(bench.hz as f64)),
-                None => Err(format!("there is nothing called `{name}`")),
+                None => Err(CodError::UnknownName { name: name.to_owned() }),
             };
         }
         match bench.place(name) {
             Some(CodPlace::Byte(space, addr)) => match self.cpu.peek(space, addr) {
                 Some(byte) => Ok(CodValue::Int(byte.into())),
-                None => Err(format!("`{name}` cannot be read")),
+                None => Err(CodError::Unreadable { name: name.to_owned() }),
             },
             Some(CodPlace::Word(word)) => Ok(CodValue::Int(word.into())),
             None => match self.cpu.reg(&name.to_ascii_uppercase()) {
                 Some(value) => Ok(CodValue::Int(value.into())),
-                None => Err(format!("there is nothing called `{name}`")),
+                None => Err(CodError::UnknownName { name: name.to_owned() }),
             },
         }
     }
 
-    fn address(&self, name: &str) -> Result<i64, String> {
+    fn address(&self, name: &str) -> Result<i64, CodError> {
         match self.bench.place(name) {
             Some(CodPlace::Byte(_, addr) | CodPlace::Word(addr)) => Ok(addr.into()),
-            None => Err(format!("there is nothing called `{name}`")),
+            None => Err(CodError::UnknownName { name: name.to_owned() }),
         }
     }
 
-    fn at(&self, addr: i64) -> Result<CodValue, String> {
+    fn at(&self, addr: i64) -> Result<CodValue, CodError> {
         let chip = self.bench.names.chip;
         let byte = u32::try_from(addr)
             .ok()
             .and_then(|addr| self.cpu.peek(chip.reg_space, addr).or_else(|| self.cpu.peek(chip.ram_space, addr)));
-        byte.map(|byte| CodValue::Int(byte.into())).ok_or_else(|| format!("there is no register at {addr}"))
+        byte.map(|byte| CodValue::Int(byte.into())).ok_or(CodError::NoRegisterAt { addr })
     }
 }

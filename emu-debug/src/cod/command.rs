@@ -1,5 +1,6 @@
 //! Messages taken apart: assertions and commands.
 
+use super::error::CodError;
 use super::expr::{CodExpression, CodTextReader};
 
 /// An assertion.
@@ -15,7 +16,7 @@ pub struct CodAssertion {
 ///
 /// # Errors
 /// No expression, or something behind it.
-pub fn parse_assertion(text: &str) -> Result<CodAssertion, String> {
+pub fn parse_assertion(text: &str) -> Result<CodAssertion, CodError> {
     let mut reader = CodTextReader::new(text);
     if reader.rest().is_empty() {
         return Ok(CodAssertion { condition: None, text: String::new() });
@@ -28,7 +29,7 @@ pub fn parse_assertion(text: &str) -> Result<CodAssertion, String> {
     let holds = if reader.rest().starts_with(',') { None } else { Some(reader.expr()?) };
     let said = if reader.take(",") { reader.quoted().unwrap_or("").to_owned() } else { String::new() };
     if !reader.rest().is_empty() {
-        return Err(format!("`{}` behind the expression", reader.rest()));
+        return Err(CodError::TrailingText { rest: reader.rest().to_owned() });
     }
     let said = if said.is_empty() && holds.is_some() { format!("does not hold: {}", text.trim()) } else { said };
     Ok(CodAssertion { condition: holds, text: said })
@@ -80,7 +81,7 @@ pub enum CodStimulusLine {
 ///
 /// # Errors
 /// It is damaged, or one that is not carried out here.
-pub fn parse_command(text: &str) -> Result<CodCommand, String> {
+pub fn parse_command(text: &str) -> Result<CodCommand, CodError> {
     let text = text.trim();
     if text.is_empty() || text.starts_with('#') || text == "echo" || text.starts_with("echo ") {
         return Ok(CodCommand::None);
@@ -92,7 +93,7 @@ pub fn parse_command(text: &str) -> Result<CodCommand, String> {
     if let Some((name, value)) = register(text) {
         return Ok(CodCommand::Assign { name: name.to_owned(), value: whole(CodTextReader::new(value))? });
     }
-    let first = reader.name().ok_or_else(|| format!("`{text}` is no command"))?;
+    let first = reader.name().ok_or_else(|| CodError::UnknownCommand { text: text.to_owned() })?;
     let words: Vec<&str> = reader.rest().split_whitespace().collect();
     let owned = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<_>>();
     if reader.rest().starts_with('=') && !reader.rest().starts_with("==") {
@@ -118,7 +119,7 @@ pub fn parse_command(text: &str) -> Result<CodCommand, String> {
         ("symbol", [_, ..]) => {
             let name = reader.name().unwrap_or("");
             if name.is_empty() || !reader.take("=") {
-                return Err(format!("`{text}`: wanted symbol NAME=VALUE"));
+                return Err(CodError::MalformedSymbol { text: text.to_owned() });
             }
             Ok(CodCommand::Symbol { name: name.to_owned(), value: whole(reader)? })
         }
@@ -141,12 +142,16 @@ pub fn parse_command(text: &str) -> Result<CodCommand, String> {
             | "symbol" | "x" | "clear" | "reset" | "trace" | "log" | "set" | "macro" | "processor" | "initial_state"
             | "start_cycle" | "period" | "name" | "icd" | "list" | "dump" | "quit",
             _,
-        ) => Err(format!("`{text}` is not carried out")),
+        ) => Err(CodError::UnsupportedCommand { text: text.to_owned() }),
         // A bare expression shows its value.
         _ => {
             let mut again = CodTextReader::new(text);
             again.expr()?;
-            if again.rest().is_empty() { Ok(CodCommand::None) } else { Err(format!("`{text}` is no command")) }
+            if again.rest().is_empty() {
+                Ok(CodCommand::None)
+            } else {
+                Err(CodError::UnknownCommand { text: text.to_owned() })
+            }
         }
     }
 }
@@ -167,9 +172,9 @@ pub(super) fn address(name: &str) -> Option<u32> {
     }
 }
 
-fn whole(mut reader: CodTextReader<'_>) -> Result<CodExpression, String> {
+fn whole(mut reader: CodTextReader<'_>) -> Result<CodExpression, CodError> {
     let expr = reader.expr()?;
-    if reader.rest().is_empty() { Ok(expr) } else { Err(format!("`{}` behind the expression", reader.rest())) }
+    if reader.rest().is_empty() { Ok(expr) } else { Err(CodError::TrailingText { rest: reader.rest().to_owned() }) }
 }
 
 /// `open` and `closed`, the states of a switch by name.
@@ -183,7 +188,7 @@ fn bare_word(text: &str) -> Option<CodExpression> {
 }
 
 /// `{ cycle, value, .. }`, all of it or a part of it: the braces and lines of one list may stand in several messages.
-fn data(reader: &mut CodTextReader<'_>) -> Result<Option<CodStimulusLine>, String> {
+fn data(reader: &mut CodTextReader<'_>) -> Result<Option<CodStimulusLine>, CodError> {
     let opened = reader.take("{");
     if reader.rest() == "}" {
         return Ok(Some(CodStimulusLine::Data(Vec::new())));
@@ -196,7 +201,7 @@ fn data(reader: &mut CodTextReader<'_>) -> Result<Option<CodStimulusLine>, Strin
     while !reader.rest().is_empty() && !reader.take("}") {
         values.push(reader.expr()?);
         if !reader.take(",") && !reader.rest().is_empty() && !reader.rest().starts_with('}') {
-            return Err(format!("`{}` in a list, wanted a comma", reader.rest()));
+            return Err(CodError::MissingComma { rest: reader.rest().to_owned() });
         }
     }
     Ok(Some(CodStimulusLine::Data(values)))

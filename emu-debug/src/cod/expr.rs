@@ -1,5 +1,6 @@
 //! Expressions: their text read, and their value found.
 
+use super::error::CodError;
 use super::value::{CodOperator, CodValue};
 
 /// An expression.
@@ -28,17 +29,17 @@ pub trait CodWorld {
     ///
     /// # Errors
     /// Nothing has that name, or it has no value.
-    fn value(&self, name: &str) -> Result<CodValue, String>;
+    fn value(&self, name: &str) -> Result<CodValue, CodError>;
     /// The address of what a name stands for.
     ///
     /// # Errors
     /// Nothing has that name, or it has no address.
-    fn address(&self, name: &str) -> Result<i64, String>;
+    fn address(&self, name: &str) -> Result<i64, CodError>;
     /// The register at an address.
     ///
     /// # Errors
     /// There is none.
-    fn at(&self, addr: i64) -> Result<CodValue, String>;
+    fn at(&self, addr: i64) -> Result<CodValue, CodError>;
 }
 
 impl CodExpression {
@@ -57,18 +58,20 @@ impl CodExpression {
     ///
     /// # Errors
     /// A name that is unknown, or an operation without a result.
-    pub fn eval(&self, world: &dyn CodWorld) -> Result<CodValue, String> {
+    pub fn eval(&self, world: &dyn CodWorld) -> Result<CodValue, CodError> {
         match self {
             CodExpression::Value(value) => Ok(value.clone()),
             CodExpression::Name(name) => world.value(name),
             CodExpression::Address(name) => world.address(name).map(CodValue::Int),
-            CodExpression::At(addr) => world.at(addr.eval(world)?.to_integer().ok_or("a text is no address")?),
+            CodExpression::At(addr) => {
+                world.at(addr.eval(world)?.to_integer().ok_or(CodError::TextIsNo { wanted: "address" })?)
+            }
             CodExpression::Unary(op, of) => match (op, of.eval(world)?) {
-                (_, CodValue::Text(_)) => Err(format!("`{op}` before a text")),
+                (_, CodValue::Text(_)) => Err(CodError::BadOperand { operator: *op, operand: "text" }),
                 ('!', value) => Ok(CodValue::Bool(value.to_bool() != Some(true))),
                 ('-', CodValue::Real(r)) => Ok(CodValue::Real(-r)),
                 ('-', value) => Ok(CodValue::Int(value.to_integer().unwrap_or(0).wrapping_neg())),
-                (_, CodValue::Real(_)) => Err(format!("`{op}` before a decimal")),
+                (_, CodValue::Real(_)) => Err(CodError::BadOperand { operator: *op, operand: "decimal" }),
                 (_, value) => Ok(CodValue::Int(!value.to_integer().unwrap_or(0))),
             },
             CodExpression::Binary(op, a, b) => op.apply(&a.eval(world)?, &b.eval(world)?),
@@ -136,12 +139,12 @@ impl<'t> CodTextReader<'t> {
     ///
     /// # Errors
     /// What stands next is none.
-    pub fn expr(&mut self) -> Result<CodExpression, String> {
+    pub fn expr(&mut self) -> Result<CodExpression, CodError> {
         self.binding(1)
     }
 
     /// An expression of operators that bind at least so tightly; those of one strength group to the left.
-    fn binding(&mut self, least: u8) -> Result<CodExpression, String> {
+    fn binding(&mut self, least: u8) -> Result<CodExpression, CodError> {
         let mut left = self.unary()?;
         loop {
             let found = CodOperator::ALL.iter().find(|(text, ..)| self.rest.starts_with(text));
@@ -154,9 +157,9 @@ impl<'t> CodTextReader<'t> {
         }
     }
 
-    fn read_nested<T>(&mut self, read: impl FnOnce(&mut Self) -> Result<T, String>) -> Result<T, String> {
+    fn read_nested<T>(&mut self, read: impl FnOnce(&mut Self) -> Result<T, CodError>) -> Result<T, CodError> {
         if self.depth >= MAX_DEPTH {
-            return Err("the expression is nested too deeply".to_owned());
+            return Err(CodError::NestedTooDeeply);
         }
         self.depth += 1;
         let found = read(self);
@@ -164,7 +167,7 @@ impl<'t> CodTextReader<'t> {
         found
     }
 
-    fn unary(&mut self) -> Result<CodExpression, String> {
+    fn unary(&mut self) -> Result<CodExpression, CodError> {
         if let Some(text) = self.quoted() {
             return Ok(CodExpression::Value(CodValue::Text(text.to_owned())));
         }
@@ -200,22 +203,17 @@ impl<'t> CodTextReader<'t> {
         }
     }
 
-    fn closed(&mut self) -> Result<CodExpression, String> {
+    fn closed(&mut self) -> Result<CodExpression, CodError> {
         let inner = self.read_nested(Self::expr)?;
         if self.take(")") { Ok(inner) } else { Err(self.wanted("`)`")) }
     }
 
-    fn wanted(&self, what: &str) -> String {
-        let found: String = self.rest.chars().take(20).collect();
-        if found.is_empty() {
-            format!("the text ends, wanted {what}")
-        } else {
-            format!("found `{found}`, wanted {what}")
-        }
+    fn wanted(&self, wanted: &'static str) -> CodError {
+        CodError::Unexpected { found: self.rest.chars().take(20).collect(), wanted }
     }
 
     /// `25 0x19 $19 0b11001 b'11001' d'25' 2.5 1e6`; nothing where no number begins.
-    fn number(&mut self) -> Result<Option<CodValue>, String> {
+    fn number(&mut self) -> Result<Option<CodValue>, CodError> {
         let lower = self.rest.get(..2).unwrap_or(self.rest).to_ascii_lowercase();
         let radix = match lower.as_str() {
             "0x" => 16,
@@ -235,11 +233,11 @@ impl<'t> CodTextReader<'t> {
         if lower.ends_with('\'') && !self.take("'") {
             return Err(self.wanted("`'`"));
         }
-        let wrong = |_| format!("`{digits}` is no number to the base {radix}");
+        let wrong = |_| CodError::BadNumber { digits: digits.to_owned(), radix: Some(radix) };
         i64::from_str_radix(digits, radix).map(|i| Some(CodValue::Int(i))).map_err(wrong)
     }
 
-    fn decimal(&mut self) -> Result<CodValue, String> {
+    fn decimal(&mut self) -> Result<CodValue, CodError> {
         let mut sign = false;
         // A sign belongs to a number only after its exponent mark.
         let end = self.rest.find(|c: char| {
@@ -251,6 +249,6 @@ impl<'t> CodTextReader<'t> {
         self.rest = rest.trim_start();
         let whole = text.bytes().all(|b| b.is_ascii_digit());
         let value = if whole { text.parse().ok().map(CodValue::Int) } else { text.parse().ok().map(CodValue::Real) };
-        value.ok_or_else(|| format!("`{text}` is no number"))
+        value.ok_or_else(|| CodError::BadNumber { digits: text.to_owned(), radix: None })
     }
 }

@@ -26,6 +26,7 @@
 
 mod circuit;
 mod command;
+mod error;
 mod expr;
 mod nets;
 mod parts;
@@ -37,6 +38,7 @@ mod wiring;
 #[cfg(test)]
 mod tests;
 
+pub use error::CodError;
 pub use run::{CodOutcome, CodRunLimits, CodVerdict, run_script};
 pub use script::{CodRefusal, CodScript};
 pub use wiring::SetAnalogInput;

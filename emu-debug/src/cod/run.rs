@@ -5,6 +5,7 @@ use emu_core::image::SimulatorMessage;
 use emu_core::pins::{ChipEvent, CycleTime, PinId, PinLevel};
 
 use super::circuit::CodCircuit;
+use super::error::CodError;
 use super::expr::CodExpression;
 use super::script::{CodAction, CodRefusal, CodScript, refusal};
 use super::value::CodValue;
@@ -149,7 +150,7 @@ impl CodRun<'_> {
             }
         }
         if let Some((_, message)) = script.start.last().filter(|_| self.bench.has_unfinished_stimulus()) {
-            return CodVerdict::Refused(refusal(message, "a stimulus without its end".to_owned()));
+            return CodVerdict::Refused(refusal(message, CodError::UnfinishedStimulus));
         }
         for pin in 0..self.edges.attached.len() {
             let attached = self.bench.is_attached(pin as PinId);

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use emu_core::image::SimulatorMessage;
 
 use super::command::{CodAssertion, CodCommand, parse_assertion, parse_command};
+use super::error::CodError;
 use super::expr::CodExpression;
 
 /// Longest message in bytes; a file holds at most 255.
@@ -22,7 +23,8 @@ pub enum CodAction {
 }
 
 /// A message that cannot be carried out.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("message {kind} at 0x{addr:04x}, `{text}`: {cause}")]
 pub struct CodRefusal {
     /// Its program word address.
     pub addr: u32,
@@ -31,13 +33,8 @@ pub struct CodRefusal {
     /// Its text.
     pub text: String,
     /// Why.
-    pub cause: String,
-}
-
-impl std::fmt::Display for CodRefusal {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "message {} at 0x{:04x}, `{}`: {}", self.kind, self.addr, self.text, self.cause)
-    }
+    #[source]
+    pub cause: CodError,
 }
 
 /// The messages of a program, read.
@@ -59,7 +56,7 @@ impl CodScript {
         let mut refusals = Vec::new();
         for message in messages {
             if message.text.len() > LONGEST {
-                refusals.push(refusal(message, format!("it has more than {LONGEST} bytes")));
+                refusals.push(refusal(message, CodError::MessageTooLong { most: LONGEST }));
                 continue;
             }
             for text in lines(&message.text) {
@@ -125,10 +122,10 @@ fn lines(text: &str) -> Vec<&str> {
 }
 
 /// Reads a command; a clock that stands still is none.
-fn parse_run_command(text: &str) -> Result<CodCommand, String> {
+fn parse_run_command(text: &str) -> Result<CodCommand, CodError> {
     let command = parse_command(text)?;
     match frequency(&command) {
-        Some(CodExpression::Value(value)) if value.to_integer() == Some(0) => Err("a clock of 0 Hz".to_owned()),
+        Some(CodExpression::Value(value)) if value.to_integer() == Some(0) => Err(CodError::ZeroFrequency),
         _ => Ok(command),
     }
 }
@@ -143,6 +140,6 @@ fn frequency(command: &CodCommand) -> Option<&CodExpression> {
 }
 
 /// The refusal of a message.
-pub(super) fn refusal(message: &SimulatorMessage, cause: String) -> CodRefusal {
+pub(super) fn refusal(message: &SimulatorMessage, cause: CodError) -> CodRefusal {
     CodRefusal { addr: message.addr, kind: message.kind, text: message.text.clone(), cause }
 }

@@ -1,5 +1,7 @@
 //! What expressions are made of: whole numbers, decimals, truths and texts.
 
+use super::error::CodError;
+
 /// A value.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CodValue {
@@ -101,15 +103,15 @@ impl CodOperator {
     ];
 
     /// The result; the reason where there is none.
-    pub(super) fn apply(self, a: &CodValue, b: &CodValue) -> Result<CodValue, String> {
+    pub(super) fn apply(self, a: &CodValue, b: &CodValue) -> Result<CodValue, CodError> {
         if let (CodValue::Text(a), CodValue::Text(b)) = (a, b) {
             return match self {
                 CodOperator::Eq => Ok(CodValue::Bool(a == b)),
                 CodOperator::Ne => Ok(CodValue::Bool(a != b)),
-                _ => Err("texts can only be compared".to_owned()),
+                _ => Err(CodError::TextsInArithmetic),
             };
         }
-        let text = || "a text is no number".to_owned();
+        let text = || CodError::TextIsNo { wanted: "number" };
         match self {
             CodOperator::Any => {
                 return Ok(CodValue::Bool(a.to_bool().ok_or_else(text)? || b.to_bool().ok_or_else(text)?));
@@ -125,7 +127,7 @@ impl CodOperator {
         self.int(a.to_integer().ok_or_else(text)?, b.to_integer().ok_or_else(text)?)
     }
 
-    fn real(self, a: f64, b: f64) -> Result<CodValue, String> {
+    fn real(self, a: f64, b: f64) -> Result<CodValue, CodError> {
         Ok(match self {
             CodOperator::Add => CodValue::Real(a + b),
             CodOperator::Sub => CodValue::Real(a - b),
@@ -137,17 +139,17 @@ impl CodOperator {
             CodOperator::Le => CodValue::Bool(a <= b),
             CodOperator::Gt => CodValue::Bool(a > b),
             CodOperator::Ge => CodValue::Bool(a >= b),
-            _ => return Err("bits of a decimal".to_owned()),
+            _ => return Err(CodError::BitsOfDecimal),
         })
     }
 
-    fn int(self, a: i64, b: i64) -> Result<CodValue, String> {
+    fn int(self, a: i64, b: i64) -> Result<CodValue, CodError> {
         let shift = u32::try_from(b).unwrap_or(u32::MAX);
         Ok(match self {
             CodOperator::Add => CodValue::Int(a.wrapping_add(b)),
             CodOperator::Sub => CodValue::Int(a.wrapping_sub(b)),
             CodOperator::Mul => CodValue::Int(a.wrapping_mul(b)),
-            CodOperator::Div => CodValue::Int(a.checked_div(b).ok_or_else(|| "a division by 0".to_owned())?),
+            CodOperator::Div => CodValue::Int(a.checked_div(b).ok_or(CodError::DivisionByZero)?),
             CodOperator::And => CodValue::Int(a & b),
             CodOperator::Or => CodValue::Int(a | b),
             CodOperator::Xor => CodValue::Int(a ^ b),

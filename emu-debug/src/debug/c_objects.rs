@@ -13,6 +13,7 @@ pub use byte_locations::ObjectByteLocation;
 use super::c_type_queries::{CTypeQueries as _, CTypeRef};
 use super::call_stack::CallStack;
 use super::dyn_machine::DynMachine;
+use super::error::DebugError;
 use super::expression::{BinaryOperator, DebugExpression};
 use super::expression_place::ExpressionPlace;
 use super::expression_value::ExpressionValue;
@@ -150,10 +151,10 @@ impl ObjectExpr {
     ///
     /// # Errors
     /// It is no pointer and no array, or the size of what it points to is not known.
-    pub(super) fn element(&self, index: DebugExpression) -> Result<ObjectExpr, String> {
+    pub(super) fn element(&self, index: DebugExpression) -> Result<ObjectExpr, DebugError> {
         let kind = self
             .element_type()
-            .ok_or_else(|| format!("`{}` is no pointer and no array", self.info().type_name(self.ctype)))?;
+            .ok_or_else(|| DebugError::NotAPointer { type_name: self.info().type_name(self.ctype) })?;
         if self.is_function() {
             return Ok(self.clone());
         }
@@ -161,13 +162,13 @@ impl ObjectExpr {
         if index == DebugExpression::Number(0) && !self.is_array() {
             return Ok(ObjectExpr::at(self.calls.clone(), DebugExpression::Object(Box::new(self.clone())), kind));
         }
-        let size = size.filter(|size| *size > 0).ok_or("the size of what it points to is not known")?;
+        let size = size.filter(|size| *size > 0).ok_or(DebugError::UnknownSize { what: "what it points to" })?;
         if self.is_array() {
             let mut found = ObjectExpr { ctype: kind, ..self.clone() };
             match index {
                 DebugExpression::Number(n) if n >= 0 && found.indices.is_empty() => {
                     let bytes = u32::try_from(n).ok().and_then(|n| n.checked_mul(size));
-                    found.offset = bytes.and_then(|n| found.offset.checked_add(n)).ok_or("that index is too large")?;
+                    found.offset = bytes.and_then(|n| found.offset.checked_add(n)).ok_or(DebugError::IndexTooLarge)?;
                 }
                 index => found.indices.push((index, size)),
             }
@@ -197,11 +198,11 @@ impl ObjectExpr {
     ///
     /// # Errors
     /// It is a value, or a bit field.
-    pub(super) fn address(&self) -> Result<ObjectExpr, String> {
+    pub(super) fn address(&self) -> Result<ObjectExpr, DebugError> {
         if self.bits.is_some()
             || matches!(self.base, ObjectBase::Value(_) | ObjectBase::AddressOf(_) | ObjectBase::Kept(_))
         {
-            return Err("it has no address".to_owned());
+            return Err(DebugError::NoAddress { text: None });
         }
         let kind = CTypeRef { pointer_depth: self.ctype.pointer_depth + 1, ..self.ctype };
         Ok(ObjectExpr::of(self.calls.clone(), ObjectBase::AddressOf(Box::new(self.clone())), kind))
@@ -211,18 +212,21 @@ impl ObjectExpr {
     ///
     /// # Errors
     /// It has none, or none of that name.
-    pub(super) fn member(&self, name: &str) -> Result<ObjectExpr, String> {
+    pub(super) fn member(&self, name: &str) -> Result<ObjectExpr, DebugError> {
         let Some(CType::Record { .. }) = self.resolved_type() else {
             if self.element_type().is_some() && !self.is_array() {
                 return self.element(DebugExpression::Number(0))?.member(name);
             }
-            return Err(format!("there is no member `{name}`: its type is {}", self.info().type_name(self.ctype)));
+            return Err(DebugError::NoMembers { name: name.to_owned(), type_name: self.info().type_name(self.ctype) });
         };
         let Some((offset, bits, of)) = self.info().member(self.ctype.id, name, 8) else {
-            let names = self.info().member_names(self.ctype.id).join(", ");
-            return Err(format!("{} has no member `{name}`; it has {names}", self.info().type_name(self.ctype)));
+            return Err(DebugError::UnknownMember {
+                type_name: self.info().type_name(self.ctype),
+                name: name.to_owned(),
+                known: self.info().member_names(self.ctype.id).into_iter().map(str::to_owned).collect(),
+            });
         };
-        let offset = self.offset.checked_add(offset).ok_or("that member is too far away")?;
+        let offset = self.offset.checked_add(offset).ok_or(DebugError::MemberTooFar)?;
         Ok(ObjectExpr { ctype: CTypeRef::new(of), offset, bits, ..self.clone() })
     }
 
@@ -355,13 +359,15 @@ impl ObjectExpr {
         &self,
         target: &dyn DynMachine,
         value: ExpressionValue,
-    ) -> Result<Vec<(ExpressionPlace, i64)>, String> {
+    ) -> Result<Vec<(ExpressionPlace, i64)>, DebugError> {
         match self.resolved_type() {
             Some(CType::Record { keyword, .. }) => {
-                return Err(format!("a {keyword} gets no single value; set its members"));
+                return Err(DebugError::NoSingleValue { what: format!("a {keyword}"), parts: "members" });
             }
-            Some(CType::Function { .. }) => return Err("a function gets no value".to_owned()),
-            Some(CType::Array { .. }) => return Err("an array gets no single value; set its elements".to_owned()),
+            Some(CType::Function { .. }) => return Err(DebugError::FunctionNotSettable),
+            Some(CType::Array { .. }) => {
+                return Err(DebugError::NoSingleValue { what: "an array".to_owned(), parts: "elements" });
+            }
             _ => {}
         }
         let value = if self.is_real() { value.to_bits(self.bytes().unwrap_or(0)) } else { value.to_integer() };
@@ -375,14 +381,12 @@ impl ObjectExpr {
             _ => (i64::MIN, i64::MAX),
         };
         if !(least..=most).contains(&value) {
-            return Err(format!("{value} does not fit: the values are {least} to {most}"));
+            return Err(DebugError::ValueOutOfRange { value, least, most });
         }
         let byte = |n: usize| match cells.get(n) {
             Some(ObjectByteLocation::Memory(space, addr)) => Ok((*space, *addr)),
-            Some(ObjectByteLocation::OptimizedAway | ObjectByteLocation::Value(_)) => {
-                Err("the compiler has optimized it away: there is no place to set".to_owned())
-            }
-            _ => Err("it is in no memory".to_owned()),
+            Some(ObjectByteLocation::OptimizedAway | ObjectByteLocation::Value(_)) => Err(DebugError::OptimizedAway),
+            _ => Err(DebugError::InNoMemory),
         };
         if let Some((first, size)) = self.bits {
             return (0..size)

@@ -6,6 +6,7 @@ use super::c_objects::{ObjectByteLocation, ObjectExpr, number_from_bytes};
 use super::c_type_queries::{CTypeQueries as _, CTypeRef};
 use super::c_types;
 use super::dyn_machine::DynMachine;
+use super::error::DebugError;
 use super::scope::NameScope;
 
 /// Most elements of arrays and characters that are shown.
@@ -63,10 +64,10 @@ impl ObjectExpr {
         scope: &NameScope,
         target: &dyn DynMachine,
         letter: Option<char>,
-    ) -> Result<String, String> {
+    ) -> Result<String, DebugError> {
         let first = self.address()?;
         let count = i64::try_from(count).unwrap_or(i64::MAX).min(MAX_ELEMENTS as i64);
-        let elements: Result<Vec<ObjectExpr>, String> =
+        let elements: Result<Vec<ObjectExpr>, DebugError> =
             (0..count).map(|n| first.element(super::DebugExpression::Number(n))).collect();
         let (elements, shown) = (elements?, CValueFormatter { scope, info: self.info(), target, letter });
         let bytes = || {

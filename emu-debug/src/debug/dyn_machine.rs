@@ -7,6 +7,7 @@ use emu_core::cpu::{Cpu, LAST_CYCLE, Probe, ResetCause, StopReason};
 use emu_core::pins::{PinId, PinLevel};
 use emu_core::state::SnapshotDamaged;
 
+use crate::InputError;
 use crate::attached_devices::AttachedDevices;
 use crate::dyn_probe;
 pub use crate::dyn_probe::{DynProbe, ObserveLevel};
@@ -50,7 +51,7 @@ pub trait DynMachine {
     ///
     /// # Errors
     /// The machine cannot: one sentence.
-    fn queue_drive(&mut self, drive: TimedDrive) -> Result<(), String>;
+    fn queue_drive(&mut self, drive: TimedDrive) -> Result<(), InputError>;
     /// [`Cpu::reset`].
     fn reset(&mut self, why: ResetCause);
     /// Nothing stands at its pins that has a state of its own.
@@ -164,7 +165,7 @@ impl<C: Cpu + 'static> DynMachine for MachineWithDevices<C> {
     fn stack_depth(&self) -> u32 {
         self.cpu.stack_depth()
     }
-    fn queue_drive(&mut self, drive: TimedDrive) -> Result<(), String> {
+    fn queue_drive(&mut self, drive: TimedDrive) -> Result<(), InputError> {
         queue_drives(&mut self.cpu, &[drive])
     }
     fn reset(&mut self, why: ResetCause) {

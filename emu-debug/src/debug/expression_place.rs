@@ -3,6 +3,7 @@
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 
 use super::dyn_machine::DynMachine;
+use super::error::DebugError;
 use crate::stimulus::{ExternalDrive, TimedDrive};
 
 /// Something of the machine that has a value, and may get another.
@@ -108,16 +109,15 @@ impl ExpressionPlace {
     /// Gives it another value.
     ///
     /// # Errors
-    /// It cannot be set, or not to this value: one sentence.
-    pub fn set(self, target: &mut dyn DynMachine, value: i64) -> Result<(), String> {
+    /// It cannot be set, or not to this value.
+    pub fn set(self, target: &mut dyn DynMachine, value: i64) -> Result<(), DebugError> {
         let Some((least, most)) = self.value_range(target) else {
-            return Err("time cannot be set; run-to-cycle and goto-cycle go there".to_owned());
+            return Err(DebugError::TimeNotSettable);
         };
         if !(least..=most).contains(&value) {
-            return Err(format!("{value} does not fit: the values are {least} to {most}"));
+            return Err(DebugError::ValueOutOfRange { value, least, most });
         }
-        let nothing = || "the machine has no such place".to_owned();
-        let done = |done: bool| if done { Ok(()) } else { Err(nothing()) };
+        let done = |done: bool| if done { Ok(()) } else { Err(DebugError::NoSuchPlace) };
         match self {
             ExpressionPlace::Reg(name) => done(target.set_reg(name, value as u32)),
             ExpressionPlace::Memory { space, addr, bytes, .. } => {
@@ -129,18 +129,19 @@ impl ExpressionPlace {
             ExpressionPlace::Bit { space, addr, bit } => done(target.poke_bit(space, addr, bit, value != 0)),
             ExpressionPlace::RegBit { name, bit } => {
                 let mask = 1u32.checked_shl(bit.into()).unwrap_or(0);
-                let old = target.reg(name).ok_or_else(nothing)?;
+                let old = target.reg(name).ok_or(DebugError::NoSuchPlace)?;
                 done(target.set_reg(name, if value == 0 { old & !mask } else { old | mask }))
             }
             ExpressionPlace::Pin(pin) => {
                 let at = CycleTime::at(target.cycle());
-                target.queue_drive(TimedDrive { at, drive: ExternalDrive::Level(pin, PinLevel::from_bit(value != 0)) })
+                let drive = ExternalDrive::Level(pin, PinLevel::from_bit(value != 0));
+                Ok(target.queue_drive(TimedDrive { at, drive })?)
             }
             ExpressionPlace::Pc => {
                 let (chip, value) = (target.chip(), value as u32);
                 let per_word = chip.code_address(1).max(1);
                 if value % per_word != 0 {
-                    return Err(format!("0x{value:x} is not the start of a word; program addresses are even"));
+                    return Err(DebugError::WithinWord { addr: value });
                 }
                 let pc = chip.cpu_regs.iter().copied().find(|reg| matches!(*reg, "PC" | "NA"));
                 done(pc.is_some_and(|pc| target.set_reg(pc, value / per_word)))

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use emu_core::cpu::{LAST_CYCLE, ResetCause, StopReason};
 
 use super::dyn_machine::{DynMachine, DynProbe, ObserveLevel};
+use super::error::DebugError;
 use super::history::{InputEvent, UserAction};
 
 /// Follows a program at points of its own, such as the rungs of a ladder program, with a state that goes back in time with the
@@ -249,7 +250,12 @@ impl FollowedMachine {
     }
 
     /// Does something from outside, and lets the chip see it: no time passes.
-    pub fn apply(&mut self, action: &UserAction, look: ObserveLevel, seer: &mut dyn DynProbe) -> Result<(), String> {
+    pub fn apply(
+        &mut self,
+        action: &UserAction,
+        look: ObserveLevel,
+        seer: &mut dyn DynProbe,
+    ) -> Result<(), DebugError> {
         // However the machine came here, who follows is told of this word before. A controller comes round only when it is looked at.
         self.notify_follower();
         let pc = self.machine.pc();

@@ -5,6 +5,7 @@ use std::time::Duration;
 use emu_core::cpu::ResetCause;
 
 use super::dyn_machine::DynMachine;
+use super::error::DebugError;
 use super::expression_place::ExpressionPlace;
 use super::followed_machine::FollowedMachine;
 use crate::stimulus::TimedDrive;
@@ -24,10 +25,10 @@ impl UserAction {
     /// Does it.
     ///
     /// # Errors
-    /// The machine has no such thing, or it cannot have that value: one sentence.
-    pub fn apply(&self, target: &mut dyn DynMachine) -> Result<(), String> {
+    /// The machine has no such thing, or it cannot have that value.
+    pub fn apply(&self, target: &mut dyn DynMachine) -> Result<(), DebugError> {
         match *self {
-            UserAction::Drive(drive) => target.queue_drive(drive),
+            UserAction::Drive(drive) => Ok(target.queue_drive(drive)?),
             UserAction::Reset(why) => {
                 target.reset(why);
                 Ok(())

@@ -3,16 +3,15 @@
 use super::c_objects::ObjectExpr;
 use super::c_type_queries::{CTypeQueries as _, CTypeRef};
 use super::c_types;
+use super::error::DebugError;
 use super::expression::{BinaryOperator, DebugExpression};
 use super::expression_place::ExpressionPlace;
 use super::scope::{FrameContext, NameScope};
+use crate::input_error::malformed;
 use crate::text_escapes::unescape;
 
 /// Deepest nesting, so that no text can exhaust the stack.
 const MAX_DEPTH: u32 = 100;
-
-/// Why a call has no value.
-const CALLS: &str = "the debugger calls no functions of the program: that would change the machine; set a breakpoint in it, or `jump` there";
 
 /// Most operators, for the same reason: a row of them is a tree as deep as it is long.
 const MAX_OPERATORS: u32 = 1_000;
@@ -30,13 +29,13 @@ const OPERATORS: &[(&str, BinaryOperator, u8)] = &[
 /// Reads an expression.
 ///
 /// # Errors
-/// What is wrong with it, in a sentence.
-pub(super) fn parse(scope: &NameScope, here: Option<&FrameContext>, text: &str) -> Result<DebugExpression, String> {
+/// What is wrong with it.
+pub(super) fn parse(scope: &NameScope, here: Option<&FrameContext>, text: &str) -> Result<DebugExpression, DebugError> {
     let mut parser = DebugExpressionParser { scope, here, text, rest: text.trim(), depth: 0, operators: 0 };
     let expr = parser.binary(0)?;
     match parser.rest {
         "" => Ok(expr),
-        rest => Err(format!("`{rest}` in `{text}` makes no sense there")),
+        rest => Err(DebugError::TrailingText { rest: rest.to_owned(), text: text.to_owned() }),
     }
 }
 
@@ -61,10 +60,10 @@ impl<'a> DebugExpressionParser<'a> {
         }
     }
 
-    fn binary(&mut self, least: u8) -> Result<DebugExpression, String> {
+    fn binary(&mut self, least: u8) -> Result<DebugExpression, DebugError> {
         self.depth += 1;
         if self.depth > MAX_DEPTH {
-            return Err("the expression is nested too deeply".to_owned());
+            return Err(DebugError::NestedTooDeeply);
         }
         let mut left = self.unary()?;
         while let Some(&(sign, operator, binds)) = OPERATORS.iter().find(|(sign, ..)| self.rest.starts_with(sign)) {
@@ -73,7 +72,7 @@ impl<'a> DebugExpressionParser<'a> {
             }
             self.operators += 1;
             if self.operators > MAX_OPERATORS {
-                return Err(format!("the expression has more than {MAX_OPERATORS} operators"));
+                return Err(DebugError::TooManyOperators { most: MAX_OPERATORS });
             }
             self.take(sign);
             let right = self.binary(binds)?;
@@ -83,10 +82,10 @@ impl<'a> DebugExpressionParser<'a> {
         Ok(left)
     }
 
-    fn unary(&mut self) -> Result<DebugExpression, String> {
+    fn unary(&mut self) -> Result<DebugExpression, DebugError> {
         self.depth += 1;
         if self.depth > MAX_DEPTH {
-            return Err("the expression is nested too deeply".to_owned());
+            return Err(DebugError::NestedTooDeeply);
         }
         let sign = ['-', '!', '~', '+', '*', '&', '('].into_iter().find(|sign| self.rest.starts_with(*sign));
         let expr = match sign {
@@ -131,8 +130,8 @@ impl<'a> DebugExpressionParser<'a> {
         Ok(expr)
     }
 
-    fn expect(&mut self, sign: &str) -> Result<(), String> {
-        if self.take(sign) { Ok(()) } else { Err(format!("a {sign} is missing in `{}`", self.text)) }
+    fn expect(&mut self, sign: &'static str) -> Result<(), DebugError> {
+        if self.take(sign) { Ok(()) } else { Err(DebugError::MissingSign { sign, text: self.text.to_owned() }) }
     }
 
     /// `(type)`; nothing where what is in the parentheses is none.
@@ -145,9 +144,9 @@ impl<'a> DebugExpressionParser<'a> {
     }
 
     /// `&x`.
-    fn address(&mut self) -> Result<DebugExpression, String> {
+    fn address(&mut self) -> Result<DebugExpression, DebugError> {
         let width = |space: &str| i64::from(self.scope.chip().bytes_per_address(space).max(1));
-        let nothing = format!("`{}` has no address", self.rest);
+        let nothing = DebugError::NoAddress { text: Some(self.rest.to_owned()) };
         match self.unary()? {
             DebugExpression::Object(object) => {
                 object.address().map(|address| DebugExpression::Object(Box::new(address)))
@@ -163,14 +162,17 @@ impl<'a> DebugExpressionParser<'a> {
     }
 
     /// What may follow an object: `.member`, `->member`, `[index]`, and `.3` for a bit.
-    fn postfix(&mut self, mut of: DebugExpression) -> Result<DebugExpression, String> {
+    fn postfix(&mut self, mut of: DebugExpression) -> Result<DebugExpression, DebugError> {
         loop {
             of = match of {
                 DebugExpression::Object(object) if self.rest.starts_with('(') => {
                     let is_code = object.is_function() || object.is_function_pointer();
-                    return Err(if is_code { CALLS.to_owned() } else { format!("`{}` is no function", self.text) });
+                    return Err(match is_code {
+                        true => DebugError::Call,
+                        false => DebugError::NotAFunction { text: self.text.to_owned() },
+                    });
                 }
-                DebugExpression::Number(_) if self.rest.starts_with('(') => return Err(CALLS.to_owned()),
+                DebugExpression::Number(_) if self.rest.starts_with('(') => return Err(DebugError::Call),
                 of if self.rest.starts_with('[') => {
                     self.take("[");
                     let index = self.binary(0)?;
@@ -192,19 +194,19 @@ impl<'a> DebugExpressionParser<'a> {
     }
 
     /// `.3` behind an object, or something in parentheses.
-    fn bit_suffix(&mut self, of: DebugExpression) -> Result<DebugExpression, String> {
+    fn bit_suffix(&mut self, of: DebugExpression) -> Result<DebugExpression, DebugError> {
         let Some(rest) = self.rest.strip_prefix('.') else { return Ok(of) };
         let digits = rest.len() - rest.trim_start_matches(|c: char| c.is_ascii_digit()).len();
         let bit = rest[..digits].parse().ok().filter(|bit| *bit < 64);
         self.rest = rest[digits..].trim_start();
         bit.map(|bit| DebugExpression::Bit(Box::new(of), bit))
-            .ok_or_else(|| format!("no bit is named behind the . in `{}`", self.text))
+            .ok_or_else(|| DebugError::MissingBitNumber { text: self.text.to_owned() })
     }
 
     /// `sizeof x`, `sizeof (type)`.
-    fn size(&mut self) -> Result<DebugExpression, String> {
+    fn size(&mut self) -> Result<DebugExpression, DebugError> {
         if let Some((here, kind)) = self.cast() {
-            let size = here.calls.info.size_of(kind).ok_or("the size of that type is not known")?;
+            let size = here.calls.info.size_of(kind).ok_or(DebugError::UnknownSize { what: "that type" })?;
             return Ok(DebugExpression::Number(size.into()));
         }
         let bytes = match self.unary()? {
@@ -212,11 +214,11 @@ impl<'a> DebugExpressionParser<'a> {
             DebugExpression::Place(ExpressionPlace::Memory { bytes, .. }) => Some(bytes.into()),
             _ => None,
         };
-        bytes.map(|bytes| DebugExpression::Number(bytes.into())).ok_or_else(|| "it has no size".to_owned())
+        bytes.map(|bytes| DebugExpression::Number(bytes.into())).ok_or(DebugError::NoSize)
     }
 
     /// `1.5`, `1.`, `1.5e-3`, `2.5f`.
-    fn real(&mut self, name: &str) -> Result<DebugExpression, String> {
+    fn real(&mut self, name: &str) -> Result<DebugExpression, DebugError> {
         let mut text = name.trim_end_matches(['f', 'F']).to_owned();
         // The sign of an exponent ends a word.
         if text.ends_with(['e', 'E'])
@@ -229,12 +231,10 @@ impl<'a> DebugExpressionParser<'a> {
             self.rest = digits[end..].trim_start();
         }
         let value: Option<f64> = text.parse().ok();
-        value
-            .map(|value| DebugExpression::Real(value.to_bits()))
-            .ok_or_else(|| format!("`{name}` is no number; write 1.5"))
+        value.map(|value| DebugExpression::Real(value.to_bits())).ok_or_else(|| malformed(name, "number", "1.5").into())
     }
 
-    fn atom(&mut self) -> Result<DebugExpression, String> {
+    fn atom(&mut self) -> Result<DebugExpression, DebugError> {
         if let Some(rest) = self.rest.strip_prefix('\'') {
             // Behind a backslash a ' ends nothing, and neither does a backslash begin anything.
             let mut escaped = false;
@@ -243,7 +243,7 @@ impl<'a> DebugExpressionParser<'a> {
                 escaped = c == '\\' && !escaped;
                 ends.then_some(at)
             });
-            let end = end.ok_or_else(|| format!("a ' is missing in `{}`", self.text))?;
+            let end = end.ok_or_else(|| DebugError::MissingSign { sign: "'", text: self.text.to_owned() })?;
             let bytes = unescape(&rest[..end])?;
             self.rest = rest[end + 1..].trim_start();
             if let (Some(here), Some(behind)) = (self.here, self.rest.strip_prefix("::")) {
@@ -251,7 +251,8 @@ impl<'a> DebugExpressionParser<'a> {
                 let (file, name) = (&rest[..end], &behind[..len]);
                 self.rest = behind[len..].trim_start();
                 let found = here.calls.info.global_in_file(file, name);
-                let found = found.ok_or_else(|| format!("no variable `{name}` is known in {file}"))?;
+                let found = found
+                    .ok_or_else(|| DebugError::UnknownFileVariable { name: name.to_owned(), file: file.to_owned() })?;
                 return Ok(DebugExpression::Object(Box::new(ObjectExpr::variable(
                     here.calls.clone(),
                     found,
@@ -261,7 +262,7 @@ impl<'a> DebugExpressionParser<'a> {
             }
             return match bytes.as_slice() {
                 [byte] => Ok(DebugExpression::Number((*byte).into())),
-                _ => Err(format!("'{}' is not one byte", &rest[..end])),
+                _ => Err(DebugError::NotOneByte { text: rest[..end].to_owned() }),
             };
         }
         let word = |c: char| c.is_alphanumeric() || matches!(c, '_' | '.' | ':' | '$' | '@' | '#');
@@ -289,7 +290,7 @@ impl<'a> DebugExpressionParser<'a> {
         }
         if name.is_empty() {
             let found = self.rest.chars().next().map_or("nothing".to_owned(), |c| format!("`{c}`"));
-            return Err(format!("a number or a name is wanted in `{}`, not {found}", self.text));
+            return Err(DebugError::MissingOperand { text: self.text.to_owned(), found });
         }
         if name.starts_with(|c: char| c.is_ascii_digit()) && !name.contains(':') {
             if name.contains('.') {
@@ -300,17 +301,17 @@ impl<'a> DebugExpressionParser<'a> {
         let plain = name.chars().all(|c| c.is_alphanumeric() || c == '_');
         match self.scope.find_name(name) {
             // As gdb says it, where the program tells of its variables.
-            Err(_) if self.here.is_some() && plain => Err(format!(
-                "no symbol `{name}` is known here; {} is memory",
-                self.scope.source().names.example_address()
-            )),
+            Err(_) if self.here.is_some() && plain => Err(DebugError::UnknownSymbolHere {
+                name: name.to_owned(),
+                example: self.scope.source().names.example_address(),
+            }),
             found => found,
         }
     }
 }
 
 /// A number: decimal, 0x, 0b or 0o, with underscores; a 0 in front makes it octal, as in C.
-fn number(text: &str) -> Result<i64, String> {
+fn number(text: &str) -> Result<i64, DebugError> {
     let plain = text.replace('_', "").to_ascii_lowercase();
     let radix = [("0x", 16), ("0b", 2), ("0o", 8)];
     let found = radix.into_iter().find_map(|(prefix, radix)| Some((plain.strip_prefix(prefix)?, radix)));
@@ -319,7 +320,7 @@ fn number(text: &str) -> Result<i64, String> {
         (None, Some(octal)) if !octal.is_empty() => (octal, 8),
         (None, _) => (plain.as_str(), 10),
     };
-    let wrong = || format!("`{text}` is no number; write 418, 0x1a2 or 0b101");
+    let wrong = || DebugError::from(malformed(text, "number", "418, 0x1a2 or 0b101"));
     if digits.starts_with(['+', '-']) {
         return Err(wrong());
     }
@@ -350,12 +351,12 @@ fn combine(operator: BinaryOperator, left: DebugExpression, right: DebugExpressi
 }
 
 /// An element; of memory without a type it is a byte.
-fn index_into(of: DebugExpression, index: DebugExpression) -> Result<DebugExpression, String> {
+fn index_into(of: DebugExpression, index: DebugExpression) -> Result<DebugExpression, DebugError> {
     match (of, index) {
         (DebugExpression::Object(object), index) => Ok(DebugExpression::Object(Box::new(object.element(index)?))),
         (DebugExpression::Place(ExpressionPlace::Memory { space, addr, .. }), DebugExpression::Number(index)) => {
             let addr = i64::from(addr).checked_add(index).and_then(|addr| u32::try_from(addr).ok());
-            let addr = addr.ok_or("that index is too large")?;
+            let addr = addr.ok_or(DebugError::IndexTooLarge)?;
             Ok(DebugExpression::Place(ExpressionPlace::Memory { space, addr, bytes: 1, signed: false }))
         }
         (DebugExpression::Place(ExpressionPlace::Memory { space, addr, .. }), index) => Ok(DebugExpression::At(
@@ -366,6 +367,6 @@ fn index_into(of: DebugExpression, index: DebugExpression) -> Result<DebugExpres
                 Box::new(index),
             )),
         )),
-        _ => Err("only memory has elements".to_owned()),
+        _ => Err(DebugError::NoElements),
     }
 }

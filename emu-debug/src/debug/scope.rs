@@ -9,10 +9,12 @@ use super::breakpoint_probe::byte_of;
 use super::c_objects::ObjectExpr;
 use super::call_stack::{CallFrame, CallStack, MachineFrame};
 use super::dyn_machine::DynMachine;
+use super::error::DebugError;
 use super::expression::DebugExpression;
 use super::expression_place::ExpressionPlace;
 use super::parse_expression;
 use super::values::Values;
+use crate::InputError;
 use crate::address_names::{AddressNames, AddressRange, split_memory};
 use crate::bit_space;
 use crate::program_source::ProgramSource;
@@ -76,29 +78,29 @@ impl NameScope {
     /// Reads an expression without variables of C.
     ///
     /// # Errors
-    /// What is wrong with it, in a sentence.
-    pub fn parse_expression(&self, text: &str) -> Result<DebugExpression, String> {
+    /// What is wrong with it.
+    pub fn parse_expression(&self, text: &str) -> Result<DebugExpression, DebugError> {
         parse_expression::parse(self, None, text)
     }
 
     /// Reads an expression in the frame at a level, 0 the innermost: variables of C that are known there have their names and types.
     ///
     /// # Errors
-    /// What is wrong with it, in a sentence.
+    /// What is wrong with it.
     pub fn parse_expression_in_frame(
         &self,
         text: &str,
         target: &dyn DynMachine,
         level: usize,
-    ) -> Result<DebugExpression, String> {
+    ) -> Result<DebugExpression, DebugError> {
         parse_expression::parse(self, self.frame_context(target, level).as_ref(), text)
     }
 
     /// Reads an expression as the machine is when it comes to a program word: for conditions of breakpoints.
     ///
     /// # Errors
-    /// What is wrong with it, in a sentence.
-    pub fn parse_expression_at_word(&self, text: &str, word: u32) -> Result<DebugExpression, String> {
+    /// What is wrong with it.
+    pub fn parse_expression_at_word(&self, text: &str, word: u32) -> Result<DebugExpression, DebugError> {
         let here = FrameContext {
             calls: self.calls().clone(),
             byte: word.saturating_mul(self.chip.word_bytes),
@@ -274,7 +276,7 @@ impl NameScope {
     ///
     /// # Errors
     /// No such memory or place.
-    pub fn parse_range(&self, text: &str) -> Result<AddressRange, String> {
+    pub fn parse_range(&self, text: &str) -> Result<AddressRange, InputError> {
         match self.ladder.iter().find(|(name, _)| name == text.trim()).map(|found| found.1) {
             Some(ExpressionPlace::Bit { space, addr, .. }) => Ok(AddressRange { space, start: addr, end: addr + 1 }),
             Some(ExpressionPlace::Memory { space, addr, bytes, .. }) => {
@@ -290,7 +292,11 @@ impl NameScope {
     ///
     /// # Errors
     /// No such memory or place, or one of which it does not.
-    pub fn parse_watched_range(&self, text: &str, target: &dyn DynMachine) -> Result<(AddressRange, String), String> {
+    pub fn parse_watched_range(
+        &self,
+        text: &str,
+        target: &dyn DynMachine,
+    ) -> Result<(AddressRange, String), DebugError> {
         let text = text.trim();
         let expr = self.parse_expression_in_frame(text, target, 0).ok();
         let bit = expr.as_ref().and_then(|expr| expr.place(target));
@@ -316,10 +322,15 @@ impl NameScope {
             }
             _ => (self.parse_range(text)?, text.to_owned()),
         };
-        self.source().names.check_observable(&range).map_err(|why| {
+        self.source().names.check_observable(&range).map_err(|source| {
             match self.ladder.iter().any(|(name, _)| name == text) {
-                true => format!("`{text}` is kept in {}:0x{:x}; {why}", range.space, range.start),
-                false => why,
+                true => DebugError::SymbolNotWatched {
+                    name: text.to_owned(),
+                    space: range.space,
+                    addr: range.start,
+                    source: Box::new(source),
+                },
+                false => source.into(),
             }
         })?;
         Ok((range, name))
@@ -330,7 +341,7 @@ impl NameScope {
     ///
     /// # Errors
     /// Nothing has that name.
-    pub(super) fn find_name(&self, name: &str) -> Result<DebugExpression, String> {
+    pub(super) fn find_name(&self, name: &str) -> Result<DebugExpression, DebugError> {
         if let Some(own) = name.strip_prefix('$') {
             let place = match own.to_ascii_lowercase().as_str() {
                 "pc" => Some(ExpressionPlace::Pc),
@@ -340,9 +351,7 @@ impl NameScope {
             };
             return match place {
                 Some(place) => Ok(DebugExpression::Place(place)),
-                None => self
-                    .memory(own)
-                    .map_err(|_| format!("nothing is called `{name}`; `info registers` lists registers")),
+                None => self.memory(own).map_err(|_| DebugError::UnknownDebuggerName { name: name.to_owned() }),
             };
         }
         if let Some((_, place)) = self.ladder.iter().find(|(known, _)| known == name) {
@@ -379,7 +388,7 @@ impl NameScope {
     }
 
     /// `data:0x100`, `buf`, `TCNT1`, `P1`, `main` (its address), a constant (its value).
-    fn memory(&self, name: &str) -> Result<DebugExpression, String> {
+    fn memory(&self, name: &str) -> Result<DebugExpression, DebugError> {
         let names = self.source().names;
         let known = |space: &str| self.symbols.iter().find(|s| s.space == space && s.is_named(name));
         if let Some(label) = known(self.chip.code_space) {
@@ -412,7 +421,7 @@ impl NameScope {
     }
 
     /// `PORTB.5`, `data:0x20.3`, `buf.0`: a bit of a byte by its place. Nothing where the text has no such shape.
-    fn bit(&self, name: &str) -> Option<Result<DebugExpression, String>> {
+    fn bit(&self, name: &str) -> Option<Result<DebugExpression, DebugError>> {
         let (byte, bit) = name.rsplit_once('.')?;
         let bit: u8 = bit.parse().ok()?;
         let of = match self.find_name(byte) {
@@ -425,7 +434,7 @@ impl NameScope {
             _ => 64,
         };
         if bit >= most {
-            return Some(Err(format!("`{byte}` has no bit {bit}: its bits are 0 to {}", most - 1)));
+            return Some(Err(DebugError::NoSuchBit { name: byte.to_owned(), bit, most: most - 1 }));
         }
         Some(Ok(DebugExpression::Bit(Box::new(of), bit)))
     }

@@ -10,6 +10,7 @@ use emu_core::state::SnapshotDamaged;
 use super::breakpoint_probe::{BreakpointProbe, Observation, candidate_hits};
 use super::call_flow::{CallFlow, call_flow};
 use super::dyn_machine::{DynMachine, ObserveLevel};
+use super::error::DebugError;
 use super::event_log::SessionEvents;
 use super::expression::DebugExpression;
 use super::expression_value::ExpressionValue;
@@ -199,8 +200,8 @@ impl DebugSession {
     /// Does something from outside, now. What was to come in this history is forgotten.
     ///
     /// # Errors
-    /// The machine cannot: one sentence; nothing has changed.
-    pub fn apply_action(&mut self, action: UserAction) -> Result<(), String> {
+    /// The machine cannot; nothing has changed.
+    pub fn apply_action(&mut self, action: UserAction) -> Result<(), DebugError> {
         // A part of it may have been done when it fails.
         let before = self.current.machine.fork();
         let mut eyes = BreakpointProbe::new(&DebugPoints::default(), &*before);
@@ -221,12 +222,12 @@ impl DebugSession {
     ///
     /// # Errors
     /// It has no place, or not this value.
-    pub fn assign(&mut self, expr: &DebugExpression, value: ExpressionValue) -> Result<(), String> {
+    pub fn assign(&mut self, expr: &DebugExpression, value: ExpressionValue) -> Result<(), DebugError> {
         let object = expr.object().filter(|object| object.is_wider_than_place(self.machine()));
         let writes = match (object, expr.place(self.machine())) {
             (Some(object), _) => object.writes_for(self.machine(), value)?,
             (None, Some(place)) => vec![(place, value.to_integer())],
-            (None, None) => return Err("it is no place that can be set".to_owned()),
+            (None, None) => return Err(DebugError::NotAPlace),
         };
         writes.into_iter().try_for_each(|(place, value)| self.apply_action(UserAction::Set(place, value)))
     }
@@ -234,10 +235,9 @@ impl DebugSession {
     /// Whether the machine can be saved and loaded.
     ///
     /// # Errors
-    /// It cannot, since what stands at its pins has a state of its own: one sentence.
-    pub fn check_snapshot_possible(&self) -> Result<(), String> {
-        const DEVICES: &str = "the devices at its pins have a state of their own, which no snapshot holds";
-        if self.current.machine.has_no_devices() { Ok(()) } else { Err(DEVICES.to_owned()) }
+    /// It cannot, since what stands at its pins has a state of its own.
+    pub fn check_snapshot_possible(&self) -> Result<(), DebugError> {
+        if self.current.machine.has_no_devices() { Ok(()) } else { Err(DebugError::DevicesHaveState) }
     }
 
     /// The state of the machine now, for [`DebugSession::load`]: of the chip alone ([`DebugSession::check_snapshot_possible`]).

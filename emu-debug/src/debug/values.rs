@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::dyn_machine::DynMachine;
+use super::error::DebugError;
 use super::expression::DebugExpression;
 
 /// The value history, and the user's variables.
@@ -34,8 +35,8 @@ impl Values {
     /// `$`, `$$`, `$$2`, `$1` or `$i`; nothing where the name is none of these.
     ///
     /// # Errors
-    /// The history has no such value: one sentence.
-    pub(super) fn named(&self, name: &str) -> Option<Result<DebugExpression, String>> {
+    /// The history has no such value.
+    pub(super) fn named(&self, name: &str) -> Option<Result<DebugExpression, DebugError>> {
         let own = name.strip_prefix('$')?;
         let count = self.history.len();
         let number = match (own, own.strip_prefix('$')) {
@@ -48,9 +49,9 @@ impl Values {
         let found = number.checked_sub(1).and_then(|at| self.history.get(at));
         Some(match found {
             Some(Some(value)) => Ok(value.clone()),
-            Some(None) => Err(format!("`{name}` is a row of objects; print the first one and its count again")),
-            None if count == 0 => Err(format!("`{name}`: the value history is empty; print fills it")),
-            None => Err(format!("the value history has no `{name}`; it has $1 to ${count}")),
+            Some(None) => Err(DebugError::RowInHistory { name: name.to_owned() }),
+            None if count == 0 => Err(DebugError::EmptyHistory { name: name.to_owned() }),
+            None => Err(DebugError::NotInHistory { name: name.to_owned(), count }),
         })
     }
 }

@@ -48,8 +48,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
     if let Some(step) = steps.find(|step| matches!(step.op, IrOp::Module { .. })) {
         return Err(BuildRefusal::Internal(CodegenError::NoModules { chip: name, element: step.element }));
     }
-    let part =
-        emu_pic16::chips::part(name).ok_or_else(|| BuildRefusal::Internal(CodegenError::NoChipRow { chip: name }))?;
+    let part = emu_pic16::chips::part(name).ok_or(BuildRefusal::Internal(CodegenError::NoChipRow { chip: name }))?;
     let chip = Pic16ChipData::new(part);
     let pace =
         pacing::plan_pacing(job.clock_hz, job.cycle_us, FreeTimers::free_beside_pwm(job.ir.pwm_hz.is_some(), &chip))
@@ -67,7 +66,7 @@ pub fn build(job: &CompileJob<'_>) -> Result<BuiltImage, BuildRefusal> {
         Some(code) => code,
         // More than a page: subroutines first, where calls know them.
         None => build_code(job, &chip, &layout, &devices, &pace, true)?
-            .ok_or_else(|| BuildRefusal::Internal(CodegenError::NoCodeSize))?,
+            .ok_or(BuildRefusal::Internal(CodegenError::NoCodeSize))?,
     };
     let available = u64::from(job.target.chip.on_chip_flash_bytes);
     let at = |mark| code.mark_address(mark).unwrap_or(0);

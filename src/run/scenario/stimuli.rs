@@ -88,7 +88,7 @@ impl ScenarioFlags {
                     return Err(VerbFailure::invalid_flag_value(
                         "--drive <PIN>",
                         wire,
-                        "the waveform has no wire of this name",
+                        &"the waveform has no wire of this name",
                     ));
                 }
             }

@@ -1,0 +1,232 @@
+//! Why the debugger refuses an expression, or does not change what it stands for.
+
+use crate::InputError;
+
+/// Why an expression cannot be read, or a value not be set. `Display` is the cause, one sentence without a full stop.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum DebugError {
+    /// A name, an address or a text in it cannot be read, or the machine does not take a drive.
+    #[error(transparent)]
+    Input(#[from] InputError),
+    /// Something is behind the end of an expression.
+    #[error("`{rest}` in `{text}` makes no sense there")]
+    TrailingText {
+        /// What is behind it.
+        rest: String,
+        /// The whole text.
+        text: String,
+    },
+    /// An expression has too many operands within each other.
+    #[error("the expression is nested too deeply")]
+    NestedTooDeeply,
+    /// An expression has too many operators.
+    #[error("the expression has more than {most} operators")]
+    TooManyOperators {
+        /// Most that it may have.
+        most: u32,
+    },
+    /// A closing sign is missing.
+    #[error("a {sign} is missing in `{text}`")]
+    MissingSign {
+        /// The sign.
+        sign: &'static str,
+        /// The expression.
+        text: String,
+    },
+    /// An operand is missing.
+    #[error("a number or a name is wanted in `{text}`, not {found}")]
+    MissingOperand {
+        /// The expression.
+        text: String,
+        /// The character that is there.
+        found: String,
+    },
+    /// A text in single quotes is not one byte.
+    #[error("'{text}' is not one byte")]
+    NotOneByte {
+        /// The text.
+        text: String,
+    },
+    /// A function of the program is called.
+    #[error(
+        "the debugger calls no functions of the program: that would change the machine; set a breakpoint in it, or \
+         `jump` there"
+    )]
+    Call,
+    /// Something else than a function is called.
+    #[error("`{text}` is no function")]
+    NotAFunction {
+        /// The expression.
+        text: String,
+    },
+    /// There is no number of a bit behind a point.
+    #[error("no bit is named behind the . in `{text}`")]
+    MissingBitNumber {
+        /// The expression.
+        text: String,
+    },
+    /// A value has fewer bits.
+    #[error("`{name}` has no bit {bit}: its bits are 0 to {most}")]
+    NoSuchBit {
+        /// The value.
+        name: String,
+        /// The number of the bit.
+        bit: u8,
+        /// The number of its last bit.
+        most: u8,
+    },
+    /// `&` is before what has no address.
+    #[error("{}has no address", .text.as_ref().map_or("it ".to_owned(), |text| format!("`{text}` ")))]
+    NoAddress {
+        /// The operand, where it is known as text.
+        text: Option<String>,
+    },
+    /// The size of a type is not in the debugging information.
+    #[error("the size of {what} is not known")]
+    UnknownSize {
+        /// What has the type.
+        what: &'static str,
+    },
+    /// `sizeof` of what has no size.
+    #[error("it has no size")]
+    NoSize,
+    /// A file has no such variable.
+    #[error("no variable `{name}` is known in {file}")]
+    UnknownFileVariable {
+        /// The variable.
+        name: String,
+        /// The file.
+        file: String,
+    },
+    /// Nothing has this name where the program is.
+    #[error("no symbol `{name}` is known here; {example} is memory")]
+    UnknownSymbolHere {
+        /// The name.
+        name: String,
+        /// A place in memory, as an example.
+        example: String,
+    },
+    /// A name with `$` is none of the debugger's own.
+    #[error("nothing is called `{name}`; `info registers` lists registers")]
+    UnknownDebuggerName {
+        /// The name, with its `$`.
+        name: String,
+    },
+    /// `*` or an index is behind what has no elements.
+    #[error("`{type_name}` is no pointer and no array")]
+    NotAPointer {
+        /// The type of the operand.
+        type_name: String,
+    },
+    /// An index is behind a number.
+    #[error("only memory has elements")]
+    NoElements,
+    /// An element lies behind the last address.
+    #[error("that index is too large")]
+    IndexTooLarge,
+    /// A member of what has no members.
+    #[error("there is no member `{name}`: its type is {type_name}")]
+    NoMembers {
+        /// The member.
+        name: String,
+        /// The type.
+        type_name: String,
+    },
+    /// A struct or union has no such member.
+    #[error("{type_name} has no member `{name}`; it has {}", .known.join(", "))]
+    UnknownMember {
+        /// The type.
+        type_name: String,
+        /// The member.
+        name: String,
+        /// The members that it has.
+        known: Vec<String>,
+    },
+    /// A member lies behind the last address.
+    #[error("that member is too far away")]
+    MemberTooFar,
+    /// An entry of the value history is a row of objects.
+    #[error("`{name}` is a row of objects; print the first one and its count again")]
+    RowInHistory {
+        /// The name of the entry.
+        name: String,
+    },
+    /// The value history has no entries.
+    #[error("`{name}`: the value history is empty; print fills it")]
+    EmptyHistory {
+        /// The name of the entry.
+        name: String,
+    },
+    /// The value history has no such entry.
+    #[error("the value history has no `{name}`; it has $1 to ${count}")]
+    NotInHistory {
+        /// The name of the entry.
+        name: String,
+        /// How many entries there are.
+        count: usize,
+    },
+    /// Accesses to a symbol of the ladder program are not reported.
+    #[error("`{name}` is kept in {space}:0x{addr:x}; {source}")]
+    SymbolNotWatched {
+        /// The symbol.
+        name: String,
+        /// Its memory.
+        space: &'static str,
+        /// Its address.
+        addr: u32,
+        /// Why they are not.
+        source: Box<InputError>,
+    },
+    /// A struct, union or array gets a single value.
+    #[error("{what} gets no single value; set its {parts}")]
+    NoSingleValue {
+        /// What gets it, such as `an array`.
+        what: String,
+        /// What can be set: `members` or `elements`.
+        parts: &'static str,
+    },
+    /// A function gets a value.
+    #[error("a function gets no value")]
+    FunctionNotSettable,
+    /// A value does not fit its place.
+    #[error("{value} does not fit: the values are {least} to {most}")]
+    ValueOutOfRange {
+        /// The value.
+        value: i64,
+        /// The least that fits.
+        least: i64,
+        /// The most that fits.
+        most: i64,
+    },
+    /// The compiler has left no place for a variable here.
+    #[error("the compiler has optimized it away: there is no place to set")]
+    OptimizedAway,
+    /// A value lies in no memory.
+    #[error("it is in no memory")]
+    InNoMemory,
+    /// The cycle or the number of instructions gets a value.
+    #[error("time cannot be set; run-to-cycle and goto-cycle go there")]
+    TimeNotSettable,
+    /// The machine has no such register, byte or bit.
+    #[error("the machine has no such place")]
+    NoSuchPlace,
+    /// The program counter gets an address within a word.
+    #[error("0x{addr:x} is not the start of a word; program addresses are even")]
+    WithinWord {
+        /// The address.
+        addr: u32,
+    },
+    /// An expression that stands for no place gets a value.
+    #[error("it is no place that can be set")]
+    NotAPlace,
+    /// A snapshot of a machine with devices is wanted.
+    #[error("the devices at its pins have a state of their own, which no snapshot holds")]
+    DevicesHaveState,
+}
+
+/// The command line reports errors as texts.
+impl From<DebugError> for String {
+    fn from(error: DebugError) -> String {
+        error.to_string()
+    }
+}

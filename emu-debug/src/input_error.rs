@@ -1,0 +1,414 @@
+//! What is wrong with what users give: times, voltages, pins, addresses, texts and conditions.
+
+use std::borrow::Cow;
+
+use emu_core::CoreError;
+
+/// Why a text that a user gives cannot be used, or why a machine cannot take what it says. `Display` is the cause, one
+/// sentence that says what was found and what is wanted, without a full stop.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum InputError {
+    /// A text is not what it should be.
+    #[error("`{text}` is no {wanted}; write {examples}")]
+    Malformed {
+        /// The text.
+        text: String,
+        /// What is wanted, such as `time`.
+        wanted: &'static str,
+        /// How that is written.
+        examples: Cow<'static, str>,
+    },
+    /// A text lacks a part.
+    #[error("`{text}` gives no {part}; write {examples}")]
+    MissingPart {
+        /// The text.
+        text: String,
+        /// The part, such as `level`.
+        part: &'static str,
+        /// How the whole is written.
+        examples: String,
+    },
+    /// A time has more cycles than are counted.
+    #[error("`{text}` is longer than 2^62 cycles, the most, which is {seconds} s at {hz} Hz")]
+    TimeTooLong {
+        /// The time.
+        text: String,
+        /// The longest time in seconds.
+        seconds: u128,
+        /// Clock of the machine.
+        hz: u64,
+    },
+    /// A time on the host is too long.
+    #[error("`{text}` is longer than 584 years, the most")]
+    DurationTooLong {
+        /// The time.
+        text: String,
+    },
+    /// A frequency or voltage is not a multiple of its smallest unit.
+    #[error("`{text}` is no whole number of {unit}")]
+    NotWhole {
+        /// The frequency or voltage.
+        text: String,
+        /// The smallest unit.
+        unit: &'static str,
+    },
+    /// A frequency is 0.
+    #[error("the clock cannot stand still; write at least 1 Hz")]
+    ZeroFrequency,
+    /// A frequency has more than 64 bits.
+    #[error("`{text}` is more than 2^64 Hz")]
+    FrequencyTooHigh {
+        /// The frequency.
+        text: String,
+    },
+    /// A voltage is above any that a pin bears.
+    #[error("`{text}` is more than any pin bears; the most is {most_volts} V")]
+    VoltageTooHigh {
+        /// The voltage.
+        text: String,
+        /// The highest voltage.
+        most_volts: u128,
+    },
+    /// The chip has no such pin.
+    #[error("{chip} has no pin `{name}`; its pins are {known}")]
+    UnknownPin {
+        /// The chip.
+        chip: &'static str,
+        /// The name.
+        name: String,
+        /// The pins of the chip.
+        known: String,
+    },
+    /// A controller has fewer channels than its chip.
+    #[error("{pin} is no channel of this machine: the configuration in its image has fewer")]
+    MissingChannel {
+        /// The channel.
+        pin: &'static str,
+    },
+    /// The chip has the pin in other packages only.
+    #[error("{pin} is no pin of the chosen package; packages that have it are {}", .packages.join(", "))]
+    NotInPackage {
+        /// The pin.
+        pin: &'static str,
+        /// The packages that have it.
+        packages: Vec<&'static str>,
+    },
+    /// The machine knows no voltages.
+    #[error("{what} cannot be set on {chip}, which knows levels only: {pin}=0, {pin}=1 or {pin}=z")]
+    LevelsOnly {
+        /// What was to be set: `voltages on pins` or `the supply`.
+        what: &'static str,
+        /// The chip.
+        chip: &'static str,
+        /// A pin of it, as an example.
+        pin: &'static str,
+    },
+    /// A rate of a serial line is 0, or above any that is reached.
+    #[error("a rate is of 1 to {most} bits a second")]
+    BadBaudRate {
+        /// The fastest rate.
+        most: u64,
+    },
+    /// Bytes on a serial line end behind the last cycle that is counted.
+    #[error("the text goes on for longer than 2^62 cycles")]
+    SerialTextTooLong,
+    /// `\x` lacks a digit.
+    #[error("`\\x{digits}` wants two hex digits, as in \\x0a")]
+    BadHexEscape {
+        /// What is behind it.
+        digits: String,
+    },
+    /// A backslash and a character that mean nothing.
+    #[error("`\\{letter}` is no escape; known are \\n \\r \\t \\0 \\\\ \\\" \\xNN")]
+    UnknownEscape {
+        /// The character.
+        letter: char,
+    },
+    /// A text ends with a backslash.
+    #[error("a backslash at the end stands for nothing; write \\\\ for itself")]
+    BackslashAtEnd,
+    /// A text has no characters.
+    #[error("an empty text is always there; write at least one character")]
+    EmptyText,
+    /// A text within quotes has an unescaped quote.
+    #[error("the quotes of `{text}` do not pair; write \"text\", and \\\" for one within the text")]
+    UnpairedQuotes {
+        /// The text.
+        text: String,
+    },
+    /// A condition on fetches is for another kind of chip.
+    #[error("`{text}` is for chips that fetch and execute one after the other, as ap101; {chip} is none")]
+    NoFetchCycles {
+        /// The condition.
+        text: String,
+        /// The chip.
+        chip: &'static str,
+    },
+    /// A place is a register of the core, which has no address.
+    #[error("`{text}` is a register of the core, not in a memory; every run shows those (memories: {memories})")]
+    CoreRegister {
+        /// The register.
+        text: String,
+        /// The memories of the chip.
+        memories: String,
+    },
+    /// A place names no memory, and its name is in none.
+    #[error("`{text}` names no memory; write {example} (memories: {memories})")]
+    NoMemory {
+        /// The place.
+        text: String,
+        /// A place, as an example.
+        example: String,
+        /// The memories of the chip.
+        memories: String,
+    },
+    /// A name is in several memories.
+    #[error("`{text}` is in several memories: {memories}")]
+    SeveralMemories {
+        /// The name.
+        text: String,
+        /// Those memories.
+        memories: String,
+    },
+    /// The chip has no such memory.
+    #[error("{chip} has no memory `{space}`; memories are {memories}")]
+    UnknownMemory {
+        /// The chip.
+        chip: &'static str,
+        /// The name of the memory.
+        space: String,
+        /// The memories of the chip.
+        memories: String,
+    },
+    /// A place ends behind the end of its memory.
+    #[error("{place} reaches beyond {space}, whose last address is 0x{last:x}{hint}")]
+    BeyondMemory {
+        /// The place.
+        place: String,
+        /// The memory.
+        space: &'static str,
+        /// Its last address.
+        last: u32,
+        /// How the address is written that was probably meant, behind a semicolon; often empty.
+        hint: String,
+    },
+    /// A range ends where it begins, or before.
+    #[error("`{text}` holds no {unit}: its end is excluded")]
+    EmptyRange {
+        /// The range.
+        text: String,
+        /// What its memory counts: `bytes` or `words`.
+        unit: &'static str,
+    },
+    /// Accesses to a memory are not reported.
+    #[error("accesses are watched in {watched} memory, not in {space}")]
+    MemoryNotWatched {
+        /// The memories of which they are.
+        watched: String,
+        /// The memory.
+        space: &'static str,
+    },
+    /// Accesses to the registers of the core, with which a memory begins, are not reported.
+    #[error(
+        "accesses are watched in {space} memory from 0x{first:x} on, not in {space}:0x{addr:x}, a register of the core"
+    )]
+    WatchedFrom {
+        /// The memory.
+        space: &'static str,
+        /// The first address of which they are.
+        first: u32,
+        /// The address.
+        addr: u32,
+    },
+    /// Accesses to a register that instructions use without naming it are not reported.
+    #[error(
+        "{space}:0x{addr:x} is a register of the core, which instructions use without naming it: only its changes are told"
+    )]
+    AccessedImplicitly {
+        /// The memory.
+        space: &'static str,
+        /// Address of the register.
+        addr: u32,
+    },
+    /// A program address lies within a word.
+    #[error("0x{addr:x} is not the start of a word; program addresses are even byte addresses")]
+    WithinWord {
+        /// The address.
+        addr: u32,
+    },
+    /// The code of a source line lies behind the end of program memory.
+    #[error("`{text}` lies beyond {space}")]
+    LineBeyondMemory {
+        /// File and line.
+        text: String,
+        /// Program memory.
+        space: &'static str,
+    },
+    /// A source line has no code.
+    #[error(transparent)]
+    SourceLine(#[from] CoreError),
+    /// A name is that of several places in a memory.
+    #[error("`{text}` is the name of several places in {space}: {addresses}")]
+    SeveralPlaces {
+        /// The name.
+        text: String,
+        /// The memory.
+        space: String,
+        /// Their addresses.
+        addresses: String,
+    },
+    /// A name is a part of several names.
+    #[error("`{text}` is part of several names, write one whole: {candidates}")]
+    SeveralNames {
+        /// The part.
+        text: String,
+        /// Whole names with their addresses.
+        candidates: String,
+    },
+    /// What is added to a name is no number.
+    #[error("`{text}` is no number of addresses")]
+    BadOffset {
+        /// What is added.
+        text: String,
+    },
+    /// A name and a number added to it are no address.
+    #[error("`{text}` is no address")]
+    AddressOverflow {
+        /// Name and number.
+        text: String,
+    },
+    /// There is no text where an address is wanted.
+    #[error("an address is missing")]
+    MissingAddress,
+    /// A constant of the program is used as an address of RAM, and is none.
+    #[error("the constant `{name}` is below RAM, which begins at 0x{first:x}")]
+    ConstantBelowRam {
+        /// The constant.
+        name: String,
+        /// First address of RAM.
+        first: u32,
+    },
+    /// The chip has no such register.
+    #[error("{chip} has no register `{name}`")]
+    UnknownRegister {
+        /// The chip.
+        chip: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// A name is used with an image without symbols.
+    #[error("`{name}` is no address (the image has no symbols)")]
+    NoSymbols {
+        /// The name.
+        name: String,
+    },
+    /// The image has no such symbol.
+    #[error("the image has no symbol `{name}` in {space}")]
+    UnknownSymbol {
+        /// The name.
+        name: String,
+        /// The memory in which it is looked for.
+        space: String,
+    },
+    /// A bit of a byte is named, and the byte is not known.
+    #[error("`{text}` is no byte of {ram} or {registers}")]
+    UnknownByte {
+        /// The byte.
+        text: String,
+        /// The memory of RAM.
+        ram: &'static str,
+        /// The memory of registers.
+        registers: &'static str,
+    },
+    /// The bits of a byte have no addresses of their own.
+    #[error(
+        "the bits of 0x{addr:x} have no addresses; those of {ram} 0x20 to 0x2f have, and of {registers} those of every \
+         eighth byte"
+    )]
+    BitsWithoutAddresses {
+        /// Address of the byte.
+        addr: u32,
+        /// The memory of RAM.
+        ram: &'static str,
+        /// The memory of registers.
+        registers: &'static str,
+    },
+    /// The number of a bit is not 0 to 7.
+    #[error("`{text}` is no bit of a byte; those are 0 to 7")]
+    BadBitOfByte {
+        /// The number.
+        text: String,
+    },
+    /// A scenario names more bytes than a number has.
+    #[error("`{name}` has {bytes} bytes; a number has at most {most}")]
+    NumberTooWide {
+        /// The name.
+        name: String,
+        /// Its bytes.
+        bytes: u32,
+        /// Most bytes of a number.
+        most: u32,
+    },
+    /// The chip has no byte at an address of its memory.
+    #[error("{chip} has nothing at {space}:0x{addr:x}")]
+    NothingAt {
+        /// The chip.
+        chip: &'static str,
+        /// The memory.
+        space: &'static str,
+        /// The address.
+        addr: u32,
+    },
+    /// A name in a scenario stands for nothing on the chip.
+    #[error("`{name}` is no pin of {chip}, no symbol and no register")]
+    UnknownName {
+        /// The name.
+        name: String,
+        /// The chip.
+        chip: &'static str,
+    },
+    /// A place in memory gets a text.
+    #[error("`{name}` takes a number, not `{value}`")]
+    NumberWanted {
+        /// The name of the place.
+        name: String,
+        /// The text.
+        value: String,
+    },
+    /// A place in memory gets a number that it cannot hold.
+    #[error("`{name}` takes {low} to {high}, not {value}")]
+    NumberOutOfRange {
+        /// The name of the place.
+        name: String,
+        /// The least that it holds.
+        low: i64,
+        /// The most that it holds.
+        high: i64,
+        /// The number.
+        value: i64,
+    },
+    /// A scenario reads the supply.
+    #[error("{name} can be set, not looked at")]
+    SupplyIsNotReadable {
+        /// The name of the supply.
+        name: String,
+    },
+    /// The chip has no serial port.
+    #[error("{chip} has no serial port")]
+    NoSerialPort {
+        /// The chip.
+        chip: &'static str,
+    },
+}
+
+/// A text that is not what it should be.
+pub(crate) fn malformed(text: &str, wanted: &'static str, examples: impl Into<Cow<'static, str>>) -> InputError {
+    InputError::Malformed { text: text.to_owned(), wanted, examples: examples.into() }
+}
+
+/// The command line reports errors as texts.
+impl From<InputError> for String {
+    fn from(error: InputError) -> String {
+        error.to_string()
+    }
+}
