@@ -2,6 +2,7 @@
 
 use emu_debug::debug::DebugSession;
 
+use crate::files::LineStart;
 use crate::ladder_source::LadderSource;
 
 /// Erased words in a row that are left out.
@@ -69,8 +70,9 @@ impl DisassemblyListing {
     }
 
     /// The instruction at a line or behind it, with its line.
-    pub fn word_at(&self, line: u32) -> Option<(u32, u32)> {
-        self.lines.get(self.lines.partition_point(|(at, _)| *at < line)).copied()
+    pub fn word_at(&self, line: u32) -> Option<LineStart> {
+        let &(line, word) = self.lines.get(self.lines.partition_point(|(at, _)| *at < line))?;
+        Some(LineStart { word, line })
     }
 
     /// The instruction that lies so many instructions before the program word.

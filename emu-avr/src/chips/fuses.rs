@@ -3,8 +3,32 @@
 /// A fuse: byte (low 0, high 1, extended 2), lowest bit, number of bits. 0 is programmed.
 pub type FuseField = (u8, u8, u8);
 
-/// Clocks until the oscillator counts as stable, and microseconds more after a reset, by CKSEL and SUT.
-pub type StartUpTimes = fn(u8, u8) -> (u64, u64);
+/// How long a chip waits before its first instruction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StartUpTime {
+    /// Clocks until the oscillator counts as stable.
+    pub clocks: u64,
+    /// Microseconds more, after a reset.
+    pub delay_us: u64,
+}
+
+impl StartUpTime {
+    const fn new(clocks: u64, delay_us: u64) -> StartUpTime {
+        StartUpTime { clocks, delay_us }
+    }
+}
+
+/// The time by CKSEL and SUT.
+pub type StartUpTimes = fn(u8, u8) -> StartUpTime;
+
+/// A fuse byte and a value for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FuseByte {
+    /// Which: 0 low, 1 high, 2 extended.
+    pub index: u8,
+    /// Its value.
+    pub value: u8,
+}
 
 /// Where the fuses stand, and what they mean.
 #[derive(Debug, Clone, Copy)]
@@ -57,16 +81,16 @@ const SHORT_DELAY_US: u64 = 4_100;
 const LONG_DELAY_US: u64 = 65_000;
 
 /// Crystals and resonators: by the lowest bit of CKSEL and SUT.
-const fn crystal(cksel: u8, sut: u8) -> (u64, u64) {
+const fn crystal(cksel: u8, sut: u8) -> StartUpTime {
     match (cksel & 1, sut) {
-        (0, 0) => (258, SHORT_DELAY_US),
-        (0, 1) => (258, LONG_DELAY_US),
-        (0, 2) => (1_024, 0),
-        (0, _) => (1_024, SHORT_DELAY_US),
-        (_, 0) => (1_024, LONG_DELAY_US),
-        (_, 1) => (16_384, 0),
-        (_, 2) => (16_384, SHORT_DELAY_US),
-        (..) => (16_384, LONG_DELAY_US),
+        (0, 0) => StartUpTime::new(258, SHORT_DELAY_US),
+        (0, 1) => StartUpTime::new(258, LONG_DELAY_US),
+        (0, 2) => StartUpTime::new(1_024, 0),
+        (0, _) => StartUpTime::new(1_024, SHORT_DELAY_US),
+        (_, 0) => StartUpTime::new(1_024, LONG_DELAY_US),
+        (_, 1) => StartUpTime::new(16_384, 0),
+        (_, 2) => StartUpTime::new(16_384, SHORT_DELAY_US),
+        (..) => StartUpTime::new(16_384, LONG_DELAY_US),
     }
 }
 
@@ -82,32 +106,32 @@ const fn delay(sut: u8) -> u64 {
 /// ATmega48 to 328 (DS40002061, tables 9-3 to 9-13): 0 and 2 oscillators that start at once, 4 and 5 a watch crystal, then
 /// crystals.
 #[must_use]
-pub(super) const fn start_up(cksel: u8, sut: u8) -> (u64, u64) {
+pub(super) const fn start_up(cksel: u8, sut: u8) -> StartUpTime {
     match cksel {
         6.. => crystal(cksel, sut),
-        4 => (1_024, delay(sut)),
-        5 => (32_768, delay(sut)),
-        _ => (6, delay(sut)),
+        4 => StartUpTime::new(1_024, delay(sut)),
+        5 => StartUpTime::new(32_768, delay(sut)),
+        _ => StartUpTime::new(6, delay(sut)),
     }
 }
 
 /// ATmega162 (Atmel 2513, clock sources): as ATmega328, with a watch crystal at 4 to 7.
 #[must_use]
-pub(super) const fn start_up_162(cksel: u8, sut: u8) -> (u64, u64) {
+pub(super) const fn start_up_162(cksel: u8, sut: u8) -> StartUpTime {
     start_up(if cksel & 0x0C == 4 { cksel & 5 } else { cksel }, sut)
 }
 
 /// ATmega8, 16, 32, 64 and 128 (Atmel 2486, 2466, 2503, 2490, 2467, clock sources): 0 a clock from outside, 1 to 4 the internal
 /// oscillator, 5 to 8 one of resistor and capacitor, 9 a watch crystal, then crystals.
 #[must_use]
-pub(super) const fn start_up_old(cksel: u8, sut: u8) -> (u64, u64) {
+pub(super) const fn start_up_old(cksel: u8, sut: u8) -> StartUpTime {
     match (cksel, sut) {
-        (0..=4, _) => (6, delay(sut)),
-        (5..=8, 3) => (6, SHORT_DELAY_US),
-        (5..=8, _) => (18, delay(sut)),
-        (9, 0) => (1_024, SHORT_DELAY_US),
-        (9, 1) => (1_024, LONG_DELAY_US),
-        (9, _) => (32_768, LONG_DELAY_US),
+        (0..=4, _) => StartUpTime::new(6, delay(sut)),
+        (5..=8, 3) => StartUpTime::new(6, SHORT_DELAY_US),
+        (5..=8, _) => StartUpTime::new(18, delay(sut)),
+        (9, 0) => StartUpTime::new(1_024, SHORT_DELAY_US),
+        (9, 1) => StartUpTime::new(1_024, LONG_DELAY_US),
+        (9, _) => StartUpTime::new(32_768, LONG_DELAY_US),
         _ => crystal(cksel, sut),
     }
 }

@@ -7,7 +7,7 @@ use emu_core::state;
 
 use super::AvrSoc;
 use super::sleep::SleepMode;
-use crate::chips::{AvrPart, FuseLayout, unit_index};
+use crate::chips::{AvrPart, FuseLayout, StartUpTime, unit_index};
 use crate::cpu::Options;
 use crate::periph::ports::PIN_COUNT;
 use crate::periph::spm::ConfigBytes;
@@ -50,8 +50,8 @@ pub(super) struct PowerState {
     pub moved_vectors: bool,
     /// Its clock runs again from this cycle on, out of sleep; 0 when it is not about to.
     pub(super) wake_cycle: u64,
-    /// Cycles of the main clock, and microseconds, from a reset to the start; none where start-up is not waited for.
-    start_up: Option<(u64, u64)>,
+    /// From a reset to the start; none where start-up is not waited for.
+    start_up: Option<StartUpTime>,
     /// Cycles of the main clock that waking takes where the oscillator has stood.
     pub(super) wake_up: u64,
     /// The core sleeps since the edge.
@@ -86,7 +86,7 @@ impl PowerState {
         let rows = &part.fuses;
         let value = |fuse| FuseLayout::value(bytes.fuses, fuse);
         let (cksel, sut) = (value(rows.cksel), value(rows.sut));
-        let (clocks, us) = (rows.start_up)(cksel, sut);
+        let start_up = (rows.start_up)(cksel, sut);
         PowerState {
             source_hz: options.hz.max(1),
             clkps: 0,
@@ -101,8 +101,10 @@ impl PowerState {
             start_cycle: 0,
             wake_cycle: 0,
             moved_vectors: false,
-            start_up: options.start_up.then_some((clocks + rows.reset_clocks, us)),
-            wake_up: clocks,
+            start_up: options
+                .start_up
+                .then_some(StartUpTime { clocks: start_up.clocks + rows.reset_clocks, ..start_up }),
+            wake_up: start_up.clocks,
             asleep: None,
             stopped_units: 0,
             keeps_timer2: false,
@@ -145,8 +147,8 @@ impl PowerState {
 
     /// Cycles from the end of a reset to the first instruction.
     fn start_wait(&self) -> u64 {
-        let Some((clocks, us)) = self.start_up else { return 0 };
-        (clocks >> self.clkps) + (u128::from(us) * u128::from(self.hz())).div_ceil(1_000_000) as u64
+        let Some(StartUpTime { clocks, delay_us }) = self.start_up else { return 0 };
+        (clocks >> self.clkps) + (u128::from(delay_us) * u128::from(self.hz())).div_ceil(1_000_000) as u64
     }
 
     /// CLKPR.
