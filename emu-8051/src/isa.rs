@@ -7,8 +7,8 @@
 use emu_core::CoreError;
 use emu_core::chip::InstructionSet;
 use emu_core::table::{
-    DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, Operand, PredecodedOp,
-    SyntaxAlias, disassemble as disassemble_line, instruction_bits, instruction_words,
+    DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, MatchedRow, Operand,
+    PredecodedOp, SyntaxAlias, disassemble as disassemble_line, instruction_bits, instruction_words,
 };
 
 use crate::operands::{Abs, BitAddr, Dir, Imm, Imm16, Page, Rel, Ri, Rn};
@@ -322,13 +322,12 @@ const ROW_BY_OPCODE: [u8; 256] = {
 };
 const NO_ROW: u8 = 0xFF;
 
-/// Finds the row of the instruction at the start of `bytes`. Returns the row, its kind and the bits of the
-/// instruction; `None` for A5h.
+/// The row of the instruction at the front of `bytes`; `None` for A5h.
 #[must_use]
-pub fn find_row(bytes: [u8; 3]) -> Option<(&'static InstructionRow, Kind, u32)> {
+pub fn find_row(bytes: [u8; 3]) -> Option<MatchedRow<Kind>> {
     let i = usize::from(ROW_BY_OPCODE[usize::from(bytes[0])]);
     let row = ROWS.get(i)?;
-    Some((row, KINDS[i], instruction_bits(row, WORD_BITS, &bytes.map(u16::from))))
+    Some(MatchedRow { row, kind: KINDS[i], bits: instruction_bits(row, WORD_BITS, &bytes.map(u16::from)) })
 }
 
 fn locate(pc: u32, len: u32) -> InstructionLocation {

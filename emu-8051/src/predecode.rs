@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use emu_core::engine::InstructionMark;
 use emu_core::state::MemoryChanges;
-use emu_core::table::{InstructionLocation, PredecodedOp};
+use emu_core::table::{InstructionLocation, MatchedRow, PredecodedOp};
 
 use crate::executor::ADDRESS_SPACE;
 use crate::isa::{Kind, Mcs51Op, ROWS, SHAPES, find_row};
@@ -222,12 +222,12 @@ const MAX_LOOP_BYTES: u32 = 16;
 
 /// Length of the instruction at the start of some bytes; 1 if there is no row.
 fn instruction_len(bytes: [u8; 3]) -> u32 {
-    find_row(bytes).map_or(1, |(row, ..)| row.len())
+    find_row(bytes).map_or(1, |found| found.row.len())
 }
 
 /// Decodes the instruction at the start of `bytes`, whose address is `pc`, without marks or breakpoints.
 fn decode(bytes: [u8; 3], pc: u32, external: XdataBus) -> Mcs51Op {
-    let Some((row, kind, bits)) = find_row(bytes) else {
+    let Some(MatchedRow { row, kind, bits }) = find_row(bytes) else {
         return PredecodedOp { kind: Kind::Illegal, args: [0; 3] };
     };
     let len = row.len();

@@ -168,17 +168,17 @@ impl Ap101 {
 
     /// Handles a supply that comes or goes, and a request for a cold start.
     fn update_supply(&mut self, now: u64) {
-        let (dipped, rose) = self.soc.take_supply_events();
+        let events = self.soc.take_supply_events();
         match (self.phase == ProgramPhase::NoSupply, self.soc.has_supply()) {
             (false, false) => {
                 self.lose_supply(now);
                 self.phase = ProgramPhase::NoSupply;
             }
-            (false, true) if dipped => {
+            (false, true) if events.was_lost => {
                 let cold = self.soc.has_clear_request();
                 self.start(cold);
             }
-            (false, true) if rose => self.start(true),
+            (false, true) if events.cold_start_requested => self.start(true),
             (true, true) => {
                 let cold = self.soc.has_clear_request();
                 self.start(cold);

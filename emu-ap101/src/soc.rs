@@ -44,6 +44,14 @@ pub(crate) struct Ap101Soc {
     cold_start_requested: bool,
 }
 
+/// What has happened to the supply.
+pub(crate) struct SupplyEvents {
+    /// It was gone.
+    pub was_lost: bool,
+    /// A cold start was asked for.
+    pub cold_start_requested: bool,
+}
+
 impl SnapshotState for Ap101Soc {
     fn pass_state(&mut self, tape: &mut StateTape<'_>) -> Result<(), SnapshotDamaged> {
         #[rustfmt::skip]
@@ -185,9 +193,12 @@ impl Ap101Soc {
         self.level(CLEAR_PIN) == PinLevel::High
     }
 
-    /// Returns whether since the last call the supply was lost, and whether a cold start was requested.
-    pub(crate) fn take_supply_events(&mut self) -> (bool, bool) {
-        (std::mem::take(&mut self.supply_was_lost), std::mem::take(&mut self.cold_start_requested))
+    /// What has happened to the supply since it was last asked.
+    pub(crate) fn take_supply_events(&mut self) -> SupplyEvents {
+        SupplyEvents {
+            was_lost: std::mem::take(&mut self.supply_was_lost),
+            cold_start_requested: std::mem::take(&mut self.cold_start_requested),
+        }
     }
 
     /// Reads a bit of memory.

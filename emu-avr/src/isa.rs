@@ -6,7 +6,7 @@
 use emu_core::CoreError;
 use emu_core::chip::InstructionSet;
 use emu_core::table::{
-    DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, InstructionRow, PredecodedOp, SyntaxAlias,
+    DisassembledInstruction, EncodeError, FlowKind, InstructionLocation, MatchedRow, PredecodedOp, SyntaxAlias,
     disassemble as disassemble_line,
 };
 
@@ -381,7 +381,7 @@ pub fn disassemble(words: &[u16], pc: u32) -> DisassembledInstruction {
 }
 
 fn disassemble_in<const FLASH: u32>(words: &[u16], pc: u32) -> DisassembledInstruction {
-    let lacking = words.first().and_then(|&word| find_row(word, 0)).is_some_and(|(_, kind, _)| is_missing(FLASH, kind));
+    let lacking = words.first().and_then(|&word| find_row(word, 0)).is_some_and(|found| is_missing(FLASH, found.kind));
     let rows = if lacking { &[] } else { ROWS };
     disassemble_line(rows, WORD_BITS, words, &InstructionLocation { pc, len: 1, next_len: 1, pc_mask: FLASH / 2 - 1 })
 }
@@ -389,9 +389,9 @@ fn disassemble_in<const FLASH: u32>(words: &[u16], pc: u32) -> DisassembledInstr
 /// Returns the row, kind and bits of the instruction that starts with the word `first`; None if no row
 /// matches.
 #[must_use]
-pub fn find_row(first: u16, second: u16) -> Option<(&'static InstructionRow, Kind, u32)> {
+pub fn find_row(first: u16, second: u16) -> Option<MatchedRow<Kind>> {
     let (i, bits) = emu_core::table::find_row(ROWS, WORD_BITS, &[first, second])?;
-    Some((&ROWS[i], KINDS[i], bits))
+    Some(MatchedRow { row: &ROWS[i], kind: KINDS[i], bits })
 }
 
 /// A predecoded AVR instruction.
@@ -422,7 +422,7 @@ mod tests {
         let wanted = [("LdY", "LddY"), ("LdZ", "LddZ"), ("StY", "StdY"), ("StZ", "StdZ")];
         for (i, a) in ROWS.iter().enumerate() {
             for b in &ROWS[i + 1..] {
-                let shift = |r: &InstructionRow, v: u32| if r.len() == 2 { v >> 16 } else { v };
+                let shift = |r: &emu_core::table::InstructionRow, v: u32| if r.len() == 2 { v >> 16 } else { v };
                 let both = shift(a, a.pattern.mask) & shift(b, b.pattern.mask);
                 let overlap = (shift(a, a.pattern.value) ^ shift(b, b.pattern.value)) & both == 0;
                 assert_eq!(overlap, wanted.contains(&(a.name, b.name)), "{} and {}", a.name, b.name);

@@ -26,7 +26,7 @@ use crate::flags::SregFlag;
 use crate::isa::{AvrOp, Kind};
 use crate::predecode::CodeMemory;
 use crate::recorder::record_instruction;
-use crate::soc::AvrSoc;
+use crate::soc::{AvrSoc, BaudClock};
 use shadow::ShadowMachine;
 use value::UnknownBits;
 
@@ -296,7 +296,7 @@ impl LintTracker {
 
     /// Compares the baud rate of a serial port with the usual rates.
     fn check_baud(&mut self, soc: &AvrSoc, n: usize, now: u64, pc: u32) {
-        let Some((hz, clocks)) = soc.baud(n, now) else { return };
+        let Some(BaudClock { hz, clocks_per_bit: clocks }) = soc.baud(n, now) else { return };
         let baud = u32::try_from((hz + clocks / 2) / clocks).unwrap_or(u32::MAX);
         let usual = u64::from(emu_core::lint::nearest_standard_baud(baud));
         let off = hz.abs_diff(usual * clocks);

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use emu_core::engine::InstructionMark;
 use emu_core::state::MemoryChanges;
-use emu_core::table::{InstructionLocation, InstructionRow, PredecodedOp};
+use emu_core::table::{InstructionLocation, MatchedRow, PredecodedOp};
 
 use crate::chips::AvrPart;
 use crate::isa::{AvrOp, Kind, find_row, is_missing};
@@ -158,20 +158,20 @@ impl CodeMemory {
         u16::from_le_bytes([self.bytes[at], self.bytes[at + 1]])
     }
 
-    /// Returns the row of the instruction at `pc`, if the chip has it.
-    fn row_at(&self, pc: u32) -> Option<(&'static InstructionRow, Kind, u32)> {
-        find_row(self.word(pc), self.word(pc + 1)).filter(|&(_, kind, _)| !is_missing(self.bytes.len() as u32, kind))
+    /// The row at `pc`, if the chip has the instruction.
+    fn row_at(&self, pc: u32) -> Option<MatchedRow<Kind>> {
+        find_row(self.word(pc), self.word(pc + 1)).filter(|found| !is_missing(self.bytes.len() as u32, found.kind))
     }
 
     /// Returns the length of the instruction at `pc` in words; 1 for a word without a row.
     fn len_at(&self, pc: u32) -> u32 {
-        self.row_at(pc).map_or(1, |(row, ..)| row.len())
+        self.row_at(pc).map_or(1, |found| found.row.len())
     }
 
     /// Decodes the instruction at `pc`, without loop marks and breakpoints. A word without a row is
     /// `Illegal`; an erased word has the kind `erased`.
     fn decode(&self, pc: u32) -> AvrOp {
-        let Some((row, kind, bits)) = self.row_at(pc) else {
+        let Some(MatchedRow { row, kind, bits }) = self.row_at(pc) else {
             let kind = if self.word(pc) == 0xFFFF { self.erased } else { Kind::Illegal };
             return PredecodedOp { kind, args: [0; 3] };
         };

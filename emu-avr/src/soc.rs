@@ -83,6 +83,7 @@ mod regs;
 mod sleep;
 mod state;
 
+pub(crate) use lint::BaudClock;
 pub use memory::LOW_BYTES;
 pub use pins::OutsideInput;
 use pins::PinLines;

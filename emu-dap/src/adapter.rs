@@ -183,7 +183,7 @@ impl<'a> DebugAdapter<'a> {
     /// Handles a message; returns the response and the events caused by it, in order.
     pub fn handle(&mut self, message: &Value) -> Vec<Value> {
         let answer = match DapRequest::parse(message) {
-            Err((seq, command, wrong)) => self.response(seq, &command, Err(wrong)),
+            Err(rejected) => self.response(rejected.seq, &rejected.command, Err(rejected.error)),
             Ok(request) => {
                 let result = self.check_stage(&request.command).and_then(|()| self.dispatch(&request));
                 self.response(request.seq, &request.command, result)

@@ -18,7 +18,7 @@ pub enum DapError {
     /// The debugger refuses an expression.
     #[error(transparent)]
     Debugger(#[from] DebugError),
-    /// An address or a range is invalid.
+    /// An address or a range cannot be read.
     #[error(transparent)]
     Input(#[from] InputError),
     /// A source line has no code.

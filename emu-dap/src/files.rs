@@ -17,7 +17,15 @@ pub(crate) const LISTING: i64 = 1;
 /// Maximum number of lines that are searched after a line without code.
 const MAX_LINES_SEARCHED: u32 = 200;
 
-/// The code of a source line.
+/// A line, and where its code begins.
+pub(crate) struct LineStart {
+    /// The program word.
+    pub word: u32,
+    /// The line, from 1.
+    pub line: u32,
+}
+
+/// The code of a line.
 pub(crate) struct LocatedLine {
     /// Program words at which the line starts; at least one.
     pub words: Vec<u32>,
@@ -40,12 +48,12 @@ impl DapMachine {
     pub fn words_of(&mut self, source: &DapSource, line: u32) -> Result<LocatedLine, DapError> {
         if source.source_reference == Some(LISTING) {
             let found = self.listing().word_at(line);
-            let (line, word) = found.ok_or(DapError::NoInstructionAtLine { line })?;
+            let LineStart { word, line } = found.ok_or(DapError::NoInstructionAtLine { line })?;
             return Ok(LocatedLine { words: vec![word], line });
         }
         let path = source.path.as_ref().or(source.name.as_ref()).ok_or(DapError::SourceWithoutPath)?;
         if let Some(ladder) = self.ladder.as_ref().filter(|ladder| ladder.is_file(path)) {
-            let (word, line) = ladder.word_of_line(line)?;
+            let LineStart { word, line } = ladder.word_of_line(line)?;
             return Ok(LocatedLine { words: vec![word], line });
         }
         if path.ends_with(".ld") && self.ladder.is_none() {

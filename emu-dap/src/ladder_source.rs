@@ -3,10 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf, absolute};
 
-use ladder_view::LadderView;
+use ladder_view::{ElementStart, LadderView, RungStart};
 use serde_json::{Value, json};
 
 use crate::error::DapError;
+use crate::files::LineStart;
 
 /// Numbers of a rung and of an element in it, both from 1.
 type ElementNumber = (u32, u32);
@@ -16,9 +17,9 @@ pub(crate) struct LadderSource {
     view: LadderView,
     /// Path of its `.ld` file.
     file: PathBuf,
-    /// Rungs with code: number and first program word.
-    rungs: Vec<(u32, u32)>,
-    elements: Vec<(ElementNumber, u32)>,
+    /// Those with code, with their first program word.
+    rungs: Vec<RungStart>,
+    elements: Vec<ElementStart>,
     /// Line and text of every element.
     texts: BTreeMap<ElementNumber, (u32, String)>,
 }
@@ -32,8 +33,8 @@ impl LadderSource {
             view.program().elements().map(|(id, element, pos)| (number(id), (pos.line, ladder::element_text(element))));
         LadderSource {
             file: absolute(&file).unwrap_or(file),
-            rungs: view.rung_words(),
-            elements: view.element_words(),
+            rungs: view.rung_starts(),
+            elements: view.element_starts(),
             texts: texts.collect(),
             view,
         }
@@ -45,12 +46,12 @@ impl LadderSource {
 
     /// First program words of all rungs.
     pub fn rung_starts(&self) -> BTreeSet<u32> {
-        self.rungs.iter().map(|(_, word)| *word).collect()
+        self.rungs.iter().map(|start| start.word).collect()
     }
 
     /// First program words of all elements.
     pub fn element_starts(&self) -> BTreeSet<u32> {
-        self.elements.iter().map(|(_, word)| *word).collect()
+        self.elements.iter().map(|start| start.word).collect()
     }
 
     /// First program word of a scan.
@@ -92,9 +93,8 @@ impl LadderSource {
         Some((format!("rung {rung}"), self.view.rung_line(rung)?))
     }
 
-    /// First program word of the rung that contains a line, or of the next rung with code, and the line of
-    /// that rung.
-    pub fn word_of_line(&self, line: u32) -> Result<(u32, u32), DapError> {
+    /// First word of the rung to which a line belongs, or of the next with code; and the line of that rung.
+    pub fn word_of_line(&self, line: u32) -> Result<LineStart, DapError> {
         let wanted = match self.view.rung_of_line(line) {
             Some(rung) => rung,
             None => {
@@ -103,9 +103,9 @@ impl LadderSource {
                 behind.ok_or(DapError::NoRungAtLine { line })?
             }
         };
-        let found = self.rungs.iter().find(|(rung, _)| *rung >= wanted);
-        let (rung, word) = found.ok_or_else(|| DapError::NoCodeFromRung { rung: wanted })?;
-        Ok((*word, self.view.rung_line(*rung).unwrap_or(line)))
+        let found = self.rungs.iter().find(|start| start.rung >= wanted);
+        let start = found.ok_or(DapError::NoCodeFromRung { rung: wanted })?;
+        Ok(LineStart { word: start.word, line: self.view.rung_line(start.rung).unwrap_or(line) })
     }
 
     /// Parses `rung 3`, `element 3.2` or `scan` to a program word; `None` if the text has another form.
@@ -116,13 +116,14 @@ impl LadderSource {
             return Some(Ok(self.view.scan_start()));
         }
         if let Some(rung) = text.strip_prefix("rung ").and_then(number) {
-            let word = self.rungs.iter().find(|(known, _)| *known == rung).map(|(_, word)| *word);
+            let word = self.rungs.iter().find(|start| start.rung == rung).map(|start| start.word);
             return Some(word.ok_or(DapError::NoSuchRung { rung }));
         }
         let (rung, element) = text.strip_prefix("element ")?.split_once('.')?;
-        let wanted = (number(rung)?, number(element)?);
-        let word = self.elements.iter().find(|(known, _)| *known == wanted).map(|(_, word)| *word);
-        Some(word.ok_or_else(|| DapError::NoSuchElement { rung: wanted.0, element: wanted.1 }))
+        let (rung, element) = (number(rung)?, number(element)?);
+        let is_wanted = |start: &&ElementStart| start.rung == rung && start.element == element;
+        let word = self.elements.iter().find(is_wanted).map(|start| start.word);
+        Some(word.ok_or(DapError::NoSuchElement { rung, element }))
     }
 
     /// The heading lines above the instruction at a program word, for the disassembly.
@@ -131,12 +132,12 @@ impl LadderSource {
         if word == self.view.scan_start() {
             heads.push("; a scan begins".to_owned());
         }
-        let rungs = self.rungs.iter().filter(|(_, at)| *at == word).map(|(rung, _)| format!("; rung {rung}"));
+        let rungs = self.rungs.iter().filter(|start| start.word == word).map(|start| format!("; rung {}", start.rung));
         heads.extend(rungs);
-        let elements = self.elements.iter().filter(|(_, at)| *at == word);
-        heads.extend(elements.filter_map(|(number, _)| {
-            let (_, text) = self.texts.get(number)?;
-            Some(format!("; {}.{} {text}", number.0, number.1))
+        let elements = self.elements.iter().filter(|start| start.word == word);
+        heads.extend(elements.filter_map(|start| {
+            let (_, text) = self.texts.get(&(start.rung, start.element))?;
+            Some(format!("; {}.{} {text}", start.rung, start.element))
         }));
         heads
     }
@@ -145,9 +146,10 @@ impl LadderSource {
 impl LadderSource {
     /// The line of the element or rung that starts at a program word.
     pub fn line_beginning_at(&self, word: u32) -> Option<u32> {
-        let element = self.elements.iter().find(|(_, at)| *at == word);
-        let line = element.and_then(|(number, _)| self.texts.get(number)).map(|(line, _)| *line);
-        let rung = || self.rungs.iter().find(|(_, at)| *at == word).and_then(|(rung, _)| self.view.rung_line(*rung));
+        let element = self.elements.iter().find(|start| start.word == word);
+        let line = element.and_then(|start| self.texts.get(&(start.rung, start.element))).map(|(line, _)| *line);
+        let rung =
+            || self.rungs.iter().find(|start| start.word == word).and_then(|start| self.view.rung_line(start.rung));
         line.or_else(rung)
     }
 }

@@ -3,6 +3,7 @@
 
 use emu_debug::debug::DebugSession;
 
+use crate::files::LineStart;
 use crate::ladder_source::LadderSource;
 
 /// Minimum number of consecutive erased words that are left out.
@@ -69,9 +70,10 @@ impl DisassemblyListing {
         self.lines.get(behind.checked_sub(1)?).map(|(line, _)| *line)
     }
 
-    /// The first instruction at or after a line, with its line.
-    pub fn word_at(&self, line: u32) -> Option<(u32, u32)> {
-        self.lines.get(self.lines.partition_point(|(at, _)| *at < line)).copied()
+    /// The instruction at a line or behind it, with its line.
+    pub fn word_at(&self, line: u32) -> Option<LineStart> {
+        let &(line, word) = self.lines.get(self.lines.partition_point(|(at, _)| *at < line))?;
+        Some(LineStart { word, line })
     }
 
     /// The instruction that is `instructions` instructions before the program word.

@@ -82,17 +82,30 @@ pub struct DapRequest {
     pub arguments: Value,
 }
 
+/// A message that is no request.
+#[derive(Debug)]
+pub struct RejectedMessage {
+    /// Its number for the response, 0 without one.
+    pub seq: i64,
+    /// Its command for the response, empty without one.
+    pub command: String,
+    /// What is wrong with it.
+    pub error: RequestError,
+}
+
 impl DapRequest {
     /// Parses a request.
     ///
     /// # Errors
-    /// The message is not a valid request. The error includes the number and the command, if present, for the
-    /// response.
-    pub fn parse(message: &Value) -> Result<DapRequest, (i64, String, RequestError)> {
+    /// It is none.
+    pub fn parse(message: &Value) -> Result<DapRequest, RejectedMessage> {
         let seq = message.get("seq").and_then(Value::as_i64);
         let command = message.get("command").and_then(Value::as_str);
-        let told =
-            |text: String| (seq.unwrap_or(0), command.unwrap_or("").to_owned(), RequestError::new(MALFORMED, text));
+        let told = |text: String| RejectedMessage {
+            seq: seq.unwrap_or(0),
+            command: command.unwrap_or("").to_owned(),
+            error: RequestError::new(MALFORMED, text),
+        };
         let Some(fields) = message.as_object() else { return Err(told("a message is an object".to_owned())) };
         match fields.get("type").and_then(Value::as_str) {
             Some("request") => {}

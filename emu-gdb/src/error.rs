@@ -1,10 +1,10 @@
-//! Errors of the gdb server's address and of monitor commands.
+//! Why there is no server for gdb, or why a monitor command does nothing.
 
 use std::io;
 
 use emu_debug::debug::DebugError;
 
-/// The reason why an address cannot be listened on, or why a monitor command fails.
+/// Why an address to listen on cannot be used, or why a monitor command does nothing.
 #[derive(Debug, thiserror::Error)]
 pub enum GdbError {
     /// A text is not an address, or its host is not found.
@@ -21,13 +21,13 @@ pub enum GdbError {
         /// The text.
         text: String,
     },
-    /// The debugger refuses an expression, or the machine refuses a value.
+    /// The debugger refuses an expression, or the machine a value.
     #[error(transparent)]
     Debugger(#[from] DebugError),
-    /// The left side of `set` cannot be assigned to.
+    /// `set` names no place.
     #[error("that cannot be set")]
     NotAPlace,
-    /// The expression on the right side of `set` has no value.
+    /// The expression behind `set` has no value.
     #[error("it has no value now")]
     NoValue,
 }

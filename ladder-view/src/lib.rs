@@ -32,7 +32,7 @@ use emu_core::Chip;
 use emu_core::chip::ChipFamily;
 use emu_debug::debug::{DynMachine, ExpressionPlace, ProgramFollower};
 use ladder::{ElementId, LadderProgram, RungNode};
-use ladder_compile::{CellLocation as Kept, ImageMap, SpecialPin};
+use ladder_compile::{CellLocation as Kept, ElementMap, ImageMap, SpecialPin};
 use ladder_eval::Evaluator;
 
 pub use error::ViewError;
@@ -90,6 +90,26 @@ struct ProgramFacts {
     latched: u32,
     /// True if the chip latches inputs itself, with the first instruction of a scan.
     latches_itself: bool,
+}
+
+/// Where the code of a rung begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RungStart {
+    /// The rung, from 1.
+    pub rung: u32,
+    /// The program word.
+    pub word: u32,
+}
+
+/// Where the code of an element begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ElementStart {
+    /// The rung, from 1.
+    pub rung: u32,
+    /// The element in it, from 1.
+    pub element: u32,
+    /// The program word.
+    pub word: u32,
 }
 
 impl LadderView {
@@ -208,19 +228,19 @@ impl LadderView {
         self.facts.scan_start
     }
 
-    /// Rungs with code, by number from 1, with the program word at which their code begins.
+    /// Where the code of rungs begins; those without code are left out.
     #[must_use]
-    pub fn rung_words(&self) -> Vec<(u32, u32)> {
+    pub fn rung_starts(&self) -> Vec<RungStart> {
         let with_code = self.facts.map.rungs.iter().filter(|rung| rung.start < rung.end);
-        with_code.map(|rung| (rung.rung, self.word(rung.start))).collect()
+        with_code.map(|rung| RungStart { rung: rung.rung, word: self.word(rung.start) }).collect()
     }
 
-    /// Elements with code, by rung and element number from 1, with the program word at which their code
-    /// begins.
+    /// Where the code of elements begins; those without code are left out.
     #[must_use]
-    pub fn element_words(&self) -> Vec<((u32, u32), u32)> {
-        let with_code = self.facts.map.elements.iter().filter(|element| element.start < element.end);
-        with_code.map(|element| ((element.rung, element.element), self.word(element.start))).collect()
+    pub fn element_starts(&self) -> Vec<ElementStart> {
+        let with_code = self.facts.map.elements.iter().filter(|of| of.start < of.end);
+        let start = |of: &ElementMap| ElementStart { rung: of.rung, element: of.element, word: self.word(of.start) };
+        with_code.map(start).collect()
     }
 
     /// Rung (from 1) that a program word belongs to.

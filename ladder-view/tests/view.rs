@@ -52,10 +52,13 @@ fn run_command(command: &str, open_now: &mut Option<(DebugSession, LadderView)>,
             drive_input(session, view, name, value == "1");
         }
         ["scan", ..] => (0..number).for_each(|_| run_to(session, [view.scan_start()])),
-        ["rung", _] => {
-            run_to(session, view.rung_words().into_iter().filter(|row| u64::from(row.0) == number).map(|row| row.1))
+        ["rung", _] => run_to(
+            session,
+            view.rung_starts().into_iter().filter(|start| u64::from(start.rung) == number).map(|start| start.word),
+        ),
+        ["element", ..] => {
+            (0..number).for_each(|_| run_to(session, view.element_starts().into_iter().map(|start| start.word)))
         }
-        ["element", ..] => (0..number).for_each(|_| run_to(session, view.element_words().into_iter().map(|row| row.1))),
         ["back", ..] => _ = session.step_back(number, &mut || true),
         ["where"] => {
             let pc = session.machine().pc();

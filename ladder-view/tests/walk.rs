@@ -117,9 +117,8 @@ fn walk_back_and_forth(setup: ChipSetup, seed: u64) -> u32 {
             }
             3 => enable_watchdog(&mut session, mcu),
             4..=8 => {
-                // Run to the starts of scans and rungs, where the follower and input events act at the same
-                // word.
-                let mut words: Vec<u32> = view.rung_words().into_iter().map(|row| row.1).collect();
+                // To where scans and rungs begin, where words of the follower and deeds meet.
+                let mut words: Vec<u32> = view.rung_starts().into_iter().map(|start| start.word).collect();
                 words.extend([view.scan_start(), 0]);
                 let word = words[draw.below(words.len() as u64) as usize];
                 let until = Some(session.machine().cycle() + 20_000);

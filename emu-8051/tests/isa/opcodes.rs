@@ -61,7 +61,7 @@ fn every_opcode_has_its_bytes_and_cycles() {
     let mut rng = Rng::new(0x5EED_0003);
     let mut rig = Rig::new("nop");
     for (opcode, bytes, cycles) in opcodes {
-        let row = find_row([opcode, 0, 0]).unwrap_or_else(|| panic!("{opcode:02x} has no row")).0;
+        let row = find_row([opcode, 0, 0]).unwrap_or_else(|| panic!("{opcode:02x} has no row")).row;
         assert_eq!(row.len(), bytes, "{opcode:02x} {}", row.name);
         for n in 0..64 {
             // With distance 0 a relative target is the next instruction, whether the jump is taken or not.

@@ -8,6 +8,7 @@ use emu_core::image::{Image, Segment};
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
 use emu_core::slices::{RandomInput, SlicePlan, pick_random};
+use emu_core::table::MatchedRow;
 use emu_core::{Cpu, RamInit};
 
 fn byte(rng: &mut Rng) -> u8 {
@@ -38,7 +39,7 @@ pub fn wild(len: usize, rng: &mut Rng) -> Vec<u8> {
     let mut code = Vec::with_capacity(len + 3);
     while code.len() < len {
         let opcode = rng.next_u64() as u8;
-        let Some((row, ..)) = find_row([opcode, 0, 0]) else { continue };
+        let Some(MatchedRow { row, .. }) = find_row([opcode, 0, 0]) else { continue };
         let end = code.len() + row.len() as usize;
         code.push(opcode);
         for slot in row.operands.iter().filter(|slot| !slot.kind.wide) {

@@ -8,6 +8,7 @@ use emu_8051::isa::{SHAPES, find_row};
 use emu_core::image::Image;
 use emu_core::pins::{CycleTime, PinId, PinLevel};
 use emu_core::rng::Rng;
+use emu_core::table::MatchedRow;
 use emu_core::{Cpu, RamInit, StopReason};
 
 use super::rig::parity;
@@ -273,7 +274,7 @@ fn every_row_has_a_case() {
         let pc = case.before.iter().find(|item| item.0 == "PC").map_or(0x1234, |item| item.1);
         let bytes = code(&case, pc);
         let at = |i: usize| bytes.get(i).copied().unwrap_or(0);
-        if let Some((row, kind, _)) = find_row([at(0), at(1), at(2)]) {
+        if let Some(MatchedRow { row, kind, .. }) = find_row([at(0), at(1), at(2)]) {
             let above = at(1) >= 0x80 || row.name == "MovDirDir" && at(2) >= 0x80;
             seen.entry(kind as usize).or_default().insert(above);
         }

@@ -4,9 +4,32 @@
 /// programmed.
 pub type FuseField = (u8, u8, u8);
 
-/// Start-up time by CKSEL and SUT: clocks until the oscillator is stable, then microseconds of delay after a
-/// reset.
-pub type StartUpTimes = fn(u8, u8) -> (u64, u64);
+/// How long a chip waits before its first instruction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct StartUpTime {
+    /// Clocks until the oscillator counts as stable.
+    pub clocks: u64,
+    /// Microseconds more, after a reset.
+    pub delay_us: u64,
+}
+
+impl StartUpTime {
+    const fn new(clocks: u64, delay_us: u64) -> StartUpTime {
+        StartUpTime { clocks, delay_us }
+    }
+}
+
+/// The time by CKSEL and SUT.
+pub type StartUpTimes = fn(u8, u8) -> StartUpTime;
+
+/// A fuse byte and a value for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FuseByte {
+    /// Which: 0 low, 1 high, 2 extended.
+    pub index: u8,
+    /// Its value.
+    pub value: u8,
+}
 
 /// Positions and meanings of a chip's fuses.
 #[derive(Debug, Clone, Copy)]
@@ -61,17 +84,17 @@ const SHORT_DELAY_US: u64 = 4_100;
 /// The longer delay after a reset, in microseconds.
 const LONG_DELAY_US: u64 = 65_000;
 
-/// Start-up time of crystals and resonators, by the lowest bit of CKSEL and by SUT.
-const fn crystal(cksel: u8, sut: u8) -> (u64, u64) {
+/// Crystals and resonators: by the lowest bit of CKSEL and SUT.
+const fn crystal(cksel: u8, sut: u8) -> StartUpTime {
     match (cksel & 1, sut) {
-        (0, 0) => (258, SHORT_DELAY_US),
-        (0, 1) => (258, LONG_DELAY_US),
-        (0, 2) => (1_024, 0),
-        (0, _) => (1_024, SHORT_DELAY_US),
-        (_, 0) => (1_024, LONG_DELAY_US),
-        (_, 1) => (16_384, 0),
-        (_, 2) => (16_384, SHORT_DELAY_US),
-        (..) => (16_384, LONG_DELAY_US),
+        (0, 0) => StartUpTime::new(258, SHORT_DELAY_US),
+        (0, 1) => StartUpTime::new(258, LONG_DELAY_US),
+        (0, 2) => StartUpTime::new(1_024, 0),
+        (0, _) => StartUpTime::new(1_024, SHORT_DELAY_US),
+        (_, 0) => StartUpTime::new(1_024, LONG_DELAY_US),
+        (_, 1) => StartUpTime::new(16_384, 0),
+        (_, 2) => StartUpTime::new(16_384, SHORT_DELAY_US),
+        (..) => StartUpTime::new(16_384, LONG_DELAY_US),
     }
 }
 
@@ -87,19 +110,19 @@ const fn delay(sut: u8) -> u64 {
 /// Start-up times of ATmega48 to 328 (DS40002061, tables 9-3 to 9-13), by CKSEL: 0 and 2 are oscillators that
 /// start at once, 4 and 5 a watch crystal, 6 and above crystals.
 #[must_use]
-pub(super) const fn start_up(cksel: u8, sut: u8) -> (u64, u64) {
+pub(super) const fn start_up(cksel: u8, sut: u8) -> StartUpTime {
     match cksel {
         6.. => crystal(cksel, sut),
-        4 => (1_024, delay(sut)),
-        5 => (32_768, delay(sut)),
-        _ => (6, delay(sut)),
+        4 => StartUpTime::new(1_024, delay(sut)),
+        5 => StartUpTime::new(32_768, delay(sut)),
+        _ => StartUpTime::new(6, delay(sut)),
     }
 }
 
 /// Start-up times of the ATmega162 (Atmel 2513, clock sources): as on the ATmega328, with a watch crystal at
 /// CKSEL 4 to 7.
 #[must_use]
-pub(super) const fn start_up_162(cksel: u8, sut: u8) -> (u64, u64) {
+pub(super) const fn start_up_162(cksel: u8, sut: u8) -> StartUpTime {
     start_up(if cksel & 0x0C == 4 { cksel & 5 } else { cksel }, sut)
 }
 
@@ -107,14 +130,14 @@ pub(super) const fn start_up_162(cksel: u8, sut: u8) -> (u64, u64) {
 /// CKSEL: 0 is an external clock, 1 to 4 the internal oscillator, 5 to 8 an RC oscillator, 9 a watch crystal,
 /// 10 and above crystals.
 #[must_use]
-pub(super) const fn start_up_old(cksel: u8, sut: u8) -> (u64, u64) {
+pub(super) const fn start_up_old(cksel: u8, sut: u8) -> StartUpTime {
     match (cksel, sut) {
-        (0..=4, _) => (6, delay(sut)),
-        (5..=8, 3) => (6, SHORT_DELAY_US),
-        (5..=8, _) => (18, delay(sut)),
-        (9, 0) => (1_024, SHORT_DELAY_US),
-        (9, 1) => (1_024, LONG_DELAY_US),
-        (9, _) => (32_768, LONG_DELAY_US),
+        (0..=4, _) => StartUpTime::new(6, delay(sut)),
+        (5..=8, 3) => StartUpTime::new(6, SHORT_DELAY_US),
+        (5..=8, _) => StartUpTime::new(18, delay(sut)),
+        (9, 0) => StartUpTime::new(1_024, SHORT_DELAY_US),
+        (9, 1) => StartUpTime::new(1_024, LONG_DELAY_US),
+        (9, _) => StartUpTime::new(32_768, LONG_DELAY_US),
         _ => crystal(cksel, sut),
     }
 }

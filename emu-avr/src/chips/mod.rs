@@ -21,7 +21,7 @@ use emu_core::pins::PinId;
 use crate::periph::timers::TimerShape;
 use crate::periph::{AvrLine, adc, comparator, eeprom, external, spi, spm, timers, twi, usart, watchdog};
 
-pub use fuses::{FuseField, FuseLayout, StartUpTimes};
+pub use fuses::{FuseByte, FuseField, FuseLayout, StartUpTime, StartUpTimes};
 pub use names::HeaderNames;
 pub use x8::{ATMEGA328, ATMEGA328P, PART_328P};
 
@@ -160,17 +160,17 @@ impl AvrPart {
         flash - size
     }
 
-    /// Returns the fuse byte (0 low, 1 high, 2 extended) and its value that make a reset start at the byte
-    /// address `at`. `fuses` gives all other fuse bits. Returns None if no boot section starts at `at`.
+    /// The fuse byte that makes a reset begin at the byte address `at`, where `fuses` has the others; none where no boot section
+    /// begins there.
     #[must_use]
-    pub fn boot_fuse(&self, fuses: [u8; 3], at: u32) -> Option<(u8, u8)> {
+    pub fn boot_fuse(&self, fuses: [u8; 3], at: u32) -> Option<FuseByte> {
         let ((byte, low, bits), (_, reset, _)) = (self.fuses.bootsz?, self.fuses.bootrst?);
         (0..1 << bits).find_map(|size: u8| {
             let mut with = fuses;
             let place = with.get_mut(usize::from(byte))?;
             *place = *place & !(((1 << bits) - 1) << low) & !(1 << reset) | size << low;
             let value = *place;
-            (self.boot_start(with) == at).then_some((byte, value))
+            (self.boot_start(with) == at).then_some(FuseByte { index: byte, value })
         })
     }
 

@@ -3,6 +3,7 @@
 use emu_core::cpu::{Bus, BusEffect, NEVER};
 
 use super::AvrSoc;
+use super::memory::MaskedWrite;
 use crate::chips::{RegisterSlot, unit_index};
 use crate::periph::usart::AvrUsart;
 use crate::periph::{AvrDevice, timers, watchdog};
@@ -40,7 +41,7 @@ impl Bus for AvrSoc {
 
     fn write_bits(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> BusEffect {
         let due = self.due <= now;
-        let (mask, value) = self.merge_whole_register(reg, mask, value, now);
+        let MaskedWrite { mask, value } = self.merge_whole_register(reg, mask, value, now);
         self.run(now);
         let (logged, asks) = (self.log.len(), self.unit_requests);
         self.write_register(self.register_slot(reg), mask, value, now + 1);

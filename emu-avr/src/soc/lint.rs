@@ -6,6 +6,14 @@ use crate::periph::{AvrDevice, adc, comparator, eeprom, external, spi, spm, time
 
 use emu_core::pins::{PinId, PinLevel};
 
+/// The speed of a serial port.
+pub(crate) struct BaudClock {
+    /// The clock in Hz.
+    pub hz: u64,
+    /// Its clocks to a bit.
+    pub clocks_per_bit: u64,
+}
+
 impl AvrSoc {
     /// Returns the chip's row.
     pub(crate) const fn part(&self) -> &'static AvrPart {
@@ -54,8 +62,8 @@ impl AvrSoc {
         self.usarts[n % 2].peek(usart::UsartRegister::UCSRB, t) & usart::TXEN != 0
     }
 
-    /// Returns the clock in Hz and the clocks per bit of an asynchronous serial port (20.3.1).
-    pub(crate) fn baud(&self, n: usize, t: u64) -> Option<(u64, u64)> {
+    /// The speed of an asynchronous serial port (20.3.1).
+    pub(crate) fn baud(&self, n: usize, t: u64) -> Option<BaudClock> {
         let usart = &self.usarts[n % 2];
         let [a, c, low, high] = [
             usart::UsartRegister::UCSRA,
@@ -67,7 +75,8 @@ impl AvrSoc {
         // On chips without master SPI mode UMSEL has one bit; 0 means asynchronous there too.
         let asynchronous = c >> 6 == 0;
         let per_bit = if a & usart::U2X != 0 { 8 } else { 16 };
-        asynchronous.then(|| (self.power.hz(), per_bit * (u64::from(u16::from_be_bytes([high, low])) + 1)))
+        let clocks_per_bit = per_bit * (u64::from(u16::from_be_bytes([high, low])) + 1);
+        asynchronous.then(|| BaudClock { hz: self.power.hz(), clocks_per_bit })
     }
 
     /// Returns the interrupts that are enabled, as a mask of their vectors.

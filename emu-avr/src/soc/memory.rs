@@ -7,6 +7,14 @@ use crate::chips::unit_index;
 /// Lowest data address at which RAM can start.
 pub const LOW_BYTES: usize = 0x60;
 
+/// What is written to a register.
+pub(super) struct MaskedWrite {
+    /// The bits that are.
+    pub mask: u8,
+    /// Their values.
+    pub value: u8,
+}
+
 impl AvrSoc {
     /// Returns the byte address in program memory that RAMPZ and Z form.
     #[must_use]
@@ -41,16 +49,16 @@ impl AvrSoc {
         byte
     }
 
-    /// Returns mask and value that SBI or CBI in the cycle `now` writes. On some chips that is all of the
-    /// register as it was read one cycle before, including flags that read as one.
-    pub(super) fn merge_whole_register(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> (u8, u8) {
+    /// What SBI or CBI in the cycle `now` writes, which on some chips is all of the register as it was read a cycle before, flags
+    /// that read as one included.
+    pub(super) fn merge_whole_register(&mut self, reg: u16, mask: u8, value: u8, now: u64) -> MaskedWrite {
         if mask == 0xFF || !self.part.bit_writes_whole_register {
-            return (mask, value);
+            return MaskedWrite { mask, value };
         }
         let before = now.saturating_sub(1);
         self.run(before);
         let old = self.read_register(self.register_slot(reg), before).0;
-        (0xFF, old & !mask | value & mask)
+        MaskedWrite { mask: 0xFF, value: old & !mask | value & mask }
     }
 
     /// Returns a byte of the RAM below 100h.

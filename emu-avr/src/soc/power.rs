@@ -7,7 +7,7 @@ use emu_core::state;
 
 use super::AvrSoc;
 use super::sleep::SleepMode;
-use crate::chips::{AvrPart, FuseLayout, unit_index};
+use crate::chips::{AvrPart, FuseLayout, StartUpTime, unit_index};
 use crate::cpu::Options;
 use crate::periph::ports::PIN_COUNT;
 use crate::periph::spm::ConfigBytes;
@@ -51,10 +51,9 @@ pub(super) struct PowerState {
     pub moved_vectors: bool,
     /// Cycle from which the core's clock runs again after sleep; 0 if it is not waking.
     pub(super) wake_cycle: u64,
-    /// Clocks of the main clock, then microseconds, from a reset to the start; None if start-up takes no
-    /// time.
-    start_up: Option<(u64, u64)>,
-    /// Clocks of the main clock that waking takes if the oscillator was stopped.
+    /// From a reset to the start; none where start-up is not waited for.
+    start_up: Option<StartUpTime>,
+    /// Cycles of the main clock that waking takes where the oscillator has stood.
     pub(super) wake_up: u64,
     /// Sleep mode, and the edge at which the core went to sleep.
     pub(super) asleep: Option<(SleepMode, u64)>,
@@ -89,7 +88,7 @@ impl PowerState {
         let rows = &part.fuses;
         let value = |fuse| FuseLayout::value(bytes.fuses, fuse);
         let (cksel, sut) = (value(rows.cksel), value(rows.sut));
-        let (clocks, us) = (rows.start_up)(cksel, sut);
+        let start_up = (rows.start_up)(cksel, sut);
         PowerState {
             source_hz: options.hz.max(1),
             clkps: 0,
@@ -104,8 +103,10 @@ impl PowerState {
             start_cycle: 0,
             wake_cycle: 0,
             moved_vectors: false,
-            start_up: options.start_up.then_some((clocks + rows.reset_clocks, us)),
-            wake_up: clocks,
+            start_up: options
+                .start_up
+                .then_some(StartUpTime { clocks: start_up.clocks + rows.reset_clocks, ..start_up }),
+            wake_up: start_up.clocks,
             asleep: None,
             stopped_units: 0,
             keeps_timer2: false,
@@ -148,8 +149,8 @@ impl PowerState {
 
     /// Returns the cycles from the end of a reset to the first instruction.
     fn start_wait(&self) -> u64 {
-        let Some((clocks, us)) = self.start_up else { return 0 };
-        (clocks >> self.clkps) + (u128::from(us) * u128::from(self.hz())).div_ceil(1_000_000) as u64
+        let Some(StartUpTime { clocks, delay_us }) = self.start_up else { return 0 };
+        (clocks >> self.clkps) + (u128::from(delay_us) * u128::from(self.hz())).div_ceil(1_000_000) as u64
     }
 
     /// Returns CLKPR.

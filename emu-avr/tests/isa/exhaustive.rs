@@ -7,6 +7,7 @@ use emu_avr::Avr;
 use emu_avr::chips::ATMEGA328P;
 use emu_avr::isa::{ROWS, find_row};
 use emu_core::image::{Image, Segment};
+use emu_core::table::MatchedRow;
 use emu_core::{Cpu, RamInit, StopReason};
 
 use super::reference::{C, CONSTANT, I, ONE, PRODUCTS, Product, Reference, T, TWO, Z, pair, with};
@@ -229,7 +230,7 @@ fn no_row_is_left_out() {
     for letter in LETTERS.chars() {
         for line in [format!("se{letter}"), format!("cl{letter}")] {
             let word = emu_asm::assemble_line(&ATMEGA328P, &line, 0).unwrap_or_else(|e| panic!("{line}: {e}"))[0];
-            let (row, ..) = find_row(word, 0).unwrap_or_else(|| panic!("{line}"));
+            let MatchedRow { row, .. } = find_row(word, 0).unwrap_or_else(|| panic!("{line}"));
             assert_eq!(row.flags, letter.to_ascii_uppercase().to_string());
             tested.insert(row.mnemonic);
         }

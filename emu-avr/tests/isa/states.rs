@@ -99,7 +99,7 @@ fn instruction(row: &InstructionRow, kind: Kind, rng: &mut Rng) -> [u16; 4] {
     let bits = loop {
         let bits = operands(kind, row.pattern.value | rng.next_u64() as u32 & !row.pattern.mask & width(row), rng);
         let (first, second) = split(row, bits);
-        if find_row(first, second).is_some_and(|(found, ..)| found.name == row.name) {
+        if find_row(first, second).is_some_and(|found| found.row.name == row.name) {
             break bits;
         }
     };

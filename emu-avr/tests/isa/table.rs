@@ -7,6 +7,7 @@ use emu_avr::chips::{ATMEGA328P, chip};
 use emu_avr::isa::{ROWS, find_row};
 use emu_core::image::Image;
 use emu_core::rng::Rng;
+use emu_core::table::MatchedRow;
 use emu_core::{Cpu, RamInit, StopReason};
 
 const CASES: &str = include_str!("avr.txt");
@@ -218,7 +219,7 @@ fn every_row_and_every_outcome_has_a_case() {
     for case in cases() {
         let words = line(case.asm, 0x100).or_else(|_| line(case.asm, 0)).unwrap_or_default();
         let second = words.get(1).copied().unwrap_or(0);
-        if let Some((row, ..)) = words.first().and_then(|&first| find_row(first, second)) {
+        if let Some(MatchedRow { row, .. }) = words.first().and_then(|&first| find_row(first, second)) {
             seen.entry(row.name).or_default().extend(case.outcome.parse::<u8>());
         }
     }

@@ -24,26 +24,41 @@ pub struct DemangledName {
     pub path: String,
 }
 
-/// Demangles a linker name. Returns the whole name as gdb prints it, and its [`DemangledName::path`]. Returns
-/// `None` for names that are not mangled.
+/// What a name of the linker is in the language of the program.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct SourceName {
+    /// The whole name, as gdb prints it.
+    pub whole: String,
+    /// As [`DemangledName::path`].
+    pub path: String,
+}
+
+impl SourceName {
+    /// A name without parameters.
+    fn plain(name: String) -> SourceName {
+        SourceName { whole: name.clone(), path: name }
+    }
+}
+
+/// What a name of the linker is in the language of the program; nothing for names that no compiler has mangled.
 #[must_use]
-pub(super) fn demangle(name: &str) -> Option<(String, String)> {
+pub(super) fn demangle(name: &str) -> Option<SourceName> {
     if name.len() > MAX_NAME || !name.starts_with("_Z") && !name.starts_with("_R") {
         return None;
     }
     if let Ok(rust) = rustc_demangle::try_demangle(name) {
         // Without the hash, which no source contains.
         let whole = write_limited(|out| write!(out, "{rust:#}"))?;
-        return Some((whole.clone(), whole));
+        return Some(SourceName::plain(whole));
     }
     let symbol = BorrowedSymbol::new(name.as_bytes()).ok()?;
     let options = DemangleOptions::new().no_return_type();
     let whole = write_limited(|out| symbol.structured_demangle(out, &options).map_err(|_| fmt::Error))?;
     if let Some(special) = describe_special_symbol(name, &whole) {
-        return Some((special.clone(), special));
+        return Some(SourceName::plain(special));
     }
     let path = write_limited(|out| symbol.structured_demangle(out, &options.no_params()).map_err(|_| fmt::Error))?;
-    Some((whole, path))
+    Some(SourceName { whole, path })
 }
 
 /// Describes a symbol that a compiler makes for a class, as c++filt prints it: `vtable for Shape` where
@@ -172,7 +187,7 @@ impl Write for LimitedString {
 
 #[cfg(test)]
 mod tests {
-    use super::{demangle, without_outer_arguments, without_outer_parameters};
+    use super::{SourceName, demangle, without_outer_arguments, without_outer_parameters};
 
     #[test]
     fn outer_functions_lose_their_parameters() {
@@ -198,7 +213,7 @@ mod tests {
     }
 
     fn demangled_pair(name: &str) -> String {
-        demangle(name).map_or("-".to_owned(), |(whole, path)| format!("{whole} | {path}"))
+        demangle(name).map_or("-".to_owned(), |found| format!("{} | {}", found.whole, found.path))
     }
 
     #[test]
@@ -248,7 +263,7 @@ mod tests {
             let earlier = if depth == 0 { "S_".to_owned() } else { format!("S{}_", depth - 1) };
             name.push_str(&format!("St4pairI{earlier}{earlier}E"));
         }
-        assert!(demangle(&name).is_none_or(|(whole, _)| whole.len() <= super::MAX_NAME));
+        assert!(demangle(&name).is_none_or(|found| found.whole.len() <= super::MAX_NAME));
         assert_eq!(demangle(&format!("_Z{}", "N".repeat(5000))), None);
         assert_eq!(demangle(&format!("_Z1f{}i", "P".repeat(4000))), None);
     }
@@ -280,7 +295,7 @@ mod tests {
                 name.truncate(600);
             }
             let name = String::from_utf8_lossy(&name).into_owned();
-            if let Some((whole, path)) = demangle(&name) {
+            if let Some(SourceName { whole, path }) = demangle(&name) {
                 assert!(whole.len() <= super::MAX_NAME && path.len() <= super::MAX_NAME, "{name}");
             }
         }

@@ -145,9 +145,9 @@ impl DwarfLineReader {
                 self.warn_damaged(error);
             }
             if !low.is_empty() {
-                let (kept, unsure) = scan.split_dropped(low, &units);
-                self.lines.extend(kept);
-                doubtful.extend(unsure);
+                let split = scan.split_dropped(low, &units);
+                self.lines.extend(split.kept);
+                doubtful.extend(split.unsure);
             }
         }
         dropped::add_where_free(&mut self.lines, doubtful);

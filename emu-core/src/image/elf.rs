@@ -14,7 +14,7 @@ use object::elf::{
 use object::read::Error;
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader, SectionTable, Sym};
 
-use super::demangle::demangle;
+use super::demangle::{SourceName, demangle};
 use super::faults::FaultList;
 use super::placement::{PlacedBytes, PlacementError, STAYS_ERASED, SourceSpan, address_range, describe_spaces};
 use super::{AVR_AREAS, DemangledName, ElfMachine, Image, ImageSpace, LoadedImage, SourceLines, SymbolAt, simavr};
@@ -376,7 +376,7 @@ impl NamedSymbol<'_> {
         let full = |name: String| into_printable(if shared { format!("{stem}.{name}") } else { name });
         let linkage = std::mem::take(&mut self.symbol.name);
         match demangle(&linkage) {
-            Some((name, path)) => {
+            Some(SourceName { whole: name, path }) => {
                 let mangled = DemangledName { linkage: full(linkage), path: full(path) };
                 (self.symbol.name, self.symbol.mangled) = (full(name), Some(Box::new(mangled)));
             }

@@ -25,7 +25,7 @@ mod pattern;
 mod text;
 
 pub use docs::instruction_list_markdown;
-pub use pattern::{BitPattern, CycleCounts};
+pub use pattern::{BitPattern, CycleCounts, OperandField};
 pub use text::{AsmError, DisassembledInstruction, SyntaxAlias, disassemble};
 
 use crate::CoreError;
@@ -190,8 +190,8 @@ impl InstructionRow {
     /// Returns the values of the operands of the instruction `bits` at `site`, in row order.
     pub fn operand_values<'a>(&'a self, bits: u32, site: &'a InstructionLocation) -> impl Iterator<Item = i32> + 'a {
         self.operands.iter().map(move |slot| {
-            let (raw, width) = self.pattern.extract_field(slot.letter, bits);
-            (slot.kind.decode)(raw, width, site)
+            let field = self.pattern.extract_field(slot.letter, bits);
+            (slot.kind.decode)(field.raw, field.width, site)
         })
     }
 
@@ -226,7 +226,7 @@ impl InstructionRow {
         let mut bits = self.pattern.canonical;
         let in_pattern = self.operands.iter().filter(|s| self.pattern.has_letter(s.letter));
         for (slot, &value) in in_pattern.zip(values) {
-            let width = self.pattern.extract_field(slot.letter, 0).1;
+            let width = self.pattern.extract_field(slot.letter, 0).width;
             let raw = (slot.kind.encode)(value, width, site)
                 .map_err(|cause| EncodeError { mnemonic: self.mnemonic, cause })?;
             bits |= self.pattern.insert_field(slot.letter, raw);
@@ -256,7 +256,18 @@ pub fn find_row(rows: &[InstructionRow], word_bits: u32, words: &[u16]) -> Optio
     })
 }
 
-/// Returns the bits of an instruction of `row`'s length at the start of `words`.
+/// The row of an instruction, its kind among those of its table, and its bits.
+#[derive(Debug, Clone, Copy)]
+pub struct MatchedRow<K> {
+    /// The row.
+    pub row: &'static InstructionRow,
+    /// The row as a kind of op.
+    pub kind: K,
+    /// The bits of the instruction.
+    pub bits: u32,
+}
+
+/// The bits of an instruction of `row`'s length at the front of `words`.
 #[must_use]
 pub fn instruction_bits(row: &InstructionRow, word_bits: u32, words: &[u16]) -> u32 {
     (0..row.len() as usize).fold(0, |bits, i| bits << word_bits | words.get(i).copied().map_or(0, u32::from))

@@ -17,6 +17,15 @@ pub struct BitPattern {
     words: u8,
 }
 
+/// The field of an operand in an instruction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OperandField {
+    /// Its bits as a number.
+    pub raw: u32,
+    /// How many bits it has.
+    pub width: u32,
+}
+
 impl BitPattern {
     /// Parses a pattern for program words of `word_bits` bits (8, 14 or 16).
     ///
@@ -76,9 +85,9 @@ impl BitPattern {
         self.letters[..self.bits as usize].contains(&letter)
     }
 
-    /// Extracts the operand `letter` from `bits`. Returns its value and its number of bits.
+    /// The bits of operand `letter` gathered from `bits`; the width is 0 where it is not in the pattern.
     #[must_use]
-    pub fn extract_field(&self, letter: u8, bits: u32) -> (u32, u32) {
+    pub fn extract_field(&self, letter: u8, bits: u32) -> OperandField {
         let (mut raw, mut width) = (0, 0);
         for (i, &c) in self.letters[..self.bits as usize].iter().enumerate() {
             if c == letter {
@@ -86,13 +95,13 @@ impl BitPattern {
                 width += 1;
             }
         }
-        (raw, width)
+        OperandField { raw, width }
     }
 
     /// Returns the bits of an instruction that hold `raw` in operand `letter`; all other bits are 0.
     #[must_use]
     pub fn insert_field(&self, letter: u8, raw: u32) -> u32 {
-        let mut left = self.extract_field(letter, 0).1;
+        let mut left = self.extract_field(letter, 0).width;
         let mut bits = 0;
         for (i, &c) in self.letters[..self.bits as usize].iter().enumerate() {
             if c == letter {

@@ -22,7 +22,7 @@ pub(super) fn run_command(panel: &mut LadderPanel, line: &str) -> Result<String,
         }
         "scan" => {
             let scans = rest.trim().parse().ok().filter(|scans| (1..=MAX_SCANS).contains(scans));
-            panel.machine.run(scans.ok_or_else(|| TuiError::BadScanCount { most: MAX_SCANS })?);
+            panel.machine.run(scans.ok_or(TuiError::BadScanCount { most: MAX_SCANS })?);
             Ok(String::new())
         }
         "back" => {

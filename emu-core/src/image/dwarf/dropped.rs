@@ -62,19 +62,23 @@ struct LinkedFunctions {
     alive: Vec<u64>,
 }
 
+/// Lines of sequences that begin at address 0.
+#[derive(Default)]
+pub(super) struct SplitLines {
+    /// Those that are code.
+    pub kept: Vec<SourceLine>,
+    /// Those of which it is not known.
+    pub unsure: Vec<SourceLine>,
+}
+
 impl<'a, 'b> DroppedScan<'a, 'b> {
     pub(super) fn new(dwarf: &'a Dwarf<DwarfSlice<'b>>, elf: &'a [u8]) -> Self {
         let budget = dwarf.debug_info.reader().len() * 4 + (1 << 20);
         DroppedScan { dwarf, elf, owners: None, budget }
     }
 
-    /// Splits sequences into lines of real code and lines that are doubtful; lines of dropped code are
-    /// discarded.
-    pub(super) fn split_dropped(
-        &mut self,
-        low: Vec<LowSequence>,
-        units: &[Unit<DwarfSlice<'b>>],
-    ) -> (Vec<SourceLine>, Vec<SourceLine>) {
+    /// Tells lines of those sequences that are code from those of which it is not known.
+    pub(super) fn split_dropped(&mut self, low: Vec<LowSequence>, units: &[Unit<DwarfSlice<'b>>]) -> SplitLines {
         let mut functions = LinkedFunctions::default();
         for unit in units {
             // A damaged unit gives no more functions.
@@ -88,12 +92,13 @@ impl<'a, 'b> DroppedScan<'a, 'b> {
                 sizes.min()
             };
             let best = low.into_iter().filter_map(|s| Some((fits(&s)?, s))).min_by_key(|(over, _)| *over);
-            return (best.map(|(_, sequence)| sequence.lines).unwrap_or_default(), Vec::new());
+            let kept = best.map(|(_, sequence)| sequence.lines).unwrap_or_default();
+            return SplitLines { kept, unsure: Vec::new() };
         }
         if functions.named && !nobody {
-            return (Vec::new(), Vec::new());
+            return SplitLines::default();
         }
-        (Vec::new(), low.into_iter().flat_map(|sequence| sequence.lines).collect())
+        SplitLines { kept: Vec::new(), unsure: low.into_iter().flat_map(|sequence| sequence.lines).collect() }
     }
 
     fn linked_names(&mut self) -> &HashSet<Vec<u8>> {
