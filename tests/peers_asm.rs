@@ -1,10 +1,12 @@
-//! Judges from outside for the assembler: as31 and sdas8051 for the 8051, gpasm for the PIC16, avr-as for the AVR.
+//! Judges from outside for the assembler: as31 and sdas8051 for the 8051, gpasm for the PIC16, avr-as and avra for the AVR.
 //!
 //! What needs them is ignored by a plain `cargo test`; `.ci/peers` installs them and runs it. Random tests take their seed
 //! from the variable EMU_SEED and print it.
 
 use std::path::{Path, PathBuf};
 
+#[path = "peers/asm/atmel.rs"]
+mod atmel;
 #[path = "peers/asm/corpus.rs"]
 mod corpus;
 #[path = "peers/asm/emitted.rs"]

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::dialect::AsmDialect;
+use crate::dialect::avr::atmel::substitute_numbered;
 use crate::lines::{AsmLine, RewrittenText, begins_name, behind_name, byte, cut, skip_space, step, trim};
 use crate::macros::MacroParameter;
 use crate::statement::code_end;
@@ -232,6 +233,9 @@ pub(crate) fn substitute_parameters(
     number: u32,
     join: ArgumentJoin,
 ) -> AsmLine {
+    if d.hooks.is_atmel {
+        return substitute_numbered(d, line, values);
+    }
     let text: &str = &line.text;
     let plain = d.plain_arguments && !values.is_empty();
     if !plain && !text.contains('\\') {

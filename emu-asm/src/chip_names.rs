@@ -33,6 +33,11 @@ impl ChipNames {
             known.values.entry(name.to_ascii_lowercase()).or_insert(value);
             known.names.push(name);
         }
+        // avr-libc's `TIMER0_OVF_vect_num`.
+        for (number, vector) in chip.vectors.iter().enumerate() {
+            let name = format!("{vector}_vect_num").to_ascii_lowercase();
+            known.values.entry(name).or_insert(AsmValue::of(number as i64));
+        }
         known
     }
 

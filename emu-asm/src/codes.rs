@@ -93,11 +93,6 @@ pub const CODES: &[DiagnosticCode] = &[
                   .data, .rodata, .bss, .noinit in RAM. Where such a section begins is known only when those before it are full, so \
                   org in it would mean nothing certain. Mend: reserve room with .space, or take .balign; in the first section that is used \
                   org counts from 0." },
-    DiagnosticCode { code: "ASM032", title: "the language of Atmel's assembler",
-        explain: "A file like m328Pdef.inc, or `.cseg`, `.dseg` and `.eseg`, belong to Atmel's assembler. The names of the chip are given, but \
-                  the source is read as the GNU assembler reads it: labels and org of program memory count bytes, where Atmel's count words, \
-                  and `.byte` gives bytes, where Atmel's reserves room. Mend: write label instead of 2*label, twice the number behind org, and \
-                  `.space` for room in RAM." },
     DiagnosticCode { code: "ASM035", title: "a file in an encoding that is not read",
         explain: "Sources are UTF-8, of which ASCII is a part. The first bytes of this file say that it is UTF-16, as some editors \
                   save texts. Mend: save it as UTF-8." },

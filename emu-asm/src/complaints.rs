@@ -2,8 +2,10 @@
 
 use std::ops::Range;
 
+use crate::dialect::pic16::special::is_special;
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
+use crate::lines::{behind_name, byte, trim};
 
 impl Assembler<'_> {
     /// What stands where a word should, and is none.
@@ -32,8 +34,26 @@ impl Assembler<'_> {
 
     /// Tells of a word that stands where labels do.
     pub fn warn_column_one(&mut self, directive: bool, call: &DirectiveCall<'_>) {
-        let (code, what) = if directive { ("ASM041", "directive") } else { ("ASM040", "instruction") };
+        let special = is_special(call.get(call.word.clone()));
+        let (code, what) = if directive && !special { ("ASM041", "directive") } else { ("ASM040", "instruction") };
         let cause = format!("the {what} `{}` stands in column 1, where labels stand", call.get(call.word.clone()));
         self.report(LineFault::new(code, call.word.clone(), cause, "put a space before it").warning());
+    }
+
+    /// An instruction in column 1 that was meant as a name, as a directive with values stands behind it: `b res 1`. That is told.
+    pub fn is_instruction_as_name(&mut self, directive: bool, call: &DirectiveCall<'_>) -> bool {
+        let rest = trim(call.text, call.rest.clone());
+        let end = behind_name(call.text, rest.start, true).min(rest.end);
+        let name = call.get(call.word.clone());
+        let next = call.get(rest.start..end);
+        let meant = (!directive || is_special(name))
+            && end < rest.end
+            && byte(call.text, end).is_ascii_whitespace()
+            && self.directive_of(next).is_some();
+        if meant {
+            let cause = format!("`{name}` is an instruction, and cannot be the name in front of `{next}`");
+            self.report(LineFault::new("ASM008", call.word.clone(), cause, "choose another name"));
+        }
+        meant
     }
 }

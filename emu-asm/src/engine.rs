@@ -56,8 +56,6 @@ pub(crate) struct Assembler<'a> {
     pub chip_names: Arc<ChipNames>,
     /// Other chips by name.
     pub find_chip: Option<fn(&str) -> Option<&'static Chip>>,
-    /// The source has directives with a dot, as as31 writes them: once seen, the whole of it is read so.
-    pub has_dots: bool,
     /// Names that no line gives are those of other modules.
     pub undefined_global: bool,
     pub files: &'a mut dyn IncludeFiles,
@@ -133,7 +131,6 @@ impl<'a> Assembler<'a> {
             table: FormTable::of(chip.isa),
             chip_names: ChipNames::of(chip),
             find_chip: None,
-            has_dots: false,
             undefined_global: false,
             files,
             texts: SourceTexts::default(),
@@ -329,7 +326,10 @@ impl<'a> Assembler<'a> {
     pub fn take_diagnostics(&mut self) -> Vec<Diagnostic> {
         let mut list = Vec::new();
         for (mut diagnostic, name) in std::mem::take(&mut self.faults) {
-            if let Some(meant) = name.and_then(|name| self.similar_name(&name, diagnostic.code)) {
+            let meant = name.and_then(|name| {
+                self.similar_name(&name, diagnostic.code).filter(|meant| !meant.eq_ignore_ascii_case(&name))
+            });
+            if let Some(meant) = meant {
                 diagnostic.hint = format!("did you mean `{}`?", to_display_text(&meant));
             }
             list.push(diagnostic);

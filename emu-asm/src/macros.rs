@@ -8,6 +8,7 @@ use std::rc::Rc;
 use crate::arguments::{
     ArgumentJoin, parse_parameter, scan_name, skip_comma, split_arguments, split_parts, substitute_parameters, unescape,
 };
+use crate::dialect::avr::atmel::ARGUMENTS;
 use crate::dialect::{AsmDialect, ReadFlow};
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
@@ -74,10 +75,13 @@ impl Assembler<'_> {
         }
         let written = call.get(name.clone()).to_owned();
         let join = ArgumentJoin::of(self.dialect, call.get(call.word.clone()));
-        let params = split_parts(self.dialect, text, params, join)
-            .into_iter()
-            .map(|part| parse_parameter(call.get(part)))
-            .collect();
+        let params = match self.dialect.hooks.is_atmel {
+            true => (0..ARGUMENTS).map(|n| parse_parameter(&format!("@{n}"))).collect(),
+            false => split_parts(self.dialect, text, params, join)
+                .into_iter()
+                .map(|part| parse_parameter(call.get(part)))
+                .collect(),
+        };
         let mut locals = Vec::new();
         for line in body.iter() {
             locals.extend(self.locals_of(line));
@@ -86,10 +90,14 @@ impl Assembler<'_> {
         self.macros.insert(written.to_ascii_lowercase(), Rc::new(found));
     }
 
-    /// The names that a `local` line of a macro gives.
+    /// The names that a `local` line of a macro gives; for Atmel's assembler its labels.
     fn locals_of(&self, line: &AsmLine) -> Vec<String> {
         let text = &line.text;
         let head = self.parse_head(text, 0, code_end(self.dialect, text));
+        if self.dialect.hooks.is_atmel {
+            let label = head.label.filter(|_| head.is_address).and_then(|label| text.get(label));
+            return label.map(str::to_owned).into_iter().collect();
+        }
         let word = text.get(head.word.clone()).unwrap_or_default().trim_start_matches('.');
         if !word.eq_ignore_ascii_case("local") {
             return Vec::new();

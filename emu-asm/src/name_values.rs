@@ -21,7 +21,9 @@ impl NameValues for Assembler<'_> {
         if let Some(value) = self.chip_names.get(name) {
             let name = self.folded_name(name).into_owned();
             self.chip_names_read.insert(name);
-            return Ok(value);
+            // In Atmel's files a register that has an address for `in` and `out` is that number.
+            let io = self.dialect.hooks.is_atmel && value.is_register && (0x20..0x60).contains(&value.number);
+            return Ok(if io { AsmValue::of(value.number - 0x20) } else { value });
         }
         if let Some(n) = (self.dialect.hooks.own_name_value)(&self.family_state, name) {
             let name = self.folded_name(name).into_owned();
@@ -70,7 +72,7 @@ impl NameValues for Assembler<'_> {
     }
 
     fn arithmetic(&self) -> AsmArithmetic {
-        if self.has_dots && !self.dialect.hooks.is_sdas { AsmArithmetic::Signed } else { self.dialect.arithmetic }
+        self.dialect.arithmetic
     }
 
     fn local_label_name(&self, digits: &str, way: u8) -> String {

@@ -9,7 +9,7 @@ use crate::arguments::{ArgumentJoin, substitute_parameters};
 use crate::dialect::ReadFlow;
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
-use crate::lines::{AsmLine, trim};
+use crate::lines::{AsmLine, RewrittenText, trim};
 use crate::macros::MacroParameter;
 
 /// Whether the lines behind a directive are read.
@@ -21,6 +21,8 @@ const MAX_INCLUDES: usize = 32;
 const MAX_MACRO_DEPTH: usize = 64;
 /// Turns of a `while`.
 const MAX_WHILE_ITERATIONS: u32 = 65_536;
+/// Bytes of a line to which others may be joined.
+const MAX_JOINED_BYTES: usize = 1 << 16;
 /// Lines that a program may come to in one pass, and in all.
 const MAX_LINES: u64 = 1_000_000;
 
@@ -97,7 +99,7 @@ impl Assembler<'_> {
         }
         let lines = self.lines_of(file);
         self.push_frame(lines, FrameEnd::File, None);
-        while let Some(line) = self.next_line() {
+        while let Some(line) = self.next_whole_line() {
             self.line = Some(line.clone());
             self.read_statement(&line);
             if self.ended {
@@ -134,6 +136,22 @@ impl Assembler<'_> {
             called_from: called,
             given: 0,
         });
+    }
+
+    /// The next line; for Atmel's assembler with those that a backslash at its end joins to it.
+    fn next_whole_line(&mut self) -> Option<AsmLine> {
+        let mut line = self.next_line()?;
+        while self.dialect.hooks.is_atmel
+            && let Some(front) = line.text.trim_end().strip_suffix('\\')
+            && front.len() < MAX_JOINED_BYTES
+            && let Some(next) = self.next_line()
+        {
+            let mut joined = RewrittenText::default();
+            joined.copy(&line.text, 0..front.len());
+            joined.put(&next.text, front.len());
+            line = joined.into_line(&line);
+        }
+        Some(line)
     }
 
     fn next_line(&mut self) -> Option<AsmLine> {

@@ -10,6 +10,8 @@ use crate::engine::Assembler;
 use crate::fault::LineFault;
 use crate::output::PassOutput;
 
+/// What stands between the name of a section and the number of one of its parts.
+const PART: char = '\u{1}';
 /// Sections that a program may have.
 const MAX_SECTIONS: usize = 1000;
 
@@ -24,8 +26,8 @@ pub(crate) struct AsmSection {
     pub holds: SectionContent,
     /// It lies behind the sections before it in the same memory, from a multiple of this on.
     pub behind: Option<i64>,
-    /// Its place among them: its row, and how many were made before it.
-    pub rank: (usize, usize),
+    /// Its place among them: its row, how many were made before it, and its number among the parts of a section.
+    pub rank: (usize, usize, u16),
     /// The largest alignment in it, to which it is filled up at its end.
     pub align: i64,
     /// Byte address of its address 0 in the image file.
@@ -47,7 +49,7 @@ pub(crate) fn initial_sections(chip: &Chip, d: &AsmDialect, spaces: &[ImageSpace
             holds: row.content,
             base: window.filter(|_| row.content == SectionContent::Memory).map_or(0, |space| space.start.into()),
             behind: row.align_after_previous,
-            rank: (rank, 0),
+            rank: (rank, 0, 0),
             align: 1,
             unit: if row.content == SectionContent::Image { code } else { 1 },
             pos: if row.space == chip.ram_space { chip.ram_start.into() } else { 0 },
@@ -64,6 +66,14 @@ pub(crate) fn start_section(d: &AsmDialect) -> usize {
 fn align_up(at: i64, step: i64) -> i64 {
     let step = step.max(1);
     at.saturating_add(step - 1).div_euclid(step) * step
+}
+
+/// The alignment of a section with all of its parts, and whether this is the last of them, behind which it is filled up.
+fn part_alignment(sections: &[AsmSection], section: &AsmSection) -> (i64, bool) {
+    let own = |other: &&AsmSection| (other.rank.0, other.rank.1) == (section.rank.0, section.rank.1);
+    let parts = || sections.iter().filter(own);
+    let align = parts().map(|part| part.align).max().unwrap_or(1);
+    (align, parts().all(|part| part.rank.2 <= section.rank.2))
 }
 
 impl PassOutput {
@@ -86,12 +96,13 @@ impl PassOutput {
             };
             let length = (section.pos - first.pos).max(0);
             let end = ends.iter_mut().find(|(space, _)| *space == first.space);
+            let (align, is_last) = part_alignment(&self.sections, section);
             if let Some((_, end)) = &end {
-                let at = align_up(*end, section.align.max(first.behind.unwrap_or(1)));
+                let at = if section.rank.2 == 0 { align_up(*end, align.max(first.behind.unwrap_or(1))) } else { *end };
                 moved |= first.pos != at;
                 first.pos = at;
             }
-            let behind = align_up(first.pos + length, section.align);
+            let behind = if is_last { align_up(first.pos + length, align) } else { first.pos + length };
             match end {
                 Some((_, end)) => *end = behind,
                 None => ends.push((first.space, behind)),
@@ -121,7 +132,7 @@ impl PassOutput {
     /// The number of the section of this name, which is made where there is none yet.
     pub fn open(&mut self, name: &str, space: &'static str, holds: SectionContent) -> Option<usize> {
         let unit = if holds == SectionContent::Image { self.initial_sections.first()?.unit } else { 1 };
-        let rank = (self.sections.len(), 0);
+        let rank = (self.sections.len(), 0, 0);
         let made =
             AsmSection { name: name.to_owned(), space, holds, behind: None, rank, align: 1, base: 0, unit, pos: 0 };
         self.add_section(made, 0)
@@ -180,6 +191,26 @@ impl PassOutput {
         Some(())
     }
 
+    /// Switches to the part of this number of the section that is current, which begins where the part before it ends.
+    pub fn enter_part(&mut self, part: u16) -> Option<()> {
+        let base = self.section()?;
+        let (name, rank) = (base.name.split(PART).next().unwrap_or_default().to_owned(), base.rank);
+        let wanted = (rank.0, rank.1, part);
+        let number = match self.sections.iter().position(|section| section.rank == wanted) {
+            Some(number) => number,
+            None if self.sections.len() >= MAX_SECTIONS => return None,
+            None => {
+                let first = self.initial_sections.get(self.current)?;
+                let made = AsmSection { name: format!("{name}{PART}{part}"), rank: wanted, align: 1, ..first.clone() };
+                self.initial_sections.push(made.clone());
+                self.sections.push(made);
+                self.sections.len() - 1
+            }
+        };
+        self.current = number;
+        Some(())
+    }
+
     fn make_section(&mut self, name: &str) -> Option<usize> {
         let stem = |section: &&AsmSection| section.name.strip_suffix('*').is_some_and(|stem| name.starts_with(stem));
         let longest = self.initial_sections.iter().filter(stem).max_by_key(|section| section.name.len())?;
@@ -187,7 +218,7 @@ impl PassOutput {
         if number >= MAX_SECTIONS {
             return None;
         }
-        let made = AsmSection { name: name.to_owned(), rank: (longest.rank.0, number), ..longest.clone() };
+        let made = AsmSection { name: name.to_owned(), rank: (longest.rank.0, number, 0), ..longest.clone() };
         self.initial_sections.push(made.clone());
         self.sections.push(made);
         Some(number)
@@ -201,7 +232,8 @@ impl Assembler<'_> {
         for (place, &current) in order.iter().enumerate() {
             self.out.current = current;
             let Some(section) = self.out.sections.get(current) else { continue };
-            let mut end = align_up(section.pos, section.align);
+            let (align, is_last) = part_alignment(&self.out.sections, section);
+            let mut end = if is_last { align_up(section.pos, align) } else { section.pos };
             // Empty sections between two others have alignments too.
             for next in order
                 .iter()
@@ -233,7 +265,7 @@ impl Assembler<'_> {
 
     /// Tells of `org` in a section whose begin hangs on others.
     pub fn report_uncertain_org(&mut self, at: std::ops::Range<usize>) {
-        let name = self.out.section().map_or("", |section| &section.name);
+        let name = self.out.section().map_or("", |section| section.name.split(PART).next().unwrap_or_default());
         let cause = format!("`org` in .{name}, which lies where other sections end");
         self.report(LineFault::new("ASM031", at, cause, "reserve room with .space, or take .balign"));
     }

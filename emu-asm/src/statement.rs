@@ -58,6 +58,7 @@ fn is_hash_word(text: &str) -> bool {
     let word: String = rest.trim_start().chars().take_while(char::is_ascii_alphabetic).collect();
     let words = [
         "define", "undef", "undefine", "include", "ifdef", "ifndef", "if", "elif", "else", "endif", "error", "warning",
+        "cseg", "dseg", "eseg",
     ];
     words.iter().any(|known| word.eq_ignore_ascii_case(known))
 }
@@ -227,15 +228,21 @@ impl Assembler<'_> {
 
     fn run_word(&mut self, directive: Option<&'static AsmDirective>, flow: Option<ReadFlow>, call: &DirectiveCall<'_>) {
         let word = call.get(call.word.clone());
-        if word.starts_with('.') && directive.is_some() && !self.has_dots {
-            self.has_dots = true;
-            self.chip_name_redefined |= self.dialect.dot_is_bit && !self.dialect.hooks.is_sdas;
+        if word.starts_with('.')
+            && directive.is_some()
+            && let Some(dotted) = (self.dialect.hooks.with_dots)()
+        {
+            self.dialect = dotted;
+            self.chip_name_redefined = true;
         }
         let lower = word.to_ascii_lowercase();
         if let Some(found) = self.macros.get(&lower).cloned() {
             return self.call_macro(&found, call);
         }
         if self.dialect.warns_in_column_one && call.word.start == 0 && call.label.is_none() && !word.starts_with('#') {
+            if self.is_instruction_as_name(directive.is_some(), call) {
+                return;
+            }
             self.warn_column_one(directive.is_some(), call);
         }
         if let Some(flow) = flow {
@@ -333,7 +340,7 @@ impl Assembler<'_> {
                 "include" | "inc" | "ic" => "include",
                 "set" => "$set",
                 "reset" => "$reset",
-                "if" | "elseif" | "else" | "endif" | "error" | "warning" => control,
+                "if" | "ifdef" | "ifndef" | "elseif" | "else" | "endif" | "error" | "warning" => control,
                 _ => "$",
             });
         }

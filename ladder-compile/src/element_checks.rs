@@ -1,4 +1,4 @@
-//! What cannot be compiled: told for the whole program at once, before any code is made.
+//! Finds all elements of a program that cannot be compiled, before any code is generated.
 
 use diag::{Diagnostic, Severity};
 use ladder::{ChipPart, Element, LadderDialect, LadderProgram, SymbolKind};
@@ -7,8 +7,9 @@ use crate::codes;
 use crate::lower;
 use crate::target::CompileTarget;
 
-/// Every reason why the elements of `program` cannot be compiled for `target`, in text order. What `ladder::check` already
-/// refuses at the same place is the caller's to drop.
+/// Returns every reason why elements of `program` cannot be compiled for `target`, in text order.
+///
+/// The caller must drop those that repeat an error of `ladder::check` at the same position.
 #[must_use]
 pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarget>) -> Vec<Diagnostic> {
     let symbols = program.symbols();
@@ -68,14 +69,14 @@ pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarg
                     "choose a delay of at least two cycles",
                 );
             }
-            // The rest is checked by what the table says of it.
+            // The checks above that use the table of element facts cover the other elements.
             _ => {}
         }
     }
     refusals
 }
 
-/// Whether the chip has a part that elements use.
+/// True if the target has this part.
 fn has_part(target: &CompileTarget, part: ChipPart) -> bool {
     match part {
         ChipPart::Transmitter | ChipPart::Receiver => target.uart.is_some(),

@@ -1,49 +1,55 @@
-//! The flat form of a program, and what each step of it does to the state.
+//! The flat form of a program, and the execution of its steps on the state.
 
 use ladder::{CompareOp, ElementId, MathOp};
 
 use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 
-/// A program with its names resolved. Steps index its lists and the values of the state.
+/// A program with its names resolved: its steps index its lists and the values of the state.
 #[derive(Debug, Default)]
 pub(crate) struct FlatProgram {
+    /// Steps of a scan, in order.
     pub steps: Vec<FlatStep>,
-    /// Per symbol: its value at power-up.
+    /// Value of each symbol at power-up.
     pub initial_values: Vec<i32>,
-    /// Per symbol: by how much a shift to the left and back cuts a number to its width (32 less its bits).
+    /// For each symbol, 32 minus its width in bits: a shift left and right by this many bits truncates a
+    /// number to the width.
     pub cut_bits: Vec<u8>,
-    /// Values of the look-up tables.
+    /// Values of each look-up table.
     pub tables: Vec<Vec<i32>>,
+    /// Curves of the PIECEWISE_LINEAR elements.
     pub curves: Vec<PiecewiseCurve>,
-    /// Symbols of the shift registers, from stage 0 on.
+    /// Symbols of each shift register, from stage 0 on.
     pub shift_stages: Vec<Vec<u32>>,
+    /// Texts of the FORMATTED_STRING elements.
     pub texts: Vec<FormattedText>,
-    /// Symbols that READ_ADC names, each once, ascending.
+    /// Symbols that READ_ADC uses, each once, in ascending order.
     pub adc_symbols: Vec<u32>,
-    /// Frequency of the pulse width output, where there is one.
+    /// Frequency of the PWM output in Hz; `None` without SET_PWM.
     pub pwm_hz: Option<u32>,
-    /// Scans that a byte takes on the serial line.
+    /// Number of scans that a byte takes on the serial line.
     pub scans_per_byte: u32,
-    /// Scans that the writing of a byte to the EEPROM takes.
+    /// Number of scans that writing one byte to the EEPROM takes.
     pub scans_per_eeprom_write: u32,
-    /// Number of EEPROM cells.
+    /// Number of EEPROM cells in use.
     pub eeprom_cells: u32,
-    /// Number of memory bits of elements.
+    /// Number of memory bits of all elements.
     pub memories: u32,
-    /// Deepest nesting of parallel groups.
+    /// Maximum nesting depth of parallel groups.
     pub max_depth: usize,
 }
 
-/// One step of the flat form. Groups need no jumps: every branch of a group runs in every scan (2.2).
+/// One step of the flat form. Parallel groups need no jumps, because every branch of a group runs in every
+/// scan (2.2).
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum FlatStep {
-    /// A rung begins: the rung bit is the master relay.
+    /// Start of a rung: the rung bit becomes the master relay.
     Rung,
-    /// A parallel group begins at this nesting depth: remember the rung bit for each branch.
+    /// Start of a parallel group at this nesting depth: saves the rung bit for its branches.
     Split(usize),
-    /// One more branch begins: collect what the last one gave and start again from the remembered bit.
+    /// Start of the next branch: ORs the output of the previous branch into the group and restores the saved
+    /// rung bit.
     Branch(usize),
-    /// The group ends: the rung bit is the OR of all branches.
+    /// End of the group: the rung bit becomes the OR of all branches.
     Join(usize),
     /// The first time: an integer gets the value of another, and the memory is set.
     LoadOnce { var: u32, from: u32, memory: u32 },
@@ -51,7 +57,8 @@ pub(crate) enum FlatStep {
     Do(ElementId, ElementOp),
 }
 
-/// An element: `bit`, `var`, `dest` and `src` index the values, `memory` and `first` the memories, others lists of the code.
+/// Operation of an element. `bit`, `var`, `dest` and `src` index the values, `memory` and `first` the memory
+/// bits, all other numbers the lists of the program.
 #[derive(Debug, Clone, Copy)]
 #[rustfmt::skip]
 pub(crate) enum ElementOp {
@@ -90,19 +97,19 @@ pub(crate) enum ElementOp {
     Persist  { var: u32, cell: u32, memory: u32 },
 }
 
-/// An operand: a variable's index, or a constant.
+/// Source of an operand: the index of a variable, or a constant.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum ValueSource {
     Var(u32),
     Const(i32),
 }
 
-/// How a counter counts (2.3, 5.3).
+/// Direction and bound of a counter (2.3, 5.3).
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum CountMode {
-    /// Up without bound.
+    /// Up, without a bound.
     Up,
-    /// Down without bound.
+    /// Down, without a bound.
     Down,
     /// Up to the limit.
     UpTo,
@@ -116,34 +123,38 @@ pub(crate) enum CountMode {
     DownAround,
 }
 
-/// When a counter counts.
+/// Condition on the rung bit under which a counter counts.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum CountInput {
+    /// On a rising edge.
     Rising,
+    /// On a falling edge.
     Falling,
+    /// In every scan in which it is 1.
     High,
+    /// In every scan in which it is 0.
     Low,
 }
 
-/// Everything that a scan may change.
+/// All state that a scan can change.
 #[derive(Debug, Clone)]
 pub(crate) struct ScanState {
-    /// Per symbol; bits hold 0 or 1.
+    /// Value of each symbol; bits hold 0 or 1.
     pub values: Vec<i32>,
-    /// Scans since power-up.
+    /// Number of scans since power-up.
     pub scans: u64,
-    /// The converter, the pulse width output, the serial line, the EEPROM, the strings.
+    /// State of converter, PWM output, serial line, EEPROM and strings.
     pub parts: PeripheralState,
-    /// What an element itself remembers: its last rung bit, or that it has run once.
+    /// Memory bits of elements: the previous rung bit, or a flag that the element has run once.
     memories: Vec<bool>,
-    /// Per nesting depth: the rung bit at the group, and the OR of its branches so far.
+    /// For each nesting depth, the rung bit at the start of the group and the OR of its branches so far.
     groups: Vec<(bool, bool)>,
-    /// The master relay; only ever off within a scan.
+    /// The master relay; every scan starts with it on.
     master: bool,
 }
 
 impl ScanState {
-    /// All zero but the start values of counters.
+    /// State at power-up: everything is zero except the start values of counters.
     pub(crate) fn new(code: &FlatProgram) -> ScanState {
         ScanState {
             values: code.initial_values.clone(),
@@ -155,7 +166,10 @@ impl ScanState {
         }
     }
 
-    /// One scan; `watch` gets every element with the rung bit before and after it, and the values of all symbols after it.
+    /// Runs one scan and calls `watch` after each element.
+    ///
+    /// `watch` receives the element, the rung bit before and after it, and the values of all symbols after
+    /// it.
     pub(crate) fn scan(&mut self, code: &FlatProgram, mut watch: impl FnMut(ElementId, bool, bool, &[i32])) {
         self.parts.start_scan();
         self.master = true;
@@ -185,7 +199,7 @@ impl ScanState {
         self.scans = self.scans.wrapping_add(1);
     }
 
-    /// Does one element with the rung bit `rung` and gives the rung bit after it.
+    /// Executes one element with the rung bit `rung` and returns the rung bit after it.
     fn execute_element(&mut self, code: &FlatProgram, op: ElementOp, rung: bool) -> bool {
         match op {
             ElementOp::Short => rung,
@@ -208,8 +222,8 @@ impl ScanState {
                 rung
             }
             ElementOp::MasterRelay => {
-                // A relay that is off comes on whatever the rung says: otherwise no rung below could ever end the
-                // switched-off part, since its own rung bit starts false there.
+                // If the relay is off, this element turns it on whatever the rung bit is. Otherwise no later
+                // rung could end the disabled part, because its own rung bit starts as false there.
                 self.master = !self.master | rung;
                 rung
             }
@@ -325,7 +339,7 @@ impl ScanState {
             ElementOp::Compare { op, a, b } => rung & compare(op, self.read_value(a), self.read_value(b)),
             ElementOp::Send { src } => self.parts.send(code, self.read_symbol(src), rung),
             ElementOp::Text { text } => self.parts.send_text(code, text as usize, &self.values, rung),
-            // An edge is seen whether or not the rung is true.
+            // The edge memory is updated in every scan, whether or not the rung is true.
             ElementOp::Shift { stages, memory } => {
                 if rung & !self.replace_memory(memory, rung) {
                     self.shift_stages(code, &code.shift_stages[stages as usize]);
@@ -393,12 +407,12 @@ impl ScanState {
         }
     }
 
-    /// Stores the low bytes of an exact result.
+    /// Stores the low bytes of an exact result, truncated to the width of the symbol.
     fn store(&mut self, code: &FlatProgram, symbol: u32, exact: i64) {
         self.values[symbol as usize] = truncate(exact, code.cut_bits[symbol as usize]);
     }
 
-    /// Every stage gets what the one before it held; the last is lost, stage 0 stays.
+    /// Copies every stage to the next one; the value of the last stage is lost and stage 0 keeps its own.
     fn shift_stages(&mut self, code: &FlatProgram, stages: &[u32]) {
         for pair in stages.windows(2).rev() {
             self.store(code, pair[1], self.read_symbol(pair[0]).into());
@@ -430,7 +444,7 @@ impl ScanState {
     }
 }
 
-/// The low bits of an exact number as two's complement; `cut` is 32 less their number.
+/// Truncates an exact number to its low 32 - `cut` bits in two's complement.
 pub(crate) fn truncate(exact: i64, cut: u8) -> i32 {
     (exact as i32) << cut >> cut
 }
@@ -448,7 +462,8 @@ fn count_step(kind: CountMode, n: i32, max: i32) -> i64 {
     }
 }
 
-/// Arithmetic of 2.4, exact: what is stored are the low bytes, so the width at which it is done makes no difference.
+/// Exact arithmetic of section 2.4. Only the low bytes are stored, so the width of the computation does not
+/// matter.
 fn math(op: MathOp, a: i64, b: i64) -> i64 {
     match op {
         MathOp::Add => a + b,
@@ -465,7 +480,7 @@ fn math(op: MathOp, a: i64, b: i64) -> i64 {
     }
 }
 
-/// Signed comparison.
+/// Signed comparison of section 2.4.
 fn compare(op: CompareOp, a: i32, b: i32) -> bool {
     match op {
         CompareOp::Equ => a == b,

@@ -1,4 +1,5 @@
-//! From the model to the flat form: names become indices, meanings are chosen, what has none is refused.
+//! Translates the model to the flat form: resolves names to indices, selects operations, and refuses
+//! unsupported elements.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -12,7 +13,7 @@ use crate::flat_program::{CountInput, CountMode, ElementOp, FlatProgram, FlatSte
 use crate::peripheral_ops::{self, DeviceSettings};
 use crate::{UnsupportedElement, UnsupportedReason};
 
-/// Flattens all rungs; the first element without a meaning ends it.
+/// Flattens all rungs; fails at the first unsupported element.
 pub(crate) fn flatten(
     program: &LadderProgram,
     symbols: &[LadderSymbol],
@@ -38,13 +39,15 @@ pub(crate) fn flatten(
     Ok(builder.code)
 }
 
-/// Builds the flat form of one program.
+/// Builder of the flat form of one program.
 pub(crate) struct FlatBuilder<'a> {
     pub program: &'a LadderProgram,
     symbols: &'a [LadderSymbol],
+    /// Index of each symbol, by name.
     by_name: &'a HashMap<String, usize>,
+    /// The flat form so far.
     pub code: FlatProgram,
-    /// Identity of the leaf that comes next in text order.
+    /// Identity of the next leaf in text order.
     next: ElementId,
     /// Per counter: the start value that RES stores, with the rank of the kind that says it.
     counter_starts: HashMap<&'a str, (u8, LadderOperand)>,
@@ -53,7 +56,7 @@ pub(crate) struct FlatBuilder<'a> {
 }
 
 impl FlatBuilder<'_> {
-    /// What must be known before the first element: start values and analog inputs.
+    /// Collects what must be known before the first element: start values of counters, and analog inputs.
     fn collect_devices_and_starts(&mut self) {
         for (_, element, _) in self.program.elements() {
             match element {
@@ -79,7 +82,7 @@ impl FlatBuilder<'_> {
                 Element::ReadAdc { name, .. } => {
                     self.code.adc_symbols.extend(self.by_name.get(name).and_then(|at| u32::try_from(*at).ok()));
                 }
-                // No other element says anything about its symbols before it is executed.
+                // No other element defines start values or analog inputs.
                 _ => {}
             }
         }
@@ -118,7 +121,7 @@ impl FlatBuilder<'_> {
         Ok(())
     }
 
-    /// The meaning of one element, nothing for a comment, or why it has none.
+    /// Selects the operation of one element: `None` for a comment, an error if it is unsupported.
     fn element_op(&mut self, element: &Element) -> Result<Option<ElementOp>, UnsupportedReason> {
         let op = match element {
             Element::Comment(_) => return Ok(None),
@@ -213,7 +216,7 @@ impl FlatBuilder<'_> {
         Ok(Some(op))
     }
 
-    /// A new memory bit, 0 at power-up.
+    /// Allocates a memory bit, which is 0 at power-up.
     pub(crate) fn new_memory(&mut self) -> u32 {
         self.code.memories += 1;
         self.code.memories - 1
@@ -226,7 +229,7 @@ impl FlatBuilder<'_> {
         }
     }
 
-    /// The index of an integer.
+    /// Index of an integer symbol; fails if the name is a bit or unknown.
     pub(crate) fn integer_index(&self, name: &str) -> Result<u32, UnsupportedReason> {
         match self.find_symbol(name)? {
             (index, false) => Ok(index),
@@ -246,7 +249,7 @@ impl FlatBuilder<'_> {
         symbol.ok_or_else(|| UnsupportedReason::UnknownSymbol { name: name.to_owned() })
     }
 
-    /// An operand.
+    /// Resolves an operand to a variable index or a checked constant.
     pub(crate) fn operand_source(&self, operand: &LadderOperand) -> Result<ValueSource, UnsupportedReason> {
         match operand {
             LadderOperand::Var(name) => self.integer_index(name).map(ValueSource::Var),
@@ -254,7 +257,7 @@ impl FlatBuilder<'_> {
         }
     }
 
-    /// A constant in the range of the dialect; `what` names it in the refusal.
+    /// Checks that a constant is in the range of the dialect; `what` names it in the error.
     pub(crate) fn checked_constant(&self, what: &'static str, value: i64) -> Result<i32, UnsupportedReason> {
         let range = match self.program.dialect {
             LadderDialect::Ldmicro23 => i64::from(i16::MIN)..=i64::from(i16::MAX),
@@ -265,7 +268,7 @@ impl FlatBuilder<'_> {
         })
     }
 
-    /// Refuses what only dialect ldmicro-5 gives a meaning.
+    /// Refuses a feature that only dialect ldmicro-5 has.
     fn require_dialect_5(&self, feature: impl Into<Cow<'static, str>>) -> Result<(), UnsupportedReason> {
         match self.program.dialect {
             LadderDialect::Ldmicro23 => Err(UnsupportedReason::NeedsDialect5 { feature: feature.into() }),
@@ -384,7 +387,7 @@ impl FlatBuilder<'_> {
         })
     }
 
-    /// The time of a scan in microseconds, for what counts scans.
+    /// Time of a scan in microseconds, for elements that count scans; fails if it is 0.
     pub(crate) fn cycle_us(&self) -> Result<u64, UnsupportedReason> {
         match self.program.settings.cycle_us {
             0 => Err(UnsupportedReason::NoCycleTime),
@@ -393,7 +396,7 @@ impl FlatBuilder<'_> {
     }
 }
 
-/// An argument that has a meaning nowhere here must be absent or 0.
+/// Refuses a value other than 0 for an argument that is not supported.
 pub(crate) fn require_absent_or_zero(what: &'static str, found: Option<u32>) -> Result<(), UnsupportedReason> {
     match found {
         None | Some(0) => Ok(()),

@@ -1,4 +1,4 @@
-//! What is wrong with a program that reads well: errors that keep it from being run, and warnings.
+//! Semantic checks of a parsed program: errors that prevent evaluation and compilation, and warnings.
 
 use diag::{Diagnostic, Pos, Severity};
 
@@ -10,8 +10,10 @@ use crate::peripheral_checks;
 use crate::program_checks;
 use crate::write::element_text;
 
-/// Checks a program against its dialect. Errors mean that it cannot be evaluated or compiled; the list is sorted by
-/// place. Every message about an element names it as `rung N, element M` with its text.
+/// Checks a program against the rules of its dialect.
+///
+/// An error means that the program cannot be evaluated or compiled. The list is sorted by position. Every
+/// message about an element names it as `rung N, element M`, followed by its text.
 #[must_use]
 pub fn check(program: &LadderProgram) -> Vec<Diagnostic> {
     let mut found = Checker { program, widths: IntegerWidths::new(program), diagnostics: Vec::new() };
@@ -34,14 +36,17 @@ pub fn check(program: &LadderProgram) -> Vec<Diagnostic> {
 }
 
 #[derive(Clone, Copy)]
+/// An element under check, with its identity and its position in the file.
 pub(crate) struct CheckedElement<'a> {
     pub id: ElementId,
     pub element: &'a Element,
     pub pos: Pos,
 }
 
+/// The program under check and the diagnostics found so far.
 pub(crate) struct Checker<'a> {
     pub program: &'a LadderProgram,
+    /// Widths of the integers of the program.
     pub widths: IntegerWidths<'a>,
     diagnostics: Vec<Diagnostic>,
 }
@@ -58,6 +63,7 @@ impl Checker<'_> {
         self.diagnostics.push(new);
     }
 
+    /// Adds an error about an element.
     pub(crate) fn error(
         &mut self,
         code: &'static str,
@@ -68,6 +74,7 @@ impl Checker<'_> {
         self.report(Severity::Error, code, at, cause.as_ref(), hint);
     }
 
+    /// Adds a warning about an element.
     pub(crate) fn warning(
         &mut self,
         code: &'static str,
@@ -78,6 +85,7 @@ impl Checker<'_> {
         self.report(Severity::Warning, code, at, cause.as_ref(), hint);
     }
 
+    /// Adds a diagnostic about an element; the message names the element and its text.
     pub(crate) fn report(
         &mut self,
         severity: Severity,
@@ -91,7 +99,7 @@ impl Checker<'_> {
     }
 }
 
-/// Pins that the chip's package does not have, where the package is known.
+/// Warns about pins that are no port pins of the chip's package, where the package is known.
 fn check_pins(checker: &mut Checker<'_>) {
     let program = checker.program;
     let Some(micro) = program.settings.micro.as_deref().filter(|m| packages::has_pin_table(m)) else { return };
@@ -166,7 +174,7 @@ fn check_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {
     }
 }
 
-/// An argument that says something else than what it stands for when it is left out.
+/// Refuses an argument whose value differs from the value that an omitted argument has.
 pub(crate) fn check_default_argument(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str) {
     let cause = match checker.program.dialect {
         LadderDialect::Ldmicro23 => format!("{what} has a meaning in LDmicro 5 only"),
@@ -175,7 +183,7 @@ pub(crate) fn check_default_argument(checker: &mut Checker<'_>, at: CheckedEleme
     checker.error(codes::ARGUMENT_LDMICRO5, at, cause, "leave the argument out");
 }
 
-/// An argument with a meaning in ldmicro-5 alone.
+/// Refuses an argument that has a meaning in dialect ldmicro-5 only, if the program has dialect 2.3.
 fn refuse_in_dialect_23(checker: &mut Checker<'_>, at: CheckedElement<'_>, what: &str) {
     if checker.program.dialect == LadderDialect::Ldmicro23 {
         check_default_argument(checker, at, what);
@@ -192,7 +200,7 @@ fn check_timer(
 ) {
     match adjust {
         Some(LadderOperand::Var(_)) => check_default_argument(checker, at, "a variable as the adjust"),
-        // In release 2.3 one scan is taken off the delay, which LDmicro 5 writes as an adjust of -1.
+        // Release 2.3 subtracts one scan from every delay; LDmicro 5 writes this as an adjust of -1.
         Some(LadderOperand::Const { value, .. }) if *value != -1 => {
             refuse_in_dialect_23(checker, at, "an adjust other than -1")
         }
@@ -268,9 +276,11 @@ fn check_counter(
     }
 }
 
-/// Walks a series whose right end is (or is not) the right rail.
+/// Reports elements that must be last but are followed by another element.
+///
+/// `at_rail` says whether the right end of `series` is the right rail.
 fn check_last_elements(checker: &mut Checker<'_>, series: &[RungNode], at_rail: bool, next: &mut ElementId) {
-    // A comment is no part of the circuit, so it does not separate an element from the rail.
+    // A comment is not part of the circuit, so it does not separate an element from the rail.
     let end = series.iter().rposition(|n| !matches!(n, RungNode::Leaf(Element::Comment(_), _)));
     for (i, node) in series.iter().enumerate() {
         let at_rail = at_rail && end.is_none_or(|end| i >= end);

@@ -1,12 +1,13 @@
-//! The codes of this crate: LD0xx are told by the reader, LD1xx by the checks. One row is name, code, title and the text of
-//! `emu explain`.
+//! Diagnostic codes of this crate: LD0xx from the reader, LD1xx from the checks.
+//!
+//! A row has the name, the code, the title and the text of `emu explain`.
 
 use diag::DiagnosticCode;
 
 macro_rules! codes {
     ($($name:ident $code:literal $title:literal $explain:literal;)*) => {
         $(#[doc = $title] #[allow(unreachable_pub)] pub const $name: &str = $code;)*
-        /// Every code of this crate, in order of its number.
+        /// All diagnostic codes of this crate, in order of their numbers.
         pub const CODES: &[DiagnosticCode] = &[$(DiagnosticCode { code: $code, title: $title, explain: $explain }),*];
     };
 }

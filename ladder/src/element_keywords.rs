@@ -1,11 +1,12 @@
-//! The keywords of the elements, with the number and syntax of their arguments.
+//! Keywords of the elements, with the number and syntax of their arguments.
 
-/// A row: keyword, least and most arguments, syntax.
+/// A row: keyword, minimum and maximum number of arguments, syntax.
 pub(crate) type ElementKeyword = (&'static str, usize, usize, &'static str);
 
+/// Maximum of a row whose number of arguments has no limit.
 pub(crate) const ANY_COUNT: usize = usize::MAX;
 
-/// Every element that is understood.
+/// All elements that the reader accepts.
 #[rustfmt::skip]
 pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 45] = [
     ("COMMENT",          0, ANY_COUNT, "COMMENT text"),
@@ -55,7 +56,7 @@ pub(crate) const ELEMENT_KEYWORDS: [ElementKeyword; 45] = [
     ("FORMATTED_STRING", 2, ANY_COUNT, "FORMATTED_STRING name length c0 c1 .. or FORMATTED_STRING name \"text\" (name or (none))"),
 ];
 
-/// Elements of LDmicro 5 that have no meaning here.
+/// Elements of LDmicro 5 that are not supported.
 #[rustfmt::skip]
 pub(crate) const UNSUPPORTED_KEYWORDS: [&str; 59] = [
     "TIME2COUNT", "TIME2DELAY", "DELAY", "SLEEP", "CLRWDT", "LOCK", "GOTO", "GOSUB", "RETURN",

@@ -1,9 +1,11 @@
-//! What each element looks like in the drawing: two lines of text, one over the wire and one in it.
+//! Appearance of each element in a drawing: one line of text above the wire and one in it.
 
 use crate::model::{CompareOp, CounterKind, Element, LadderOperand, MathOp};
 use crate::write;
 
-/// The line over the wire and the line in the wire; both are centred over each other. Comments have none.
+/// Returns the line above the wire and the line in the wire, which are drawn centred on each other.
+///
+/// Both are empty for a comment.
 pub(crate) fn element_symbol(element: &Element) -> (String, String) {
     let (top, bottom) = match element {
         Element::Comment(_) => (String::new(), String::new()),
@@ -20,7 +22,7 @@ pub(crate) fn element_symbol(element: &Element) -> (String, String) {
         Element::Open => (String::new(), "+      +".to_owned()),
         Element::Placeholder => (String::new(), "??".to_owned()),
         Element::MasterRelay => (String::new(), "{MASTER RLY}".to_owned()),
-        // The underscore over the wire completes the picture of the edge.
+        // The underscore above the wire completes the drawn edge.
         Element::Osr => ("       _ ".to_owned(), "[OSR _/ ]".to_owned()),
         Element::Osf => ("    _    ".to_owned(), "[OSF \\_ ]".to_owned()),
         Element::Odr => ("    _    ".to_owned(), "[ODR \\_/]".to_owned()),
@@ -86,18 +88,18 @@ pub(crate) fn element_symbol(element: &Element) -> (String, String) {
     (printable(&top), printable(&bottom))
 }
 
-/// Two lines of equal width in one pair of brackets: the upper flush left, the lower centred.
+/// Puts two lines of equal width in brackets: the upper one left-aligned, the lower one centred.
 fn in_brackets(left: &str, upper: &str, lower: &str, right: &str) -> (String, String) {
     let width = upper.chars().count().max(lower.chars().count() + 2);
     (format!("{left}{upper:<width$}{right}"), format!("{left}{lower:^width$}{right}"))
 }
 
-/// Control characters would break the lines of the drawing.
+/// Replaces control characters, which would break the lines of the drawing, by dots.
 pub(crate) fn printable(text: &str) -> String {
     text.chars().map(|c| if c.is_control() { '.' } else { c }).collect()
 }
 
-/// A delay as people say it: `100 us`, `500.0 ms`, `1.000 s`.
+/// Formats a delay with its unit: `100 us`, `500.0 ms`, `1.000 s`.
 fn duration(delay: &LadderOperand) -> String {
     match delay {
         LadderOperand::Var(name) => name.clone(),
@@ -115,7 +117,7 @@ fn frequency(hertz: &LadderOperand) -> String {
     }
 }
 
-/// `value / 10^digits`, exact, with at least `least` digits after the point.
+/// Formats `value / 10^digits` exactly, with at least `least` digits after the decimal point.
 fn fixed_point(value: i64, digits: u32, least: usize) -> String {
     let unit = 10_i64.pow(digits);
     let mut fraction = format!("{:0width$}", value % unit, width = digits as usize);

@@ -1,4 +1,4 @@
-//! A program back as `.ld` text.
+//! Writes a program as `.ld` text.
 
 use std::fmt::Write;
 
@@ -9,10 +9,10 @@ use crate::model::{
     TimerKind,
 };
 
-/// The program as `.ld` text, as LDmicro lays it out: reading it again gives an equal program but for the positions.
+/// Writes a program as `.ld` text in LDmicro's layout.
 ///
-/// The text equals what was read up to white space, blank lines and lines that start with `;`, except where the reader
-/// told LD018.
+/// Reading the text gives an equal program, except for the positions. The text equals the original up to
+/// white space, blank lines and lines that begin with `;`, except where the reader reported LD018.
 #[must_use]
 pub fn write(program: &LadderProgram) -> String {
     let mut out = String::new();
@@ -45,8 +45,9 @@ pub fn write(program: &LadderProgram) -> String {
     out
 }
 
-/// The program as [`write`] has it, in the encoding in which it was read; in UTF-8 where it has characters now that the code page
-/// lacks.
+/// Writes a program as [`write`] does, in the encoding in which it was read.
+///
+/// The result is UTF-8 if the program now contains characters that the code page lacks.
 #[must_use]
 pub fn write_bytes(program: &LadderProgram, encoding: TextEncoding) -> Vec<u8> {
     let text = write(program);
@@ -56,7 +57,8 @@ pub fn write_bytes(program: &LadderProgram, encoding: TextEncoding) -> Vec<u8> {
     }
 }
 
-/// The element as a line of `.ld` text, such as `CTU Ccnt 20`; reports and maps use it as the element's title.
+/// Formats an element as a line of `.ld` text, such as `CTU Ccnt 20`; reports and maps use it as the
+/// element's title.
 #[must_use]
 pub fn element_text(element: &Element) -> String {
     let mut out = String::new();
@@ -196,7 +198,7 @@ fn write_uart(out: &mut String, keyword: &str, name: &str, rest: Option<&(u32, u
     rest.iter().try_for_each(|(bytes, wait)| write!(out, " {bytes} {wait}"))
 }
 
-/// The operand as it was written.
+/// The operand as spelled in the file.
 pub(crate) fn operand_text(operand: &LadderOperand) -> &str {
     match operand {
         LadderOperand::Var(name) => name,
@@ -204,6 +206,7 @@ pub(crate) fn operand_text(operand: &LadderOperand) -> &str {
     }
 }
 
+/// Keyword of a timer in `.ld` text.
 pub(crate) const fn timer_keyword(kind: TimerKind) -> &'static str {
     match kind {
         TimerKind::Ton => "TON",
@@ -216,6 +219,7 @@ pub(crate) const fn timer_keyword(kind: TimerKind) -> &'static str {
     }
 }
 
+/// Keyword of a counter in `.ld` text.
 pub(crate) const fn counter_keyword(kind: CounterKind) -> &'static str {
     match kind {
         CounterKind::Ctu => "CTU",
@@ -225,6 +229,7 @@ pub(crate) const fn counter_keyword(kind: CounterKind) -> &'static str {
     }
 }
 
+/// Keyword of an arithmetic operation in `.ld` text.
 pub(crate) const fn math_keyword(op: MathOp) -> &'static str {
     match op {
         MathOp::Add => "ADD",
@@ -234,6 +239,7 @@ pub(crate) const fn math_keyword(op: MathOp) -> &'static str {
     }
 }
 
+/// Keyword of a comparison in `.ld` text.
 pub(crate) const fn compare_keyword(op: CompareOp) -> &'static str {
     match op {
         CompareOp::Equ => "EQU",

@@ -1,6 +1,9 @@
 //! The AVR as avr-as takes it; the directives of Atmel's assembler where the two do not contradict each other.
 
+pub(crate) mod atmel;
 mod gas;
+
+use std::ops::Range;
 
 use emu_core::chip::Chip;
 use emu_core::image::CONSTANT_SPACE;
@@ -12,9 +15,11 @@ use super::{
 };
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
-use crate::lines::{cut, trim};
+use crate::lines::{byte, cut, trim};
 use crate::symbols::AsmSymbolKind;
 
+/// The last number of a part of a section.
+const LAST_PART: u16 = 8192;
 /// Sections that `.pushsection` keeps.
 const KEPT: usize = 1000;
 
@@ -84,10 +89,11 @@ pub(super) const AVR: AsmDialect = AsmDialect {
         AsmDirective::run("pushsection", push_section),
         AsmDirective::run("popsection", pop_section),
         AsmDirective::run("previous", |asm, _| asm.out.enter_previous()),
-        AsmDirective::run("cseg", |asm, call| segment(asm, call, "text")),
-        AsmDirective::run("dseg", |asm, call| segment(asm, call, "dseg")),
-        AsmDirective::run("eseg", |asm, call| segment(asm, call, "eeprom")),
-        AsmDirective::run("byte", byte),
+        AsmDirective::run("cseg", |asm, call| atmel::segment(asm, call, "text")),
+        AsmDirective::run("dseg", |asm, call| atmel::segment(asm, call, "dseg")),
+        AsmDirective::run("eseg", |asm, call| atmel::segment(asm, call, "eeprom")),
+        AsmDirective::run("include", atmel::including),
+        AsmDirective::named("equ", atmel::equate),
         AsmDirective::named("def", |asm, call| constant(asm, call, AsmSymbolKind::Set)),
         AsmDirective::run("comm", |asm, call| common(asm, call, "COMMON")),
         AsmDirective::run("lcomm", |asm, call| common(asm, call, "bss")),
@@ -247,8 +253,7 @@ fn provides(chip: &Chip, include: &str) -> ProvidedInclude {
         return ProvidedInclude::NotProvided;
     };
     if chip.name.strip_prefix("atmega").is_some_and(|number| number == name) {
-        let cause = format!("`{include}` belongs to Atmel's assembler, and this is not its language");
-        return ProvidedInclude::ChipWithWarning(cause, WORDS.to_owned());
+        return ProvidedInclude::Chip;
     }
     let cause = format!("`{include}` is for another chip than the {}", chip.name);
     ProvidedInclude::OtherChip(
@@ -258,36 +263,21 @@ fn provides(chip: &Chip, include: &str) -> ProvidedInclude {
 }
 
 fn section(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) {
-    if !trim(call.text, call.rest.clone()).is_empty() && asm.evaluate_number(call.text, call.rest.clone()) != Some(0) {
-        let cause = "parts of a section with numbers are not taken".to_owned();
-        let hint = "give them names of their own: `.section .text.later,\"ax\"`";
-        return asm.report(LineFault::new("ASM023", call.rest.clone(), cause, hint));
-    }
     enter(asm, call, name);
-}
-
-/// What differs in Atmel's assembler.
-const WORDS: &str = "addresses of program memory, also those of org, count bytes here, where Atmel's count words";
-
-/// A section by the word of Atmel's assembler.
-fn segment(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) {
-    let cause = format!("`{}` belongs to Atmel's assembler, and this is not its language", call.get(call.word.clone()));
-    asm.report(LineFault::new("ASM032", call.word.clone(), cause, WORDS).warning());
-    section(asm, call, name);
-}
-
-/// `.byte 1, 2`; Atmel's assembler reserves room with it.
-fn byte(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    if asm.out.section().is_some_and(|section| section.name == "dseg") {
-        let cause = "`byte` gives bytes, and a program cannot fill RAM";
-        return asm.report(LineFault::new(
-            "ASM020",
-            call.word.clone(),
-            cause,
-            "reserve room with .space, as in `.space 2`",
-        ));
+    let rest = trim(call.text, call.rest.clone());
+    if !rest.is_empty() {
+        enter_part(asm, call, rest);
     }
-    super::common::bytes(asm, call);
+}
+
+/// The part of the current section whose number stands there: parts lie behind each other in the order of their numbers.
+fn enter_part(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, at: Range<usize>) {
+    let Some(n) = asm.evaluate_number(call.text, at.clone()) else { return };
+    let part = u16::try_from(n).ok().filter(|part| *part <= LAST_PART);
+    if part.and_then(|part| asm.out.enter_part(part)).is_none() {
+        let cause = format!("a section has no part {n}");
+        asm.report(LineFault::new("ASM003", at, cause, "number parts from 0 to 8192, and not more than 1000 in all"));
+    }
 }
 
 fn enter(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &str) {
@@ -304,6 +294,10 @@ fn section_named(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let parts = cut(call.text, call.rest.clone());
     let written = parts.first().map_or("", |part| call.get(part.clone())).trim_matches('"');
     enter(asm, call, written.strip_prefix('.').unwrap_or(written));
+    // `.pushsection .text, 2`.
+    if let Some(part) = parts.get(1).filter(|part| byte(call.text, part.start).is_ascii_digit()) {
+        enter_part(asm, call, part.clone());
+    }
 }
 
 fn push_section(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {

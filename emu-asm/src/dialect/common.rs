@@ -164,16 +164,19 @@ pub(super) fn value_of(asm: &mut Assembler<'_>, text: &str, range: Range<usize>,
 }
 
 pub(super) fn bytes(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
-    let parts = required_arguments(asm, call);
-    for part in parts {
-        match read_string(call.text, part.start, part.end)
-            .filter(|text| byte(call.text, part.start) == b'"' || text.len() != 1)
-        {
-            Some(text) => asm.emit(&text, part),
-            None => {
-                let value = value_of(asm, call.text, part.clone(), 8);
-                asm.emit(&[value as u8], part);
-            }
+    for part in required_arguments(asm, call) {
+        text_or_byte(asm, call, part);
+    }
+}
+
+/// A text in quotes, or a value of 8 bits.
+pub(super) fn text_or_byte(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, part: Range<usize>) {
+    let text = read_string(call.text, part.start, part.end);
+    match text.filter(|text| byte(call.text, part.start) == b'"' || text.len() != 1) {
+        Some(text) => asm.emit(&text, part),
+        None => {
+            let value = value_of(asm, call.text, part.clone(), 8);
+            asm.emit(&[value as u8], part);
         }
     }
 }
@@ -315,9 +318,6 @@ pub(super) fn include(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     };
     match provided {
         ProvidedInclude::Chip => {}
-        ProvidedInclude::ChipWithWarning(cause, hint) => {
-            asm.report(LineFault::new("ASM032", rest, cause, hint).warning())
-        }
         ProvidedInclude::OtherChip(cause, hint) => asm.report(LineFault::new("ASM015", rest, cause, hint)),
         ProvidedInclude::NamedChip(name, cause, hint) => match asm.find_chip.and_then(|named| named(&name)) {
             Some(other) => {
@@ -391,6 +391,8 @@ fn are_alike(call: &DirectiveCall<'_>) -> bool {
 
 pub(super) fn is_defined(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, wanted: bool) -> bool {
     let name = call.get(trim(call.text, call.rest.clone()));
+    // `$ifdef (NAME)`.
+    let name = name.strip_prefix('(').and_then(|inner| inner.strip_suffix(')')).map_or(name, str::trim);
     let symbol = asm.symbols.get(name, asm.dialect.ignores_case).is_some_and(|symbol| symbol.pass == asm.pass);
     let found = symbol || asm.find_define(name).is_some() || asm.chip_names.get(name).is_some();
     found == wanted

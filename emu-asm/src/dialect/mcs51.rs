@@ -65,7 +65,7 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
     location_counter_names: &["$", ".", "*"],
     counter_at_line_start: true,
     counter_after_instruction: false,
-    // Signs in the order of as31 and sdas8051; words as in Intel's ASM51 ("MCS-51 Macro Assembler User's Guide", operators).
+    // Signs in the order of sdas8051; words as in Intel's ASM51 ("MCS-51 Macro Assembler User's Guide", operators).
     operators: &[
         (".", 12, AsmOperator::BitOf),
         ("*", 10, AsmOperator::Mul), ("/", 10, AsmOperator::Div), ("%", 10, AsmOperator::Mod), ("mod", 10, AsmOperator::Mod),
@@ -97,7 +97,7 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
     space_fills: false,
     zones: false,
     literals: &[],
-    hooks: DialectHooks { own_name_value: own_name, is_external: external, mismatch: class::mismatch, more: asxxxx::DIRECTIVES, angle_arguments: true, complements: true, digit_groups: true, code_end: Some(text::any_code_end), plain_backslashes: text::plain_backslashes, no_bytes: area::why_no_bytes, general_instructions: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..DialectHooks::NONE },
+    hooks: DialectHooks { own_name_value: own_name, is_external: external, mismatch: class::mismatch, with_dots: || Some(&AS31), more: asxxxx::DIRECTIVES, angle_arguments: true, complements: true, digit_groups: true, code_end: Some(text::any_code_end), plain_backslashes: text::plain_backslashes, no_bytes: area::why_no_bytes, general_instructions: &[("jmp", &["sjmp", "ajmp", "ljmp"]), ("call", &["acall", "lcall"])], ..DialectHooks::NONE },
     directives: &[
         AsmDirective::run("defb", super::common::bytes),
         AsmDirective::run("db", |asm, call| text::data(asm, call, DataSize::Byte, false)),
@@ -195,6 +195,34 @@ pub(super) const MCS51: AsmDialect = AsmDialect {
     ],
 };
 
+/// The same for as31: a source with directives that have a dot in front. Its values have signs, and its operators an order of their own:
+/// shifts, then `&` and `|` alike, then `* / %`, and a sign in front of a value last, with `+` and `-`: `-1&3` is `-(1&3)`.
+#[rustfmt::skip]
+const AS31: AsmDialect = AsmDialect {
+    operators: &[
+        (".", 15, AsmOperator::BitOf),
+        ("<<", 13, AsmOperator::Shl), (">>", 13, AsmOperator::Shr),
+        ("&", 12, AsmOperator::And), ("and", 5, AsmOperator::And), ("|", 12, AsmOperator::Or), ("or", 3, AsmOperator::Or),
+        ("*", 10, AsmOperator::Mul), ("/", 10, AsmOperator::Div), ("%", 10, AsmOperator::Mod), ("mod", 10, AsmOperator::Mod),
+        ("shl", 10, AsmOperator::Shl), ("shr", 10, AsmOperator::Shr),
+        ("+", 9, AsmOperator::Add), ("-", 9, AsmOperator::Sub),
+        ("==", 7, AsmOperator::Equal), ("=", 7, AsmOperator::Equal), ("<>", 7, AsmOperator::Unequal), ("!=", 7, AsmOperator::Unequal),
+        ("<", 7, AsmOperator::Less), ("<=", 7, AsmOperator::LessEqual), (">", 7, AsmOperator::Greater), (">=", 7, AsmOperator::GreaterEqual),
+        ("eq", 7, AsmOperator::Equal), ("ne", 7, AsmOperator::Unequal), ("lt", 7, AsmOperator::Less), ("le", 7, AsmOperator::LessEqual),
+        ("gt", 7, AsmOperator::Greater), ("ge", 7, AsmOperator::GreaterEqual),
+        ("^", 6, AsmOperator::Xor), ("xor", 3, AsmOperator::Xor),
+        ("&&", 2, AsmOperator::BothTrue), ("||", 1, AsmOperator::EitherTrue),
+    ],
+    unary: &[
+        ("-", 10, |n| n.wrapping_neg()), ("+", 14, |n| n), ("~", 14, |n| !n), ("!", 14, |n| i64::from(n == 0)),
+        ("not", 6, |n| !n), ("low", 14, |n| n & 0xFF), ("high", 14, |n| n >> 8 & 0xFF),
+        ("<", 14, |n| n & 0xFF), (">", 14, |n| n >> 8 & 0xFF),
+    ],
+    arithmetic: AsmArithmetic::Signed,
+    hooks: DialectHooks { with_dots: || None, ..MCS51.hooks },
+    ..MCS51
+};
+
 /// The same for sdas8051: a source with directives that as31 and ASM51 lack.
 const SDAS: AsmDialect = AsmDialect {
     comments: &[";"],
@@ -202,6 +230,7 @@ const SDAS: AsmDialect = AsmDialect {
     arithmetic: AsmArithmetic::Unsigned(32),
     hooks: DialectHooks {
         is_sdas: true,
+        with_dots: || None,
         quoted: Some(text::quoted_at),
         code_end: Some(text::code_end),
         plain_backslashes: |_| None,

@@ -4,7 +4,7 @@
 //! precedence, and directives by name.
 
 mod ap101;
-mod avr;
+pub(crate) mod avr;
 mod common;
 mod mcs51;
 pub(crate) mod pic16;
@@ -129,6 +129,10 @@ pub(crate) struct DialectHooks {
     pub own_name_value: fn(&FamilyState, &str) -> Option<i64>,
     /// A name that no line gives is one of another module.
     pub is_external: fn(&Assembler<'_>, &str) -> bool,
+    /// The source is one for Atmel's assembler for the AVR.
+    pub is_atmel: bool,
+    /// The dialect of a source that has a directive with a dot in front.
+    pub with_dots: fn() -> Option<&'static AsmDialect>,
     /// The source is one for sdas8051, where the low byte of an address stands for it in constants and bytes.
     pub is_sdas: bool,
     /// The value in quotes that begins at a byte of the text, and where it ends.
@@ -166,6 +170,8 @@ impl DialectHooks {
         value_names: false,
         own_name_value: |_, _| None,
         is_external: |_, _| false,
+        is_atmel: false,
+        with_dots: || None,
         is_sdas: false,
         quoted: None,
         plain_backslashes: |_| None,
@@ -203,8 +209,6 @@ const C_UNARY: &[UnaryOperator] = &[
 pub(crate) enum ProvidedInclude {
     /// The chip's own names stand for it.
     Chip,
-    /// They stand for it, but its names are used otherwise: cause and hint of a warning.
-    ChipWithWarning(String, String),
     /// It is one for another chip: its cause and hint.
     OtherChip(String, String),
     /// It is one for the chip of this name, whose names it gives: cause, and hint where that chip is not known.
@@ -278,7 +282,7 @@ pub(crate) enum NumberForm {
 pub(crate) enum AsmArithmetic {
     /// With their signs, in 64 bits.
     Signed,
-    /// Negative ones as their complements of so many bits; in a source with dotted directives, as as31 has them, with their signs.
+    /// Negative ones as their complements of so many bits.
     Unsigned(u32),
 }
 

@@ -11,7 +11,7 @@ mod chip;
 mod data;
 mod fields;
 mod link;
-mod special;
+pub(crate) mod special;
 
 use std::ops::Range;
 

@@ -1,4 +1,5 @@
-//! Random elements: constants at boundaries, few names so that they are shared, destinations that are their own operands.
+//! Generates random elements: constants near boundaries, few names so that they are shared, and destinations
+//! that are also operands.
 
 use ladder::format::{StringPiece, split_format_string};
 use ladder::{CompareOp, CounterKind, Element, LadderOperand, MathOp, TimerKind};
@@ -6,21 +7,21 @@ use ladder::{CompareOp, CounterKind, Element, LadderOperand, MathOp, TimerKind};
 use super::generator::ProgramGenerator;
 use super::program_style::ElementSort;
 
-/// Values at which something happens: signs, bytes, words, digits.
+/// Boundary values: of signs, bytes, words and decimal digits.
 #[rustfmt::skip]
 const BOUNDARIES: &[i64] = &[
     0, 1, -1, 2, -2, 3, 5, 9, 10, 99, 100, 101, 127, 128, -127, -128, -129, 255, 256, -255, -256, -257, 1023, 1024, 9_999, 10_000,
     32_766, 32_767, -32_767, -32_768,
 ];
 
-/// The same for integers of more than two bytes.
+/// Boundary values of integers of more than two bytes.
 #[rustfmt::skip]
 const WIDE_BOUNDARIES: &[i64] = &[
     32_768, -32_769, 65_535, 65_536, -65_536, 99_999, 8_388_607, 8_388_608, -8_388_608, -8_388_609, 16_777_216,
     2_147_483_646, 2_147_483_647, -2_147_483_647, -2_147_483_648,
 ];
 
-/// Texts of FORMATTED_STRING, as typed.
+/// Texts of FORMATTED_STRING as they are written in a program.
 const TEXTS: &[&str] = &[
     "a",
     "ab\\r\\n",
@@ -39,7 +40,7 @@ const TEXTS: &[&str] = &[
     "",
 ];
 
-/// An element of the given sort, or of another where a name is lacking.
+/// A random element of the given sort, or of another sort if no name is left.
 pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> Element {
     match sort {
         ElementSort::Contact => random_contact(draw),
@@ -98,7 +99,7 @@ fn random_coil(draw: &mut ProgramGenerator) -> Element {
     Element::Coil { name: draw.pick(&from), negated, set, reset: latch && !set, ttrigger: None }
 }
 
-/// A timer or counter: any name, or on a machine with modules the next that has no element yet.
+/// The name of a timer or counter: any name, or on a machine with modules the next one without an element.
 fn module_name(draw: &mut ProgramGenerator, names: &[String]) -> Option<String> {
     if !draw.is_module_machine() {
         return Some(draw.pick(names));
@@ -111,7 +112,7 @@ fn module_name(draw: &mut ProgramGenerator, names: &[String]) -> Option<String> 
 fn random_timer(draw: &mut ProgramGenerator) -> Element {
     let kind = draw.pick(&[TimerKind::Ton, TimerKind::Tof, TimerKind::Rto]);
     let Some(name) = module_name(draw, &draw.style.timers.clone()) else { return random_contact(draw) };
-    // P from 1 scan to a few within reach of a check; now and then the most.
+    // The preset is mostly 1 to 30 scans, which a check reaches; sometimes it is near 256 or the maximum.
     let scans = match draw.rng.below(12) {
         0 => 32_767,
         1 => 256 + draw.rng.below(3) as i64,
@@ -140,7 +141,7 @@ fn random_counter(draw: &mut ProgramGenerator) -> Element {
     Element::Counter { kind, name, max: constant_operand(max), init: input.map(|_| constant_operand(0)), input }
 }
 
-/// A counter as only LDmicro 5 has them: with a start value, and with a limit that may be an integer.
+/// A counter with features of LDmicro 5: a start value, and a limit that may be an integer symbol.
 fn random_ldmicro5_counter(draw: &mut ProgramGenerator, kind: CounterKind, name: String) -> Element {
     let (max, init) = (random_operand(draw), random_constant(draw));
     let input = Some(draw.pick(&['/', '\\', '-', 'o']));
@@ -171,7 +172,7 @@ fn random_table(draw: &mut ProgramGenerator) -> Element {
     Element::LookUpTable { dest, index, as_string: false, values }
 }
 
-/// Points with slopes that 16 bits can compute.
+/// A PIECEWISE_LINEAR whose slopes can be computed in 16 bits.
 fn random_curve(draw: &mut ProgramGenerator) -> Element {
     let (dest, index) = (random_integer(draw), random_operand(draw));
     let mut at = (draw.pick(&[-100, 0, 10, -32_768, 32_700, 1_000]), draw.pick(&[0, 100, -5, 32_000, -32_768]));
@@ -192,12 +193,12 @@ fn random_curve(draw: &mut ProgramGenerator) -> Element {
     Element::PiecewiseLinear { dest, index, points }
 }
 
-/// Something that can be computed with and written.
+/// The name of an integer that can be read and written.
 fn random_integer(draw: &mut ProgramGenerator) -> String {
     draw.pick(&draw.style.integers.clone())
 }
 
-/// An integer or a constant.
+/// A random integer symbol or constant.
 fn random_operand(draw: &mut ProgramGenerator) -> LadderOperand {
     if draw.rng.one_in(draw.style.constant) {
         constant_operand(random_constant(draw))
@@ -221,7 +222,7 @@ fn random_constant(draw: &mut ProgramGenerator) -> i64 {
     value
 }
 
-/// A constant as operand.
+/// A constant as an operand.
 fn constant_operand(value: i64) -> LadderOperand {
     LadderOperand::Const { value, text: value.to_string() }
 }

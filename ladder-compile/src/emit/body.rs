@@ -1,4 +1,4 @@
-//! Operations as statements of C, for the scan of a C program and of a sketch.
+//! Emits operations as C statements, for the scan of a C program or of a sketch.
 
 use ladder::ElementId;
 
@@ -8,22 +8,25 @@ use crate::ir::{
     ArithmeticOp, BitId, BranchCondition, Ir, IrOp, LogicOp, RelationOp, WordComparison, WordId, WordOperand, min_bytes,
 };
 
-/// How a source spells the cells: expressions that can be read and assigned.
+/// How a source spells each cell: as an expression that can be read and assigned.
 pub(super) struct CellSpelling {
     pub bits: Vec<String>,
     pub words: Vec<String>,
     pub tables: Vec<String>,
 }
 
-/// A scan as statements, one level deep, that read and write `rung`.
+/// Statements of a scan, indented by one level, which read and write `rung`.
 pub(super) struct ScanStatements {
+    /// Operations before the first rung.
     pub begin: String,
+    /// Statements of each rung.
     pub rungs: Vec<String>,
+    /// Operations after the last rung.
     pub end: String,
 }
 
 impl ScanStatements {
-    /// All of it in one piece.
+    /// Returns all statements as one text.
     pub(super) fn concatenated(&self) -> String {
         let mut text = self.begin.clone();
         for (number, rung) in (1..).zip(&self.rungs) {
@@ -33,7 +36,7 @@ impl ScanStatements {
     }
 }
 
-/// Writes a scan.
+/// Writes the statements of a scan.
 pub(super) struct StatementWriter<'a> {
     ir: &'a Ir,
     names: &'a CellSpelling,
@@ -42,11 +45,12 @@ pub(super) struct StatementWriter<'a> {
 }
 
 impl<'a> StatementWriter<'a> {
+    /// Creates a writer that uses the given spelling of cells.
     pub(super) fn new(ir: &'a Ir, names: &'a CellSpelling) -> Self {
         StatementWriter { ir, names, text: String::new(), depth: 1 }
     }
 
-    /// The whole scan between the latching of inputs and the writing of outputs, one level deep.
+    /// Writes the scan between the latching of inputs and the writing of outputs, indented by one level.
     pub(super) fn scan(mut self, texts: &[(ElementId, String)]) -> ScanStatements {
         self.ops(&self.ir.prologue);
         let begin = std::mem::take(&mut self.text);
@@ -54,7 +58,8 @@ impl<'a> StatementWriter<'a> {
         let mut texts = texts.iter().peekable();
         for (number, rung) in (0..).zip(&self.ir.rungs) {
             let mut steps = rung.steps.iter().peekable();
-            // What stands before the first element, such as the rung's start, belongs to the first element.
+            // Operations before the first element, such as the start of the rung, belong to the first
+            // element.
             while let Some((id, text)) = texts.next_if(|(id, _)| id.rung == number) {
                 self.line(&format!("/* {}: {} */", id.index + 1, comment_text(text)));
                 while let Some(step) = steps.next_if(|step| step.element.index <= id.index) {
@@ -161,7 +166,7 @@ impl<'a> StatementWriter<'a> {
                 self.line(&format!("{} = Plc{}({});", self.word(*dst), 8 * bytes, cells.join(" | ")));
             }
             IrOp::WriteEeprom { src, addr, busy, scans } => self.persist(*src, *addr, *busy, *scans),
-            // Timers and counters stay whole for chips that have them, never for a source.
+            // Timers and counters stay modules only for chips that have such modules.
             IrOp::Module { .. } => self.line("#error \"a timer or counter was left whole\""),
             IrOp::If { cond, if_true: then, if_false: otherwise } => {
                 let holds = match cond {
@@ -189,7 +194,7 @@ impl<'a> StatementWriter<'a> {
         }
     }
 
-    /// (rung, memory) := (..., rung).
+    /// (rung, memory) := (result, rung).
     fn edge(&mut self, memory: BitId, result: &str) {
         let memory = self.bit(memory, false);
         self.line("{");
@@ -217,11 +222,11 @@ impl<'a> StatementWriter<'a> {
 
     fn math(&self, op: ArithmeticOp, dst: WordId, a: WordOperand, b: WordOperand) -> String {
         let width = self.ir.bytes(dst);
-        // Compilers warn of constants that wrap.
+        // Compilers warn about constants that wrap.
         if let (WordOperand::Const(a), WordOperand::Const(b)) = (a, b) {
             return literal(wrap_constant(fold_constants(op, a, b), width));
         }
-        // SDCC 4.2 makes an int of a long that it finds to be zero, and passes two of its four bytes.
+        // SDCC 4.2 turns a long that it finds to be zero into an int and passes only two of its four bytes.
         let zero = WordOperand::Const(0);
         if (op == ArithmeticOp::Sub && a == b) || (op == ArithmeticOp::Mul && (a == zero || b == zero)) {
             return literal(0);
@@ -236,12 +241,14 @@ impl<'a> StatementWriter<'a> {
                 return self.fitted_value(dst, &quotient, wide, wide == 2);
             }
         };
-        // Without sign everything wraps; an int of 32 bits that a product of shorts would not fit in is never one.
+        // Unsigned arithmetic wraps. Products of shorts do not overflow an int, because the operands are at
+        // least `unsigned`.
         let wide = width > 2;
         format!("Plc{}({} {sign} {})", 8 * width, self.unsigned(a, wide), self.unsigned(b, wide))
     }
 
-    /// A value of `bytes` bytes as the destination holds it. `short`: the expression is no wider than an int.
+    /// Converts a value of `bytes` bytes to the width of the destination. With `short` the expression is no
+    /// wider than an int.
     fn fitted_value(&self, dst: WordId, value: &str, bytes: u8, short: bool) -> String {
         let width = self.ir.bytes(dst);
         let cast = if width > 2 { "plcU32" } else { "unsigned" };
@@ -251,7 +258,7 @@ impl<'a> StatementWriter<'a> {
         }
     }
 
-    /// `value` as the destination of a move holds it.
+    /// Converts `value` to the width of the destination of a move.
     fn narrowed(&self, dst: WordId, value: WordOperand) -> String {
         let width = self.ir.bytes(dst);
         match value {
@@ -262,7 +269,7 @@ impl<'a> StatementWriter<'a> {
         }
     }
 
-    /// An operand of arithmetic that wraps.
+    /// Converts an operand to unsigned, for arithmetic that wraps.
     fn unsigned(&self, value: WordOperand, wide: bool) -> String {
         let cast = if wide { "(plcU32)" } else { "(unsigned)" };
         match value {
@@ -273,7 +280,7 @@ impl<'a> StatementWriter<'a> {
         }
     }
 
-    /// Byte `n` of a value, from the lowest.
+    /// Byte `n` of a value, counted from the lowest.
     fn byte(&self, value: WordOperand, n: u8) -> String {
         match (n, value) {
             (0, value) => format!("(unsigned char){}", self.value(value)),
@@ -307,7 +314,7 @@ impl<'a> StatementWriter<'a> {
             RelationOp::Lt => "<",
             RelationOp::Ge => ">=",
         };
-        // Compilers warn of comparisons that are decided before they are made.
+        // Compilers warn about comparisons with a constant result.
         let decided = match compare.b {
             WordOperand::Cell(b) => (b == compare.a).then_some(matches!(compare.rel, RelationOp::Eq | RelationOp::Ge)),
             WordOperand::Const(b) => constant_comparison(compare.rel, b, self.ir.bytes(compare.a)),
@@ -319,7 +326,7 @@ impl<'a> StatementWriter<'a> {
     }
 }
 
-/// What a comparison of every number of `bytes` bytes with `b` gives, where that is the same for all.
+/// Result of comparing numbers of `bytes` bytes with `b`, if it is the same for all of them.
 fn constant_comparison(rel: RelationOp, b: i32, bytes: u8) -> Option<bool> {
     let least = i32::MIN >> (32 - 8 * u32::from(bytes.clamp(1, 4)));
     let (below, above) = (b < least, b > !least);
@@ -334,7 +341,7 @@ fn constant_comparison(rel: RelationOp, b: i32, bytes: u8) -> Option<bool> {
     }
 }
 
-/// A constant with sign; the lowest ones have no spelling of their own in C.
+/// C spelling of a signed constant; the lowest ones need an expression.
 pub(super) fn literal(constant: i32) -> String {
     match (constant, min_bytes(constant)) {
         (i32::MIN, _) => "(-2147483647L - 1)".to_owned(),
@@ -344,7 +351,7 @@ pub(super) fn literal(constant: i32) -> String {
     }
 }
 
-/// The low four bytes of what an operation on constants gives.
+/// Low four bytes of the result of an operation on constants.
 fn fold_constants(op: ArithmeticOp, a: i32, b: i32) -> i32 {
     match (op, b) {
         (ArithmeticOp::Add, b) => a.wrapping_add(b),
@@ -361,7 +368,7 @@ fn fold_constants(op: ArithmeticOp, a: i32, b: i32) -> i32 {
     }
 }
 
-/// The low `bytes` bytes of a constant, with sign.
+/// Low `bytes` bytes of a constant, sign-extended.
 fn wrap_constant(constant: i32, bytes: u8) -> i32 {
     let unused = 32 - 8 * u32::from(bytes.clamp(1, 4));
     constant.wrapping_shl(unused) >> unused

@@ -1,4 +1,4 @@
-//! Timers and counters.
+//! Lowers timers and counters.
 
 use std::collections::HashMap;
 
@@ -78,8 +78,10 @@ fn tof_start(program: &LadderProgram, delay: &LadderOperand, adjust: Option<&Lad
 }
 
 impl Lowering<'_> {
-    /// A TOF presets its accumulator when it is executed for the first time. Every element is executed in every scan, so that
-    /// is in the first scan; and before all rungs where nothing else uses the accumulator earlier.
+    /// Presets the accumulators of TOF timers at their first execution.
+    ///
+    /// Every element is executed in every scan, so this is in the first scan. If no earlier element uses the
+    /// accumulator, the preset is done before all rungs.
     pub(super) fn preset_off_delays(&mut self) {
         if self.keep_modules {
             return;
@@ -112,6 +114,7 @@ impl Lowering<'_> {
         }
     }
 
+    /// Lowers a TON, TOF or RTO.
     pub(super) fn timer(&mut self, kind: TimerKind, name: &str, delay: &LadderOperand, adjust: Option<&LadderOperand>) {
         let word = self.word(name);
         let limit = match delay {
@@ -296,7 +299,7 @@ impl Lowering<'_> {
                 self.push(if edge == '\\' { IrOp::Falling(memory) } else { IrOp::Rising(memory) });
                 self.push(if_accumulator(count_ops));
                 if keep {
-                    // The memory is the rung state of this scan.
+                    // The edge memory now holds the rung state of this scan.
                     self.push(IrOp::Load { bit: memory, negated: false });
                 }
             }

@@ -1,5 +1,7 @@
-//! Random programs under random stimulus: the evaluator and the naive interpreter agree on every value after every scan
-//! and on the rung bit at every element. proptest prints the smallest failing program and its seed.
+//! Runs random programs with random stimuli on the evaluator and the naive interpreter.
+//!
+//! Both must agree on every value after every scan and on the rung bit at every element. proptest prints the
+//! smallest failing program and its seed.
 
 use crate::common::model;
 use crate::common::model::{constant, leaf, parallel, program, var};
@@ -17,12 +19,12 @@ use proptest::sample::select;
 const BITS: &[&str] = &["Xa", "Xb", "Ya", "Ra", "Rb"];
 const COILS: &[&str] = &["Ya", "Ra", "Rb"];
 const INTEGERS: &[&str] = &["Ta", "Tb", "Ca", "n", "m", "s0", "s2", "Ain"];
-/// Texts of strings without a number and with one.
+/// Texts of strings without and with a number.
 const TEXTS: &[&str] = &["", "a", "x\\r"];
 const NUMBERS: &[&str] = &["\\1", "=\\3;", "\\-5", "a\\-2"];
-/// The cycle: a cell of the EEPROM takes three.
+/// Cycle in microseconds: writing one EEPROM cell takes three scans.
 const CYCLE: i64 = 4_000;
-/// The limits of 16 bits, zero, small presets and their neighbours, byte boundaries.
+/// Boundary values: 16-bit limits, zero, small presets and their neighbours, byte boundaries.
 const VALUES: &[i64] = &[
     -32768, -32767, -257, -256, -255, -129, -128, -3, -2, -1, 0, 1, 2, 3, 4, 5, 127, 128, 181, 182, 255, 256, 257, 300,
     32766, 32767,
@@ -57,7 +59,7 @@ fn element() -> impl Strategy<Value = Element> {
         Element::Osf,
         Element::Comment("remark".to_owned()),
     ]);
-    // Delays of 2 to 6 cycles, some not whole, and the two longest.
+    // Delays of 2 to 6 cycles, some of them not whole, and the two longest.
     let delay = prop_oneof![4 => 2 * CYCLE..7 * CYCLE, 1 => select(vec![32_767 * CYCLE, 32_769 * CYCLE - 1])];
     let timer = (select(vec![TimerKind::Ton, TimerKind::Tof, TimerKind::Rto]), integer(), delay)
         .prop_map(|(kind, name, delay)| Element::Timer { kind, name, delay: constant(delay), adjust: None });
@@ -89,13 +91,13 @@ fn element() -> impl Strategy<Value = Element> {
     ]
 }
 
-/// The tables and what uses a part of the chip.
+/// The tables and the elements that use a part of the chip.
 fn device() -> impl Strategy<Value = Element> {
     let shift = (1..5u32).prop_map(|stages| Element::ShiftRegister { name: "s".to_owned(), stages });
     let index = prop_oneof![operand(), (0..5i64).prop_map(constant)];
     let look_up = (integer(), index, prop::collection::vec(select(VALUES), 0..5))
         .prop_map(|(dest, index, values)| Element::LookUpTable { dest, index, as_string: false, values });
-    // Steps whose product fits 16 bits wherever they begin.
+    // Segments whose product fits 16 bits wherever they start.
     let segment = prop_oneof![(1..180i64, -180..180i64), (1..3i64, -10_000..10_000i64), (1..20_000i64, -1..2i64)];
     let start = (select(VALUES), select(VALUES));
     let curve =
@@ -103,7 +105,7 @@ fn device() -> impl Strategy<Value = Element> {
             let mut points = vec![start];
             for (dx, dy) in steps {
                 let (x, y) = points[points.len() - 1];
-                // The last step that stays within 16 bits ends the curve.
+                // Points outside of 16 bits are left out.
                 if x + dx <= 32_767 && (-32_768..32_768).contains(&(y + dy)) {
                     points.push((x + dx, y + dy));
                 }
@@ -131,7 +133,8 @@ fn device() -> impl Strategy<Value = Element> {
     ]
 }
 
-/// A program of the dialect, with widths for some of its integers, at a rate of 1 to 4 scans a byte.
+/// Creates a program of the dialect, with widths for some of its integers, and a rate of 1 to 4 scans per
+/// byte.
 fn in_dialect(rungs: Vec<Vec<RungNode>>, five: bool, old: bool, widths: Vec<u8>, baud: u64) -> LadderProgram {
     let mut program = program(rungs);
     program.settings.cycle_us = CYCLE as u64;
@@ -142,7 +145,7 @@ fn in_dialect(rungs: Vec<Vec<RungNode>>, five: bool, old: bool, widths: Vec<u8>,
     }
     program.dialect = LadderDialect::Ldmicro5;
     program.format = if old { LdFormat::V01 } else { LdFormat::V02 };
-    // A timer's width must hold P, so none is given.
+    // A timer needs a width that holds P, so timers get no declared width.
     let names = ["Ca", "n", "m", "s0", "s2", "Ain"];
     let entries = widths.into_iter().zip(names).map(|(bytes, name)| VarEntry {
         name: name.to_owned(),
@@ -158,7 +161,7 @@ fn in_dialect(rungs: Vec<Vec<RungNode>>, five: bool, old: bool, widths: Vec<u8>,
     program
 }
 
-/// Takes away what only ldmicro-5 gives a meaning.
+/// Removes arguments that only ldmicro-5 supports.
 fn plain_counters(series: &mut [RungNode]) {
     for node in series {
         match node {
@@ -181,7 +184,8 @@ fn node() -> impl Strategy<Value = RungNode> {
     })
 }
 
-/// Before a scan: both inputs, and sometimes an integer or a relay written from outside, another analog level, a byte.
+/// Stimulus before a scan: both inputs and, optionally, an external write to an integer or a relay, an analog
+/// level, a byte.
 type RandomStimulus = (bool, bool, Option<(&'static str, i64)>, Option<(&'static str, bool)>, Option<u16>, Option<u8>);
 
 fn stimulus() -> impl Strategy<Value = Vec<RandomStimulus>> {
@@ -236,7 +240,7 @@ proptest! {
                 naive.received_byte.get_or_insert(byte);
                 prop_assert_eq!(eval.receive(byte), free);
             }
-            // A snapshot that scans unwatched must end in the same state as the watched original.
+            // A snapshot that scans without a watcher must end in the same state as the watched original.
             let mut unwatched = eval.clone();
             unwatched.scan();
             let mut seen = Vec::new();
@@ -256,7 +260,7 @@ proptest! {
         }
     }
 
-    /// What the table of elements says of power, writes and memory is what the evaluator does.
+    /// The evaluator behaves as the table of elements states for power, writes and memory.
     #[test]
     fn elements_do_what_their_rows_say(
         rungs in prop::collection::vec(prop::collection::vec(node(), 0..6), 1..5),
@@ -299,7 +303,7 @@ proptest! {
         }
     }
 
-    /// What an element does hangs on no symbol but those that its row says it reads.
+    /// The effect of an element depends only on the symbols that its row lists as read.
     #[test]
     fn elements_read_what_their_rows_say(
         element in element(),

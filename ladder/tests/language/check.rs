@@ -1,4 +1,4 @@
-//! Every complaint of the checks, by table.
+//! Tests every diagnostic of the checks with a table.
 
 use crate::common;
 use std::collections::BTreeSet;

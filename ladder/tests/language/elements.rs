@@ -1,4 +1,4 @@
-//! Elements, chips and symbols, by table.
+//! Tests elements, chips and symbols with tables.
 
 use crate::common;
 use std::collections::BTreeSet;
@@ -34,7 +34,7 @@ fn every_element_reads_into_the_model_and_back() {
         if words.first() != Some(&facts.keyword) {
             wrong.push(format!("line {number}: its row has the keyword {}", facts.keyword));
         }
-        // A shift register has a stem instead of names.
+        // The row of a shift register has the prefix of its variables instead of their names.
         let names =
             facts.symbols.iter().filter(|symbol| facts.keyword != "SHIFT_REGISTER" && !words.contains(&&*symbol.name));
         wrong.extend(names.map(|symbol| format!("line {number}: its row has the symbol {}", symbol.name)));
@@ -78,7 +78,7 @@ fn symbols_are_collected_by_kind() {
 
 #[test]
 fn widths_of_the_newer_dialect() {
-    // Rungs, and the bytes of the integers in the order of the symbols. `VAR LIST` says 1 for a, 3 for t, 4 for Cd.
+    // Rungs, and the widths in bytes of their integers. `VAR LIST` declares 1 for a, 3 for t, 4 for Cd.
     #[rustfmt::skip]
     let cases = [
         ("MOVE a t",             "a=1 t=3"),
@@ -118,7 +118,8 @@ fn widths_of_the_newer_dialect() {
 #[test]
 fn pieces_of_strings() {
     use ladder::format::{StringPiece, split_format_string};
-    // Text, and its pieces: bytes, `-` and the weight of each place with `<` for the first and `>` for the last.
+    // Text and its pieces: bytes, `-` for the sign, and the weight of each digit with `<` for the first and
+    // `>` for the last.
     #[rustfmt::skip]
     let cases = [
         ("",            true,  ""),

@@ -1,4 +1,6 @@
-//! Random programs go round; random and damaged text never panics. proptest prints the failing case and its seed.
+//! Property tests: random programs survive a round trip; random and damaged text never panics.
+//!
+//! proptest prints the failing case and its seed.
 
 use crate::common;
 use diag::Pos;
@@ -167,7 +169,7 @@ fn program() -> impl Strategy<Value = LadderProgram> {
     )
 }
 
-/// The program without its places.
+/// Returns the program with all positions cleared.
 fn bare(mut program: LadderProgram) -> LadderProgram {
     fn series(nodes: &mut [RungNode]) {
         for node in nodes {
@@ -189,7 +191,7 @@ fn bare(mut program: LadderProgram) -> LadderProgram {
     program
 }
 
-/// Everything that takes a program, for its panics; and what the drawing promises.
+/// Calls everything that takes a program, to find panics, and checks the guarantees of the drawing.
 fn use_it(program: &LadderProgram) {
     let _ = ladder::check(program);
     let _ = program.symbols();

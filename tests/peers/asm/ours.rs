@@ -4,6 +4,7 @@ use std::io;
 use std::path::Path;
 
 use emu_asm::{AssembleOptions, IncludeFiles, assemble};
+use emu_core::Chip;
 
 use crate::corpus::Source;
 use crate::judges::{Cells, cells as cells_of, home};
@@ -19,9 +20,13 @@ impl IncludeFiles for Folder<'_> {
 
 /// What our assembler fills, or all its errors.
 pub fn cells(source: &Source) -> Result<Cells, String> {
-    let home = home(source.judge);
-    let text = emu_asm::SourceText { name: &source.name, bytes: source.text.as_bytes() };
-    match assemble(&text, source.chip, &AssembleOptions::default(), &mut Folder(&home)) {
+    cells_in(&home(source.judge), &source.name, &source.text, source.chip)
+}
+
+/// The same for a text whose includes lie in `home`.
+pub fn cells_in(home: &Path, name: &str, text: &str, chip: &'static Chip) -> Result<Cells, String> {
+    let text = emu_asm::SourceText { name, bytes: text.as_bytes() };
+    match assemble(&text, chip, &AssembleOptions::default(), &mut Folder(home)) {
         Ok(assembled) => Ok(cells_of(&assembled.image)),
         Err(refused) => {
             let shown = refused.diagnostics.iter().filter(|f| f.is_error()).take(30);

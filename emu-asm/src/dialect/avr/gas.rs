@@ -2,7 +2,7 @@
 
 use super::super::common::{Alignment, align_to, required_arguments, value_of};
 use super::super::{AsmDirective, ReadFlow};
-use super::{AVR, enter, section};
+use super::{AVR, enter};
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
 use crate::lines::{cut, trim};
@@ -14,7 +14,7 @@ pub(super) const ABSOLUTE: &str = "*ABS*";
 /// The directives, without a dot.
 #[rustfmt::skip]
 pub(super) const DIRECTIVES: &[AsmDirective] = &[
-    AsmDirective::run("quad", |asm, call| integers(asm, call, 8)),
+    AsmDirective::run("quad", quads),
     AsmDirective::run("8byte", |asm, call| integers(asm, call, 8)),
     AsmDirective::run("octa", |asm, call| integers(asm, call, 16)),
     AsmDirective::run("dc", |asm, call| integers(asm, call, 2)),
@@ -44,7 +44,10 @@ pub(super) const DIRECTIVES: &[AsmDirective] = &[
     AsmDirective::run("balignl", |asm, call| align(asm, call, false, 4)),
     AsmDirective::run("struct", absolute),
     AsmDirective::run("offset", absolute),
-    AsmDirective::run("subsection", |asm, call| section(asm, call, "text")),
+    AsmDirective::run("subsection", |asm, call| {
+        asm.out.previous = asm.out.current;
+        super::enter_part(asm, call, trim(call.text, call.rest.clone()));
+    }),
     AsmDirective::run("err", stop),
     AsmDirective::run("abort", stop),
     AsmDirective::flow("ifeqs", ReadFlow::If(|asm, call| texts_alike(asm, call) == Some(true))),
@@ -70,6 +73,11 @@ fn long_number(text: &str) -> Option<Result<u128, ()>> {
     let plain =
         !digits.is_empty() && digits.chars().all(|c| c.is_digit(radix)) && (radix == 16 || !digits.starts_with('0'));
     plain.then(|| u128::from_str_radix(digits, radix).map_err(|_| ()))
+}
+
+/// Values of eight bytes each.
+pub(super) fn quads(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
+    integers(asm, call, 8);
 }
 
 /// Values of so many bytes each, low byte first.

@@ -140,7 +140,7 @@ fn section(asm: &mut Assembler<'_>, shape: &AreaShape) -> Option<usize> {
         AreaMemory::Xdata => ("xdata", SectionContent::Addresses),
         AreaMemory::Bit => ("bit", SectionContent::Addresses),
     };
-    let rank = (asm.dialect.sections.len(), 0);
+    let rank = (asm.dialect.sections.len(), 0, 0);
     let name = shape.name.clone();
     let made = AsmSection { name, space, holds, behind: None, rank, align: 1, base: 0, unit: 1, pos: 0 };
     asm.out.add_section(made, asm.dialect.sections.len())

@@ -27,6 +27,8 @@ pub(super) struct SegmentClass {
     pub align: i64,
     /// It crosses no multiple of this; 0 for none.
     pub within: i64,
+    /// It lies there.
+    pub at: Option<i64>,
 }
 
 /// An area as the linker sees it.
@@ -362,7 +364,19 @@ impl AreaLinker<'_> {
             }
         }
         let shapes = self.shapes;
-        let bits = || shapes.iter().enumerate().filter(|(_, shape)| shape.memory == AreaMemory::Bit);
+        let given_place = |shape: &AreaShape| shape.class.and_then(|class| class.at);
+        for (number, shape) in shapes.iter().enumerate() {
+            let Some(at) = given_place(shape) else { continue };
+            match shape.memory {
+                AreaMemory::Code => self.code.take(at, shape.size, number),
+                AreaMemory::Data => self.ram.take(at, shape.size, number),
+                AreaMemory::Xdata => self.xdata.take(at, shape.size, number),
+                AreaMemory::Bit => self.ram.take(0x20 + at / 8, (at % 8 + shape.size + 7) / 8, number),
+            }
+            self.put(number, at);
+        }
+        let free = |shape: &AreaShape| given_place(shape).is_none();
+        let bits = || shapes.iter().enumerate().filter(|(_, shape)| shape.memory == AreaMemory::Bit && free(shape));
         let bytes = (bits().map(|(_, shape)| shape.size).sum::<i64>() + 7) / 8;
         if let (Some((first, _)), true) = (bits().next(), bytes > 0) {
             let at = self.ram.first_gap(0x20..0x30, bytes).unwrap_or_else(|| {
@@ -384,7 +398,7 @@ impl AreaLinker<'_> {
         };
         let mut order: Vec<(usize, &AreaShape, SegmentClass)> =
             shapes.iter().enumerate().filter_map(|(n, shape)| Some((n, shape, shape.class?))).collect();
-        order.retain(|(_, shape, _)| shape.memory != AreaMemory::Bit && shape.size > 0);
+        order.retain(|(_, shape, _)| shape.memory != AreaMemory::Bit && shape.size > 0 && free(shape));
         order.sort_by_key(|(_, shape, class)| rank(shape, *class));
         for (number, shape, class) in order {
             let ram = self.ram.0.len();

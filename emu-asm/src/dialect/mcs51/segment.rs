@@ -1,11 +1,13 @@
 //! Sections of ASM51 (`cseg at 0`), and segments of AX51 that BL51 places (`prog segment code`, `rseg prog`).
 
+use std::ops::Range;
+
 use super::super::common::constant;
 use super::area;
 use super::layout::{AreaMemory, AreaShape, SegmentClass};
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
-use crate::lines::{begins_name, behind_name, byte, trim};
+use crate::lines::{begins_name, behind_name, byte, skip_space, trim};
 use crate::symbols::AsmSymbolKind;
 
 /// `dseg`, `dseg at 30h`.
@@ -40,7 +42,21 @@ pub(super) fn place(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, name: &st
     }
 }
 
-/// `name segment code inpage`.
+/// Where the word `at` stands in the class of a segment.
+fn find_at(text: &str, rest: Range<usize>) -> Option<Range<usize>> {
+    let mut at = rest.start;
+    while at < rest.end {
+        at = skip_space(text, at);
+        let end = behind_name(text, at, false).max(at + 1);
+        if text.get(at..end).is_some_and(|word| word.eq_ignore_ascii_case("at")) {
+            return Some(at..end);
+        }
+        at = end;
+    }
+    None
+}
+
+/// `name segment code inpage`, `name segment code at 200h`.
 pub(super) fn segment(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     let Some(label) = call.label.clone() else {
         let hint = "write `name segment code`";
@@ -48,7 +64,12 @@ pub(super) fn segment(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>) {
     };
     let mut shape = AreaShape { name: call.get(label.clone()).to_owned(), ..AreaShape::default() };
     let (mut class, mut memory) = (SegmentClass::default(), None);
-    for word in call.get(call.rest.clone()).split_whitespace() {
+    let mut end = call.rest.end;
+    if let Some(at) = find_at(call.text, call.rest.clone()) {
+        class.at = asm.evaluate_address(call.text, at.end..end);
+        end = at.start;
+    }
+    for word in call.get(call.rest.start..end).split_whitespace() {
         match word.to_ascii_uppercase().as_str() {
             "CODE" | "CONST" => memory = Some(AreaMemory::Code),
             "DATA" => memory = Some(AreaMemory::Data),

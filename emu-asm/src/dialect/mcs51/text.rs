@@ -10,11 +10,11 @@ use std::ops::Range;
 
 use diag::text::encode_text;
 
-use super::super::common::{bytes, required_arguments, value_of, words};
+use super::super::common::{bytes, required_arguments, text_or_byte, value_of, words};
 use crate::engine::{Assembler, DirectiveCall};
 use crate::fault::LineFault;
 use crate::lines::{AsmLine, BACKSLASH, RewrittenText, byte, cut, skip_space, step, trim};
-use crate::number::read_byte;
+use crate::number::{read_byte, read_string};
 
 /// What stands at the end of a text in memory.
 #[derive(Clone, Copy)]
@@ -219,9 +219,29 @@ pub(super) fn data(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, size: Data
     let marked = || cut(call.text, call.rest.clone()).iter().any(|part| byte(call.text, part.start) == b'#');
     match size {
         _ if dotted && (own || asm.dialect.hooks.is_sdas || marked()) => values(asm, call, size),
-        DataSize::Byte => bytes(asm, call),
+        DataSize::Byte if dotted => bytes(asm, call),
+        DataSize::Byte => {
+            for part in required_arguments(asm, call) {
+                match doubled_quotes(call.get(part.clone())) {
+                    Some(text) => asm.emit(&text, part),
+                    None => text_or_byte(asm, call, part),
+                }
+            }
+        }
         DataSize::Word => words(asm, call),
     }
+}
+
+/// The bytes of a text of A51 with quotes in it, which are doubled: `"say ""hello"""`.
+fn doubled_quotes(written: &str) -> Option<Vec<u8>> {
+    let inside = written.strip_prefix('"')?.strip_suffix('"').filter(|inside| inside.contains("\"\""))?;
+    let mut bytes = Vec::new();
+    for (number, piece) in inside.split("\"\"").enumerate() {
+        let text = format!("\"{piece}\"");
+        bytes.extend((number > 0).then_some(b'"'));
+        bytes.extend(read_string(&text, 0, text.len())?);
+    }
+    Some(bytes)
 }
 
 fn values(asm: &mut Assembler<'_>, call: &DirectiveCall<'_>, size: DataSize) {

@@ -43,6 +43,11 @@ const SPECIALS: &[(&str, usize, usize, &[SpecialPart])] = &[
     ("lcall", 1, 1, &[Page, Same("call")]), ("lgoto", 1, 1, &[Page, Same("goto")]),
 ];
 
+/// The word is a mnemonic that stands for other instructions.
+pub(crate) fn is_special(word: &str) -> bool {
+    SPECIALS.iter().any(|(name, ..)| name.eq_ignore_ascii_case(word))
+}
+
 /// The directive of a special mnemonic.
 pub(super) const fn named(name: &'static str) -> AsmDirective {
     AsmDirective::run(name, special)

@@ -1,6 +1,8 @@
-//! A second interpreter: recursive over the model, state in maps by name, arithmetic in 64 bits brought back by remainders,
-//! times as the scan at which something is free again, digits in closed form. Slow and plain on purpose; it shares no code
-//! with the evaluator, but for the pieces of a string, which are syntax.
+//! A second, independent interpreter, which is deliberately slow and simple.
+//!
+//! It walks the model recursively and keeps its state in maps by name. It computes in 64 bits and reduces
+//! results with remainders, stores times as the scan at which something is free again, and computes digits in
+//! closed form. It shares no code with the evaluator except the parser of strings, which is only syntax.
 
 use std::collections::HashMap;
 
@@ -10,42 +12,42 @@ use ladder::{
     RungNode, TimerKind,
 };
 
-/// What was seen at one element: rung bit before and after.
+/// Observation at one element: the rung bit before and after it.
 pub type ElementObservation = (ElementId, bool, bool);
 
-/// The state by name; what is absent is 0.
+/// State by name; an absent entry is 0.
 #[derive(Default)]
 pub struct NaiveInterpreter {
     pub bits: HashMap<String, bool>,
     pub integers: HashMap<String, i64>,
-    /// What a conversion gives, by name.
+    /// Result of a conversion, by name.
     pub levels: HashMap<String, i64>,
-    /// The byte that the last scan sent.
+    /// Byte that the last scan sent.
     pub sent: Option<u8>,
-    /// The byte that waits.
+    /// Byte that waits in the receiver.
     pub received_byte: Option<u8>,
     pub duty: Option<i64>,
-    /// The EEPROM by address; what is absent is FFh.
+    /// EEPROM cells by address; an absent cell is FFh.
     pub cells: HashMap<usize, u8>,
     remembered: HashMap<(u32, u32), bool>,
     master_relay: bool,
     current_element: (u32, u32),
     seen: Vec<ElementObservation>,
-    /// Bytes of the integers, and what a RES stores.
+    /// Widths of the integers in bytes, and the values that RES stores.
     widths: HashMap<String, u32>,
     starts: HashMap<String, i64>,
     /// Address of the first cell of each PERSIST.
     addresses: HashMap<(u32, u32), usize>,
-    /// Number of this scan, and those from which on transmitter and EEPROM are free.
+    /// Number of the current scan, and the scans from which transmitter and EEPROM are free.
     now: u64,
     line_free: u64,
     cells_free: u64,
-    /// Of a string that is being sent: the next character, and the number that it shows once it is read.
+    /// For each string being sent: the index of the next character, and the number that it shows once read.
     texts: HashMap<(u32, u32), (usize, i64)>,
 }
 
 impl NaiveInterpreter {
-    /// The state at power-up.
+    /// State at power-up.
     pub fn new(program: &LadderProgram) -> NaiveInterpreter {
         let widths = program.symbols().into_iter().map(|s| (s.name, s.bytes.into())).collect();
         let mut naive = NaiveInterpreter { widths, ..NaiveInterpreter::default() };
@@ -68,7 +70,7 @@ impl NaiveInterpreter {
         naive
     }
 
-    /// One scan; gives what happened at each element.
+    /// Runs one scan and returns the observations at all elements.
     pub fn scan(&mut self, program: &LadderProgram) -> Vec<ElementObservation> {
         self.master_relay = true;
         self.seen.clear();
@@ -318,13 +320,13 @@ impl NaiveInterpreter {
         self.integers.get(name).copied().unwrap_or(0)
     }
 
-    /// Stores the number of the integer's width that is congruent to `value`.
+    /// Stores `value` reduced to the width of the integer.
     pub fn store(&mut self, name: &str, value: i64) {
         let bits = 8 * self.widths.get(name).copied().unwrap_or(2);
         self.integers.insert(name.to_owned(), wrap_to_bits(value, bits));
     }
 
-    /// Whether an operand, or a variable by its name, has at most 16 bits.
+    /// True if an operand, or the variable with a name, has at most 16 bits.
     fn is_narrow<'a>(&self, operand: impl Into<NarrowOperand<'a>>) -> bool {
         match operand.into() {
             NarrowOperand::Name(name) => self.widths[name] <= 2,
@@ -387,7 +389,7 @@ impl NaiveInterpreter {
     }
 }
 
-/// What may be short.
+/// An operand or name whose width is asked for.
 enum NarrowOperand<'a> {
     Name(&'a str),
     Value(i64),
@@ -408,13 +410,14 @@ impl<'a> From<&'a LadderOperand> for NarrowOperand<'a> {
     }
 }
 
-/// The number of so many bits that is congruent to `value`.
+/// The number of `bits` bits that is congruent to `value`.
 fn wrap_to_bits(value: i64, bits: u32) -> i64 {
     let half = 1 << (bits - 1);
     (value + half).rem_euclid(2 * half) - half
 }
 
-/// The quotient of the magnitudes with the sign of the operands; by zero -1, or 1 below zero.
+/// Quotient of the magnitudes with the combined sign; division by zero gives -1, or 1 for a negative
+/// dividend.
 fn divide(a: i64, b: i64) -> i64 {
     let sign = if (a < 0) == (b < 0) { 1 } else { -1 };
     match (a, b) {
