@@ -123,6 +123,10 @@ impl FlatBuilder<'_> {
 
     /// Selects the operation of one element: `None` for a comment, an error if it is unsupported.
     fn element_op(&mut self, element: &Element) -> Result<Option<ElementOp>, UnsupportedReason> {
+        let facts = element.facts();
+        if facts.needs_ldmicro5 {
+            self.require_dialect_5(facts.keyword)?;
+        }
         let op = match element {
             Element::Comment(_) => return Ok(None),
             Element::Short => ElementOp::Short,
@@ -328,10 +332,7 @@ impl FlatBuilder<'_> {
             (CounterKind::Ctd, LadderDialect::Ldmicro5) => CountMode::DownTo,
             (CounterKind::Ctc, LadderDialect::Ldmicro23) => CountMode::Circular,
             (CounterKind::Ctc, LadderDialect::Ldmicro5) => CountMode::UpAround,
-            (CounterKind::Ctr, _) => {
-                self.require_dialect_5("CTR")?;
-                CountMode::DownAround
-            }
+            (CounterKind::Ctr, _) => CountMode::DownAround,
         };
         Ok(ElementOp::Count { kind, input, var, max, restart, memory: self.new_memory() })
     }

@@ -44,12 +44,12 @@ fn operand() -> impl Strategy<Value = LadderOperand> {
 
 fn element() -> impl Strategy<Value = Element> {
     let contact = (select(BITS), any::<bool>()).prop_map(|(name, negated)| model::contacts(name, negated));
-    let coil = (select(COILS), 0..4u8).prop_map(|(name, kind)| Element::Coil {
+    let coil = (select(COILS), 0..5u8, 0..8u32).prop_map(|(name, kind, more)| Element::Coil {
         name: name.to_owned(),
         negated: kind == 1,
         set: kind == 2,
         reset: kind == 3,
-        ttrigger: None,
+        ttrigger: (kind == 4 || more == 0).then_some(1),
     });
     let plain = select(vec![
         Element::Short,
@@ -57,19 +57,32 @@ fn element() -> impl Strategy<Value = Element> {
         Element::MasterRelay,
         Element::Osr,
         Element::Osf,
+        Element::Odr,
+        Element::Odf,
+        Element::Osl,
+        Element::Osc,
         Element::Comment("remark".to_owned()),
     ]);
     // Delays of 2 to 6 cycles, some of them not whole, and the two longest.
     let delay = prop_oneof![4 => 2 * CYCLE..7 * CYCLE, 1 => select(vec![32_767 * CYCLE, 32_769 * CYCLE - 1])];
-    let timer = (select(vec![TimerKind::Ton, TimerKind::Tof, TimerKind::Rto]), integer(), delay)
-        .prop_map(|(kind, name, delay)| Element::Timer { kind, name, delay: constant(delay), adjust: None });
+    // LDmicro 5 accepts any delay: below one cycle, beyond the width, a variable.
+    let delay = prop_oneof![
+        8 => delay.prop_map(constant),
+        1 => (0..2 * CYCLE).prop_map(constant),
+        2 => select(INTEGERS).prop_map(var),
+    ];
+    use TimerKind::{Rtl, Rto, Tcy, Thi, Tlo, Tof, Ton};
+    let adjust = prop::option::of((-3..3i64).prop_map(constant));
+    let timer = (select(vec![Ton, Tof, Rto, Rtl, Tcy, Thi, Tlo]), integer(), delay, adjust)
+        .prop_map(|(kind, name, delay, adjust)| Element::Timer { kind, name, delay, adjust });
     let limit = prop_oneof![
         6 => (0..4i64).prop_map(constant),
         6 => select(VALUES).prop_map(constant),
         1 => select(INTEGERS).prop_map(var),
     ];
-    let init = prop::option::of(select(VALUES).prop_map(constant));
-    let kinds = select(vec![CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc]);
+    let start = prop_oneof![4 => select(VALUES).prop_map(constant), 1 => select(INTEGERS).prop_map(var)];
+    let init = prop::option::of(start);
+    let kinds = select(vec![CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc, CounterKind::Ctr]);
     let input = prop::option::of(select(vec!['/', '\\', '-', 'o']));
     let counter = (kinds, integer(), limit, init, input).prop_map(|(kind, name, max, init, input)| Element::Counter {
         kind,
@@ -140,7 +153,7 @@ fn in_dialect(rungs: Vec<Vec<RungNode>>, five: bool, old: bool, widths: Vec<u8>,
     program.settings.cycle_us = CYCLE as u64;
     program.settings.baud = Some(baud);
     if !five {
-        program.rungs.iter_mut().for_each(|rung| plain_counters(&mut rung.series));
+        program.rungs.iter_mut().for_each(|rung| only_release_23(&mut rung.series));
         return program;
     }
     program.dialect = LadderDialect::Ldmicro5;
@@ -153,26 +166,42 @@ fn in_dialect(rungs: Vec<Vec<RungNode>>, five: bool, old: bool, widths: Vec<u8>,
         text: String::new(),
         pos: Default::default(),
     });
-    let timers: Vec<String> = program
-        .elements()
-        .filter_map(|(_, e, _)| if let Element::Timer { name, .. } = e { Some(name.clone()) } else { None })
-        .collect();
-    program.vars = Some(entries.filter(|entry| !timers.contains(&entry.name)).collect());
+    program.vars = Some(entries.collect());
     program
 }
 
-/// Removes arguments that only ldmicro-5 supports.
-fn plain_counters(series: &mut [RungNode]) {
+/// Removes what only ldmicro-5 supports.
+fn only_release_23(series: &mut [RungNode]) {
     for node in series {
-        match node {
-            RungNode::Parallel(branches, _) => branches.iter_mut().for_each(|branch| plain_counters(branch)),
-            RungNode::Leaf(Element::Counter { max, init, input, .. }, _) => {
+        let element = match node {
+            RungNode::Parallel(branches, _) => {
+                branches.iter_mut().for_each(|branch| only_release_23(branch));
+                continue;
+            }
+            RungNode::Leaf(element, _) => element,
+        };
+        match element {
+            Element::Counter { kind, max, init, input, .. } => {
                 (*init, *input) = (None, None);
                 if let LadderOperand::Var(_) = max {
                     *max = constant(2);
                 }
+                if *kind == CounterKind::Ctr {
+                    *kind = CounterKind::Ctc;
+                }
             }
-            RungNode::Leaf(..) => {}
+            Element::Timer { kind, delay, adjust, .. } => {
+                *adjust = None;
+                if !matches!(delay, LadderOperand::Const { value, .. } if *value >= 2 * CYCLE) {
+                    *delay = constant(2 * CYCLE);
+                }
+                if !matches!(kind, TimerKind::Ton | TimerKind::Tof | TimerKind::Rto) {
+                    *kind = TimerKind::Ton;
+                }
+            }
+            Element::Coil { ttrigger, .. } => *ttrigger = None,
+            Element::Odr | Element::Odf | Element::Osl | Element::Osc => *element = Element::Short,
+            _ => {}
         }
     }
 }

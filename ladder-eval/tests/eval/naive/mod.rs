@@ -4,7 +4,7 @@
 //! results with remainders, stores times as the scan at which something is free again, and computes digits in
 //! closed form. It shares no code with the evaluator except the parser of strings, which is only syntax.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use ladder::format::{StringPiece, split_format_string};
 use ladder::{
@@ -30,12 +30,14 @@ pub struct NaiveInterpreter {
     /// EEPROM cells by address; an absent cell is FFh.
     pub cells: HashMap<usize, u8>,
     remembered: HashMap<(u32, u32), bool>,
+    /// Whether a second memory of an element is set.
+    armed: HashSet<(u32, u32)>,
     master_relay: bool,
     current_element: (u32, u32),
     seen: Vec<ElementObservation>,
     /// Widths of the integers in bytes, and the values that RES stores.
     widths: HashMap<String, u32>,
-    starts: HashMap<String, i64>,
+    starts: HashMap<String, (usize, LadderOperand)>,
     /// Address of the first cell of each PERSIST.
     addresses: HashMap<(u32, u32), usize>,
     /// Number of the current scan, and the scans from which transmitter and EEPROM are free.
@@ -55,10 +57,18 @@ impl NaiveInterpreter {
         let mut address = 0;
         for (ElementId { rung, index }, element, _) in program.elements() {
             match element {
-                Element::Counter { name, init, .. } if !naive.starts.contains_key(name) => {
-                    let start = init.as_ref().map_or(0, |init| naive.operand_value(init));
-                    naive.store(name, start);
-                    naive.starts.insert(name.clone(), start);
+                Element::Counter { kind, name, init, .. } => {
+                    // The last constant counts at power-up, the first counter of the first kind at RES.
+                    let start = init.clone().unwrap_or(LadderOperand::Const { value: 0, text: String::new() });
+                    if let LadderOperand::Const { value, .. } = start {
+                        naive.store(name, value);
+                    }
+                    let kinds = [CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc, CounterKind::Ctr];
+                    let rank = kinds.iter().position(|of| of == kind).unwrap_or(9);
+                    let better = naive.starts.get(name).is_none_or(|(other, _)| rank < *other);
+                    if better {
+                        naive.starts.insert(name.clone(), (rank, start));
+                    }
                 }
                 Element::Persist { name } => {
                     naive.addresses.insert((rung, index), address);
@@ -113,13 +123,18 @@ impl NaiveInterpreter {
                 let closed = if *negated { !self.bit(name) } else { self.bit(name) };
                 power && closed
             }
-            Element::Coil { name, negated, set, reset, .. } => {
+            Element::Coil { name, negated, set, reset, ttrigger } => {
+                let toggles = *ttrigger == Some(1) && !(*negated || *set || *reset);
                 let stored = match (*negated, *set, *reset) {
                     (true, ..) => !power,
                     (_, true, _) => self.bit(name) || power,
                     (_, _, true) => self.bit(name) && !power,
+                    _ if toggles => self.bit(name) != (power && !before),
                     _ => power,
                 };
+                if toggles {
+                    self.remembered.insert(self.current_element, power);
+                }
                 self.bits.insert(name.clone(), stored);
                 power
             }
@@ -135,12 +150,38 @@ impl NaiveInterpreter {
                 self.remembered.insert(self.current_element, power);
                 !power && before
             }
+            Element::Odr => {
+                self.remembered.insert(self.current_element, power);
+                before || !power
+            }
+            Element::Odf | Element::Osl => {
+                self.remembered.insert(self.current_element, power);
+                if power {
+                    self.armed.insert(self.current_element);
+                }
+                power || self.armed.contains(&self.current_element) && !before
+            }
+            Element::Osc => {
+                self.remembered.insert(self.current_element, power && !before);
+                power && !before
+            }
+            Element::Timer { kind, name, delay: LadderOperand::Var(scans), .. } => {
+                // The delay may be the timer itself, so it begins before its delay is read.
+                let begins = *kind == TimerKind::Tof && !before;
+                if begins {
+                    self.remembered.insert(self.current_element, true);
+                    self.store(name, -1);
+                }
+                let retentive = matches!(kind, TimerKind::Rto | TimerKind::Rtl);
+                let scans = if retentive { -1 } else { self.integer(scans) };
+                self.timer(*kind, name, (scans, -1), power, before || begins)
+            }
             Element::Timer { kind, name, delay, adjust } => {
                 let usual =
                     if (program.dialect, program.format) == (LadderDialect::Ldmicro5, LdFormat::V02) { 0 } else { -1 };
                 let scans = self.operand_value(delay) / program.settings.cycle_us as i64;
                 let adjust = adjust.as_ref().map_or(usual, |adjust| self.operand_value(adjust));
-                self.timer(*kind, name, scans + adjust, power, before)
+                self.timer(*kind, name, (scans + adjust, scans + adjust), power, before)
             }
             Element::Counter { kind, name, max, input, init } => {
                 self.remembered.insert(self.current_element, power);
@@ -151,28 +192,42 @@ impl NaiveInterpreter {
                     _ => power && !before,
                 };
                 let bounded = program.dialect == LadderDialect::Ldmicro5;
+                if let Some(LadderOperand::Var(start)) = init
+                    && self.armed.insert(self.current_element)
+                {
+                    self.store(name, self.integer(start));
+                }
+                let mut carry = false;
                 if counts {
                     let (n, max) = (self.integer(name), self.operand_value(max));
                     let next = match kind {
                         CounterKind::Ctu if bounded && n >= max => n,
                         CounterKind::Ctd if bounded && n <= max => n,
-                        CounterKind::Ctu => n + 1,
-                        CounterKind::Ctd => n - 1,
-                        CounterKind::Ctc if n < max => n + 1,
-                        CounterKind::Ctc => init.as_ref().map_or(0, |init| self.operand_value(init)),
+                        CounterKind::Ctc if !bounded && n >= max => 0,
+                        CounterKind::Ctu | CounterKind::Ctc => n + 1,
+                        CounterKind::Ctd | CounterKind::Ctr => n - 1,
                     };
                     self.store(name, next);
                 }
                 let (n, max) = (self.integer(name), self.operand_value(max));
+                if counts && bounded {
+                    carry = kind == &CounterKind::Ctc && n > max || kind == &CounterKind::Ctr && n < max;
+                }
+                if carry {
+                    let start = init.as_ref().map_or(0, |init| self.operand_value(init));
+                    self.store(name, start);
+                }
                 match kind {
-                    CounterKind::Ctc => power,
+                    CounterKind::Ctc | CounterKind::Ctr if bounded => carry,
+                    CounterKind::Ctc | CounterKind::Ctr => power,
                     CounterKind::Ctd if bounded => n > max,
-                    _ => n >= max,
+                    CounterKind::Ctu | CounterKind::Ctd => n >= max,
                 }
             }
             Element::Res { name } => {
                 if power {
-                    self.store(name, self.starts.get(name).copied().unwrap_or(0));
+                    let start = self.starts.get(name).map_or(0, |(_, start)| self.operand_value(start));
+                    self.store(name, start);
                 }
                 power
             }
@@ -284,23 +339,48 @@ impl NaiveInterpreter {
         }
     }
 
-    fn timer(&mut self, kind: TimerKind, name: &str, scans: i64, power: bool, ran: bool) -> bool {
-        if kind == TimerKind::Tof && !ran {
+    /// One scan of a timer that counts to `scans` and, if it is a TOF, begins with `first`.
+    fn timer(&mut self, kind: TimerKind, name: &str, (scans, first): (i64, i64), power: bool, memory: bool) -> bool {
+        if kind == TimerKind::Tof && !memory {
             self.remembered.insert(self.current_element, true);
-            self.store(name, scans);
+            self.store(name, first);
         }
+        if kind == TimerKind::Tlo && power {
+            self.armed.insert(self.current_element);
+        }
+        let armed = self.armed.contains(&self.current_element);
         let t = self.integer(name);
-        let (next, out) = match (kind, power, t < scans) {
-            (TimerKind::Ton, false, _) => (0, false),
-            (TimerKind::Ton, true, true) => (t + 1, false),
-            (TimerKind::Ton, true, false) => (t, true),
-            (TimerKind::Tof, true, _) => (0, true),
-            (TimerKind::Tof, false, true) => (t + 1, true),
-            (TimerKind::Tof, false, false) => (t, false),
-            (TimerKind::Rto, true, true) => (t + 1, false),
-            (TimerKind::Rto, false, true) => (t, false),
-            (TimerKind::Rto, _, false) => (t, true),
+        // Whether a pulse is under way, or the phase of a cyclic timer.
+        let on = match kind {
+            TimerKind::Thi => memory || power,
+            TimerKind::Tlo => memory || armed && !power,
+            _ => memory,
         };
+        let (next, out, on) = match (kind, power, t < scans) {
+            (TimerKind::Ton, false, _) => (0, false, on),
+            (TimerKind::Ton, true, true) => (t + 1, false, on),
+            (TimerKind::Ton, true, false) => (t, true, on),
+            (TimerKind::Tof, true, _) => (0, true, on),
+            (TimerKind::Tof, false, true) => (t + 1, true, on),
+            (TimerKind::Tof, false, false) => (t, false, on),
+            (TimerKind::Rto, true, true) | (TimerKind::Rtl, false, true) => (t + 1, false, on),
+            (TimerKind::Rto, false, true) | (TimerKind::Rtl, true, true) => (t, false, on),
+            (TimerKind::Rto | TimerKind::Rtl, _, false) => (t, true, on),
+            (TimerKind::Tcy, false, _) => (0, false, on),
+            (TimerKind::Tcy, true, true) => (t + 1, on, on),
+            (TimerKind::Tcy, true, false) => (0, !on, !on),
+            (TimerKind::Thi, ..) if !on => (t, false, false),
+            (TimerKind::Thi, _, true) => (t + 1, true, true),
+            (TimerKind::Thi, true, false) => (t, false, true),
+            (TimerKind::Thi, false, false) => (0, false, false),
+            (TimerKind::Tlo, ..) if !on => (t, armed, false),
+            (TimerKind::Tlo, _, true) => (t + 1, false, true),
+            (TimerKind::Tlo, true, false) => (0, true, false),
+            (TimerKind::Tlo, false, false) => (t, true, true),
+        };
+        if matches!(kind, TimerKind::Tcy | TimerKind::Thi | TimerKind::Tlo) {
+            self.remembered.insert(self.current_element, on);
+        }
         self.store(name, next);
         out
     }
