@@ -1,7 +1,7 @@
 //! Finds all elements of a program that cannot be compiled, before any code is generated.
 
 use diag::{Diagnostic, Severity};
-use ladder::{ChipPart, Element, LadderDialect, LadderProgram, SymbolKind};
+use ladder::{ChipPart, Element, LadderDialect, LadderOperand, LadderProgram, SymbolKind};
 
 use crate::codes;
 use crate::lower;
@@ -59,7 +59,7 @@ pub fn unsupported_elements(program: &LadderProgram, target: Option<&CompileTarg
             Element::Coil { name, .. } if ladder::symbols::kind_by_letter(name) == SymbolKind::Input => {
                 error(codes::DRIVEN_INPUT, format!("the coil drives the input `{name}`"), "drive an output or a relay");
             }
-            Element::Timer { delay, adjust, .. } if lower::timer_scans(program, delay, adjust.as_ref()).is_none() => {
+            Element::Timer { delay, adjust, .. } if !can_count(program, delay, adjust.as_ref()) => {
                 error(
                     codes::TIMER_RANGE,
                     format!(
@@ -83,5 +83,13 @@ fn has_part(target: &CompileTarget, part: ChipPart) -> bool {
         ChipPart::Converter => !target.adc.is_empty(),
         ChipPart::Pwm => target.pwm.is_some(),
         ChipPart::Eeprom => target.eeprom > 0,
+    }
+}
+
+/// Whether a timer can be compiled: its scans are a constant, or in ldmicro-5 a variable.
+fn can_count(program: &LadderProgram, delay: &LadderOperand, adjust: Option<&LadderOperand>) -> bool {
+    match delay {
+        LadderOperand::Var(_) => program.dialect == LadderDialect::Ldmicro5,
+        LadderOperand::Const { .. } => lower::timer_scans(program, delay, adjust).is_some(),
     }
 }

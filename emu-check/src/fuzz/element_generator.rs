@@ -50,7 +50,7 @@ pub(super) fn random_element(draw: &mut ProgramGenerator, sort: ElementSort) -> 
             let (op1, op2) = (random_operand(draw), random_operand(draw));
             Element::Compare { op, op1, op2 }
         }
-        ElementSort::OneShot => draw.pick(&[Element::Osr, Element::Osf]),
+        ElementSort::OneShot => random_one_shot(draw),
         ElementSort::Timer => random_timer(draw),
         ElementSort::Counter => random_counter(draw),
         ElementSort::Wire => {
@@ -96,7 +96,14 @@ fn random_coil(draw: &mut ProgramGenerator) -> Element {
     let latch = draw.rng.one_in(draw.style.latch);
     let set = latch && draw.rng.one_in(2);
     let negated = !latch && draw.rng.one_in(4);
-    Element::Coil { name: draw.pick(&from), negated, set, reset: latch && !set, ttrigger: None }
+    let ttrigger = (draw.is_ldmicro5() && draw.rng.one_in(8)).then_some(1);
+    Element::Coil { name: draw.pick(&from), negated, set, reset: latch && !set, ttrigger }
+}
+
+fn random_one_shot(draw: &mut ProgramGenerator) -> Element {
+    let all = [Element::Osr, Element::Osf, Element::Odr, Element::Odf, Element::Osl, Element::Osc];
+    // LDmicro 2.3 has the first two only.
+    draw.pick(if draw.is_ldmicro5() { &all } else { &all[..2] })
 }
 
 /// The name of a timer or counter: any name, or on a machine with modules the next one without an element.
@@ -110,7 +117,10 @@ fn module_name(draw: &mut ProgramGenerator, names: &[String]) -> Option<String> 
 }
 
 fn random_timer(draw: &mut ProgramGenerator) -> Element {
-    let kind = draw.pick(&[TimerKind::Ton, TimerKind::Tof, TimerKind::Rto]);
+    use TimerKind::{Rtl, Rto, Tcy, Thi, Tlo, Tof, Ton};
+    let newer = draw.is_ldmicro5() && !draw.is_module_machine();
+    let all = [Ton, Tof, Rto, Rtl, Tcy, Thi, Tlo];
+    let kind = draw.pick(if newer { &all } else { &all[..3] });
     let Some(name) = module_name(draw, &draw.style.timers.clone()) else { return random_contact(draw) };
     // The preset is mostly 1 to 30 scans, which a check reaches; sometimes it is near 256 or the maximum.
     let scans = match draw.rng.below(12) {
@@ -119,6 +129,10 @@ fn random_timer(draw: &mut ProgramGenerator) -> Element {
         2..5 => 1,
         _ => 1 + draw.rng.below(30) as i64,
     };
+    if newer && draw.rng.one_in(6) {
+        // A delay in a variable counts scans.
+        return Element::Timer { kind, name, delay: LadderOperand::Var(random_integer(draw)), adjust: None };
+    }
     let cycle = draw.style.cycle_us as i64;
     let part = if draw.rng.one_in(4) { draw.rng.below(cycle as u64) as i64 } else { 0 };
     let written = draw.is_ldmicro5() && draw.rng.one_in(3);
@@ -128,7 +142,13 @@ fn random_timer(draw: &mut ProgramGenerator) -> Element {
 }
 
 fn random_counter(draw: &mut ProgramGenerator) -> Element {
-    let kind = draw.pick(&[CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc]);
+    // AP101 has no circular counter with a carry.
+    let kinds = match (draw.is_ldmicro5(), draw.is_module_machine()) {
+        (true, true) => &[CounterKind::Ctu, CounterKind::Ctd][..],
+        (true, false) => &[CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc, CounterKind::Ctr],
+        (false, _) => &[CounterKind::Ctu, CounterKind::Ctd, CounterKind::Ctc],
+    };
+    let kind = draw.pick(kinds);
     let Some(name) = module_name(draw, &draw.style.counters.clone()) else { return random_contact(draw) };
     let five = draw.is_ldmicro5();
     let small = draw.rng.below(8) as i64;
@@ -143,9 +163,14 @@ fn random_counter(draw: &mut ProgramGenerator) -> Element {
 
 /// A counter with features of LDmicro 5: a start value, and a limit that may be an integer symbol.
 fn random_ldmicro5_counter(draw: &mut ProgramGenerator, kind: CounterKind, name: String) -> Element {
-    let (max, init) = (random_operand(draw), random_constant(draw));
+    let max = random_operand(draw);
+    let init = if draw.rng.one_in(5) {
+        LadderOperand::Var(random_integer(draw))
+    } else {
+        constant_operand(random_constant(draw))
+    };
     let input = Some(draw.pick(&['/', '\\', '-', 'o']));
-    Element::Counter { kind, name, max, init: Some(constant_operand(init)), input }
+    Element::Counter { kind, name, max, init: Some(init), input }
 }
 
 fn random_reset(draw: &mut ProgramGenerator) -> Element {

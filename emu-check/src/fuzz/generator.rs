@@ -94,6 +94,8 @@ impl ProgramGenerator {
 
     fn leaf(&mut self, last: bool) -> RungNode {
         self.remaining_elements = self.remaining_elements.saturating_sub(1);
+        // LDmicro 5 allows the elements of the right rail anywhere.
+        let last = last || self.is_ldmicro5() && self.rng.one_in(12);
         let sort = self.style.random_sort(&mut self.rng, last);
         RungNode::Leaf(random_element(self, sort), Pos::default())
     }

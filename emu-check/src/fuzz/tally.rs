@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::fmt::Write;
 
-use ladder::{CounterKind, Element, LadderOperand, LadderProgram, RungNode, TimerKind};
+use ladder::{Element, LadderOperand, LadderProgram, RungNode};
 use serde::{Deserialize, Serialize};
 
 use crate::CheckReport;
@@ -191,8 +191,7 @@ fn delicate_features(program: &LadderProgram) -> Vec<&'static str> {
         let is = |operand: &LadderOperand, name: &str| matches!(operand, LadderOperand::Var(var) if var == name);
         match element {
             Element::Coil { name, set: false, reset: false, .. } => *coils.entry(name).or_default() += 1,
-            Element::Timer { name, kind: TimerKind::Ton | TimerKind::Tof | TimerKind::Rto, .. }
-            | Element::Counter { name, kind: CounterKind::Ctu | CounterKind::Ctd | CounterKind::Ctc, .. } => {
+            Element::Timer { name, .. } | Element::Counter { name, .. } => {
                 *modules.entry(name).or_default() += 1;
             }
             Element::Math { dest, op1, op2, .. } if is(op1, dest) || is(op2, dest) => {
