@@ -1,4 +1,4 @@
-//! Source lines out of the debugging information of ELF files: DWARF 2 to 5, parsed by `gimli`.
+//! Source lines out of the debugging information of ELF files: DWARF 2 to 5, parsed by `gimli`, and stabs (`stabs.rs`).
 //!
 //! ```text
 //!   .debug_info   units: where each has code, the folder of its compilation, its line program
@@ -18,7 +18,6 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
-use diag::text::printable;
 use diag::{Diagnostic, Pos, Severity};
 use gimli::{
     AttributeValue, DebugAbbrev, DebugAbbrevOffset, DebugLineOffset, Dwarf, EndianSlice, Error, IncompleteLineProgram,
@@ -26,7 +25,8 @@ use gimli::{
 };
 
 use super::elf::{self, DebugSection};
-use super::source_lines::{LineTable, SourceKind, SourceLine};
+use super::source_lines::{LineTable, SourceFileNames, SourceLine, join_path, source_kind};
+use super::stabs;
 use dropped::{DroppedScan, LowSequence};
 
 type DwarfSlice<'b> = EndianSlice<'b, Le>;
@@ -35,8 +35,8 @@ type DwarfSlice<'b> = EndianSlice<'b, Le>;
 const DAMAGED: &str = "ELF012";
 /// Code of the warning about what is compressed.
 const COMPRESSED: &str = "ELF013";
-/// Code of the warning about another format.
-const OTHER_FORMAT: &str = "ELF014";
+/// Code of the warning about stabs that are damaged.
+const DAMAGED_STABS: &str = "ELF014";
 /// Longest name of a source file; longer ones are of a damaged file.
 const MAX_NAME: usize = 4096;
 
@@ -66,13 +66,14 @@ pub(super) fn read_line_table(file: &str, bytes: &[u8]) -> LineTable {
         let cause = format!("the debugging information is damaged, so source lines may be missing: {fault}");
         warn(DAMAGED, cause, "build the program anew")
     });
-    // Start-up code and libraries may bring DWARF without lines into a program that was compiled with stabs.
-    let stabs = sections.iter().any(|(name, section)| *name == ".stab" && !section.bytes().is_empty());
-    let other = (stabs && reader.lines.is_empty()).then(|| {
-        let cause = "the debugging information is stabs, so source lines are not known".to_owned();
-        warn(OTHER_FORMAT, cause, "compile with -gdwarf-4 in place of -g")
+    let (lines, fault) = stabs::read_stab_lines(&sections, &bytes, &mut reader.names, &mut reader.doubled);
+    reader.lines.extend(lines);
+    let stabs = fault.map(|fault| {
+        let cause = format!("the debugging information (stabs) is damaged, so source lines may be missing: {fault}");
+        warn(DAMAGED_STABS, cause, "build the program anew")
     });
-    let mut found = LineTable::from_lines(reader.lines, reader.folders, damaged.into_iter().chain(other).collect());
+    let warnings = damaged.into_iter().chain(stabs).collect();
+    let mut found = LineTable::from_lines(reader.lines, reader.names.folders, warnings);
     (found.doubled, found.parts) = (reader.doubled, reader.parts);
     found
 }
@@ -111,9 +112,7 @@ struct DwarfLineReader {
     /// Byte addresses of rows that begin no statement.
     parts: BTreeSet<u32>,
     /// Names of files that occurred.
-    names: HashMap<String, Arc<str>>,
-    /// The folders of their compilations.
-    folders: Vec<(Arc<str>, String)>,
+    names: SourceFileNames,
     /// The first thing that was wrong.
     fault: Option<String>,
 }
@@ -226,19 +225,7 @@ impl DwarfLineReader {
             (0, _) => String::new(),
             _ => file.directory(header).and_then(text)?,
         };
-        let path = join_path(&inner, &name);
-        let below = path.strip_prefix(folder).filter(|_| !folder.is_empty()).and_then(|path| path.strip_prefix('/'));
-        let path = below.unwrap_or(&path);
-        let path = path.strip_prefix("./").unwrap_or(path);
-        if let Some(known) = self.names.get(path) {
-            return Some(Arc::clone(known));
-        }
-        let file: Arc<str> = printable(path).into();
-        self.names.insert(path.to_owned(), Arc::clone(&file));
-        if !folder.is_empty() {
-            self.folders.push((Arc::clone(&file), folder.to_owned()));
-        }
-        Some(file)
+        Some(self.names.intern(&join_path(&inner, &name), folder))
     }
 }
 
@@ -355,14 +342,4 @@ fn ranges(
 fn lossy_text(text: DwarfSlice<'_>) -> String {
     let bytes = text.slice();
     String::from_utf8_lossy(bytes.get(..bytes.len().min(MAX_NAME)).unwrap_or_default()).into_owned()
-}
-
-fn join_path(folder: &str, name: &str) -> String {
-    if folder.is_empty() || name.starts_with('/') { name.to_owned() } else { format!("{folder}/{name}") }
-}
-
-/// By the extension: compilers leave assembler alone, and assemblers take no C.
-fn source_kind(file: &str) -> SourceKind {
-    let asm = [".S", ".s", ".sx", ".asm", ".inc"].iter().any(|ending| file.ends_with(ending));
-    if asm { SourceKind::Asm } else { SourceKind::C }
 }

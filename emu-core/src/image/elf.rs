@@ -87,7 +87,7 @@ pub(super) fn debug_sections(bytes: &[u8]) -> Option<Vec<(&str, DebugSection<'_>
         };
         if name.starts_with(".zdebug_") || name.starts_with(".debug_") && section.sh_flags(Le) & SHF_COMPRESSED != 0 {
             found.push((name, DebugSection::Compressed));
-        } else if name.starts_with(".debug_") || name == ".stab" {
+        } else if name.starts_with(".debug_") || matches!(name, ".stab" | ".stabstr") {
             found.push((name, DebugSection::Plain(section.data(Le, bytes).ok()?)));
         }
     }
@@ -106,6 +106,23 @@ pub(super) fn code_names_at(bytes: &[u8], addr: u32) -> Vec<&[u8]> {
             sections.section(home).is_ok_and(|home| home.sh_flags(Le) & SHF_EXECINSTR != 0)
         });
         Some(code.filter_map(|symbol| symbol.name(Le, table.strings()).ok()).filter(|name| !name.is_empty()).collect())
+    };
+    named().unwrap_or_default()
+}
+
+/// Addresses of the symbols that other modules see, by name; none where the file has no table of symbols.
+pub(super) fn global_addresses(bytes: &[u8]) -> HashMap<&[u8], u32> {
+    let named = || {
+        let header = FileHeader32::<Le>::parse(bytes).ok()?;
+        let table = header.sections(Le, bytes).ok()?.symbols(Le, bytes, SHT_SYMTAB).ok()?;
+        let global = table.iter().filter(|symbol| symbol.st_bind() != STB_LOCAL && !symbol.is_undefined(Le));
+        let named = global.filter_map(|symbol| Some((symbol.name(Le, table.strings()).ok()?, symbol.st_value(Le))));
+        let mut left = bytes.len() * NAME_SHARING;
+        let within = named.take_while(|(name, _)| {
+            left = left.saturating_sub(name.len() + 1);
+            left > 0
+        });
+        Some(within.collect())
     };
     named().unwrap_or_default()
 }

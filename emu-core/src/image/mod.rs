@@ -11,6 +11,7 @@
 //!   write.rs segments to HEX                        faults.rs the list of faults and its limit
 //!   codes.rs the table of codes                     symbols/ the files beside an image that SDCC and gputils write
 //!   lines.rs source lines by address, and back      dwarf.rs those in ELF files
+//!   stabs.rs those that older compilers write for AVR
 //!   debug_info/ functions, variables and types of C in ELF files
 //!   note.rs  for which AVR an ELF file was linked    simavr.rs what it says to simavr
 //! ```
@@ -28,6 +29,7 @@ mod omf51;
 mod placement;
 mod simavr;
 mod source_lines;
+mod stabs;
 mod symbols;
 mod write;
 

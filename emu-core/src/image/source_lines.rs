@@ -1,9 +1,10 @@
 //! Source lines of a program: which line the code at an address was made of, and where the code of a line begins.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, OnceLock};
 
 use diag::Diagnostic;
+use diag::text::printable;
 
 use super::{DebugInfo, dwarf};
 
@@ -250,4 +251,40 @@ fn name_list(names: &[&str]) -> String {
     const MAX_LISTED: usize = 8;
     let more = if names.len() > MAX_LISTED { ", .." } else { "" };
     format!("{}{more}", names.iter().take(MAX_LISTED).copied().collect::<Vec<_>>().join(", "))
+}
+
+/// Names of source files, each once, below the folder of their compilation or absolute.
+#[derive(Debug, Default)]
+pub(super) struct SourceFileNames {
+    names: HashMap<String, Arc<str>>,
+    /// The folders of the compilations.
+    pub folders: Vec<(Arc<str>, String)>,
+}
+
+impl SourceFileNames {
+    /// The name of a file that was compiled in a folder.
+    pub fn intern(&mut self, path: &str, folder: &str) -> Arc<str> {
+        let below = path.strip_prefix(folder).filter(|_| !folder.is_empty()).and_then(|path| path.strip_prefix('/'));
+        let path = below.unwrap_or(path);
+        let path = path.strip_prefix("./").unwrap_or(path);
+        if let Some(known) = self.names.get(path) {
+            return Arc::clone(known);
+        }
+        let file: Arc<str> = printable(path).into();
+        self.names.insert(path.to_owned(), Arc::clone(&file));
+        if !folder.is_empty() {
+            self.folders.push((Arc::clone(&file), folder.to_owned()));
+        }
+        file
+    }
+}
+
+pub(super) fn join_path(folder: &str, name: &str) -> String {
+    if folder.is_empty() || name.starts_with('/') { name.to_owned() } else { format!("{folder}/{name}") }
+}
+
+/// By the extension: compilers leave assembler alone, and assemblers take no C.
+pub(super) fn source_kind(file: &str) -> SourceKind {
+    let asm = [".S", ".s", ".sx", ".asm", ".inc"].iter().any(|ending| file.ends_with(ending));
+    if asm { SourceKind::Asm } else { SourceKind::C }
 }
