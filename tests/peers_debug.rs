@@ -1,4 +1,5 @@
-//! avr-gdb over our own server and our own debugger, at the same stops of a C program of three files, with the same commands.
+//! avr-gdb over our own server and our own debugger, at the same stops of a C program of three files, with the same commands; the
+//! compiler tells of it in DWARF and in stabs.
 //!
 //! The values of all variables, parameters and calls are to be the same. What differs on purpose is taken out: avr-gdb puts data at
 //! 0x800000, and reads what is computed from `DW_OP_entry_value` as `name@entry`.
@@ -36,10 +37,10 @@ const SHOP: [&str; 3] = ["main.c", "price.c", "text.c"];
 const PLANT: [&str; 3] = ["plant.c", "valve.c", "walk.c"];
 
 /// Compiles a program; gives its file.
-fn built(files: [&str; 3], level: &str, dwarf: &str) -> PathBuf {
-    let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}{level}{dwarf}.elf", files[0]));
+fn built(files: [&str; 3], level: &str, format: &str) -> PathBuf {
+    let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}{level}{format}.elf", files[0]));
     let gcc = Command::new("avr-gcc")
-        .args(["-mmcu=atmega328p", level, dwarf, "-std=gnu99", "-o"])
+        .args(["-mmcu=atmega328p", level, format, "-std=gnu99", "-o"])
         .arg(&elf)
         .args(files)
         .current_dir(folder())
@@ -156,8 +157,17 @@ fn same(elf: &Path) {
 #[test]
 #[ignore = "needs gdb-avr, gcc-avr and avr-libc"]
 fn variables_as_avr_gdb_has_them() {
-    for (level, dwarf) in [("-O0", "-gdwarf-4"), ("-O0", "-gdwarf-2"), ("-Og", "-gdwarf-4"), ("-Os", "-gdwarf-4")] {
-        same(&built(SHOP, level, dwarf));
+    let dwarf = [("-O0", "-gdwarf-4"), ("-O0", "-gdwarf-2"), ("-Og", "-gdwarf-4"), ("-Os", "-gdwarf-4")];
+    let stabs = [
+        ("-O0", "-g"),
+        ("-O0", "-gstabs"),
+        ("-Og", "-gstabs+"),
+        ("-Os", "-g"),
+        ("-O2", "-gstabs+"),
+        ("-O1", "-gstabs"),
+    ];
+    for (level, format) in dwarf.into_iter().chain(stabs) {
+        same(&built(SHOP, level, format));
     }
 }
 
@@ -185,9 +195,10 @@ fn steps_as_avr_gdb_makes_them() {
         ("-Os", ["step", "next", "step"]),
         ("-O0", ["step", "next", "step"]),
     ];
-    for files in [SHOP, PLANT] {
+    let programs = [(SHOP, "-gdwarf-4"), (PLANT, "-gdwarf-4"), (SHOP, "-g"), (PLANT, "-gstabs+")];
+    for (files, format) in programs {
         for (level, verbs) in walks {
-            let elf = built(files, level, "-gdwarf-4");
+            let elf = built(files, level, format);
             let steps = verbs.into_iter().cycle().take(200).flat_map(|verb| [verb.to_owned(), "frame".to_owned()]);
             let commands: Vec<String> =
                 ["tbreak main".to_owned(), "continue".to_owned()].into_iter().chain(steps).collect();
@@ -227,8 +238,10 @@ fn decimal(line: &str) -> String {
 #[test]
 #[ignore = "needs gdb-avr, gcc-avr and avr-libc"]
 fn values_of_functions_and_types_as_avr_gdb_has_them() {
-    for level in ["-O0", "-Og"] {
-        let elf = built(PLANT, level, "-gdwarf-4");
+    for (level, format) in
+        [("-O0", "-gdwarf-4"), ("-Og", "-gdwarf-4"), ("-O0", "-g"), ("-Og", "-gstabs"), ("-O0", "-gstabs+")]
+    {
+        let elf = built(PLANT, level, format);
         let moves = ["tbreak valve.c:19", "continue"].into_iter();
         let commands: Vec<String> = moves.chain(TOLD).map(str::to_owned).collect();
         let (theirs, ours) = (gdb(&elf, &commands), own(&elf, &commands));
@@ -240,7 +253,7 @@ fn values_of_functions_and_types_as_avr_gdb_has_them() {
             let (theirs, ours) = (theirs.get(n).expect("an answer"), ours.get(n).expect("an answer"));
             let (theirs, ours): (Vec<String>, Vec<String>) =
                 (theirs.clone(), ours.iter().map(|line| decimal(line)).collect());
-            assert_eq!(theirs, ours, "{level}: {command}");
+            assert_eq!(theirs, ours, "{level} {format}: {command}");
         }
     }
 }

@@ -110,21 +110,34 @@ pub(super) fn code_names_at(bytes: &[u8], addr: u32) -> Vec<&[u8]> {
     named().unwrap_or_default()
 }
 
-/// Addresses of the symbols that other modules see, by name; none where the file has no table of symbols.
-pub(super) fn global_addresses(bytes: &[u8]) -> HashMap<&[u8], u32> {
-    let named = || {
+/// What a table of symbols says.
+#[derive(Default)]
+pub(super) struct SymbolTable<'b> {
+    /// Addresses of what other modules see, by name.
+    pub addresses: HashMap<&'b [u8], u32>,
+    /// Bytes of what has an address.
+    pub sizes: HashMap<u32, u32>,
+}
+
+/// The symbols of a file; none where it has no table of them.
+pub(super) fn symbol_table(bytes: &[u8]) -> SymbolTable<'_> {
+    let read = || {
         let header = FileHeader32::<Le>::parse(bytes).ok()?;
         let table = header.sections(Le, bytes).ok()?.symbols(Le, bytes, SHT_SYMTAB).ok()?;
-        let global = table.iter().filter(|symbol| symbol.st_bind() != STB_LOCAL && !symbol.is_undefined(Le));
-        let named = global.filter_map(|symbol| Some((symbol.name(Le, table.strings()).ok()?, symbol.st_value(Le))));
-        let mut left = bytes.len() * NAME_SHARING;
-        let within = named.take_while(|(name, _)| {
-            left = left.saturating_sub(name.len() + 1);
-            left > 0
-        });
-        Some(within.collect())
+        let (mut found, mut left) = (SymbolTable::default(), bytes.len() * NAME_SHARING);
+        for symbol in table.iter().filter(|symbol| !symbol.is_undefined(Le)) {
+            let (addr, size) = (symbol.st_value(Le), symbol.st_size(Le));
+            if size > 0 {
+                found.sizes.insert(addr, size);
+            }
+            if let Some(name) = symbol.name(Le, table.strings()).ok().filter(|_| symbol.st_bind() != STB_LOCAL) {
+                left = left.checked_sub(name.len())?;
+                found.addresses.insert(name, addr);
+            }
+        }
+        Some(found)
     };
-    named().unwrap_or_default()
+    read().unwrap_or_default()
 }
 
 /// Checks what can be read without knowing the layout of the rest.

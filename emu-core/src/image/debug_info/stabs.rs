@@ -5,8 +5,6 @@
 
 mod types;
 
-use std::collections::HashMap;
-
 use gimli::{Encoding, Format};
 
 use types::{StabTypes, TypeNaming, TypeText};
@@ -14,7 +12,7 @@ use types::{StabTypes, TypeNaming, TypeText};
 use super::read::finish_functions;
 use super::{BlockInfo, DebugInfo, FunctionInfo, TypeId, UnitInfo, VariableInfo, VariableLocation};
 use crate::image::demangle::demangle;
-use crate::image::elf::{self, DebugSection};
+use crate::image::elf::{self, DebugSection, SymbolTable};
 use crate::image::stabs::{
     NamesAtZero, Stab, StabPosition, StabRecords, UnitChange, function_name, record, split_name,
 };
@@ -42,7 +40,7 @@ pub(super) fn add_stabs(info: &mut DebugInfo, sections: &[(&str, DebugSection<'_
         info: DebugInfo::default(),
         types: StabTypes::new(first_type),
         first_unit,
-        symbols: elf::global_addresses(elf),
+        symbols: elf::symbol_table(elf),
         position: StabPosition::default(),
         function: None,
         pending: Vec::new(),
@@ -76,8 +74,8 @@ struct StabReader<'b> {
     types: StabTypes,
     /// Units that other formats tell of.
     first_unit: usize,
-    /// Addresses of global variables.
-    symbols: HashMap<&'b [u8], u32>,
+    /// Addresses of global variables, sizes of functions.
+    symbols: SymbolTable<'b>,
     position: StabPosition,
     /// The function that is open; nothing in place of one that was dropped.
     function: Option<Option<FunctionInfo>>,
@@ -171,9 +169,11 @@ impl StabReader<'_> {
         let (variables, blocks) = (std::mem::take(&mut self.pending), std::mem::take(&mut self.children));
         let Some(Some(mut function)) = self.function.take() else { return };
         (function.block.variables, function.block.blocks) = (variables, blocks);
-        if let (Some(range), Some(end)) = (function.block.ranges.first_mut(), end)
-            && range.start < end
-        {
+        let Some(range) = function.block.ranges.first_mut() else { return };
+        let size = self.symbols.sizes.get(&range.start).copied();
+        // A unit may end before a function of it that has a section of its own.
+        let end = end.filter(|end| *end > range.start).or(size.and_then(|size| range.start.checked_add(size)));
+        if let Some(end) = end {
             range.end = end;
             self.info.functions.push(function);
         }
@@ -223,7 +223,9 @@ impl StabReader<'_> {
                     Some(b'r' | b'P') => register_place(stab.value, DW_OP_REG0, &[]),
                     Some(b'a') => register_place(stab.value, DW_OP_BREG0, &[0]),
                     Some(b'S' | b'V') => address_place(stab.value),
-                    Some(b'G') => self.symbols.get(name).map_or(VariableLocation::OptimizedOut, |at| address_place(*at)),
+                    Some(b'G') => {
+                        self.symbols.addresses.get(name).map_or(VariableLocation::OptimizedOut, |at| address_place(*at))
+                    }
                     _ => return None,
                 };
                 let parameter = matches!(letter, Some(b'p' | b'P' | b'v' | b'a'));
@@ -239,7 +241,9 @@ impl StabReader<'_> {
 
     /// A parameter that is told once where it was given, and then again in the register that it lives in.
     fn moved_to_register(&mut self, name: &str, of: Option<TypeId>, location: &VariableLocation) -> bool {
-        let Some(last) = self.pending.last_mut().filter(|last| last.parameter && last.name == name) else { return false };
+        let Some(last) = self.pending.last_mut().filter(|last| last.parameter && last.name == name) else {
+            return false;
+        };
         (last.variable_type, last.location) = (of, location.clone());
         true
     }
@@ -297,9 +301,7 @@ fn frame_place(offset: u32, then: &[u8]) -> VariableLocation {
 
 fn register_place(number: u32, operation: u8, then: &[u8]) -> VariableLocation {
     match u8::try_from(number) {
-        Ok(register) if number < REGISTERS => {
-            VariableLocation::Expression([&[operation + register], then].concat())
-        }
+        Ok(register) if number < REGISTERS => VariableLocation::Expression([&[operation + register], then].concat()),
         _ => VariableLocation::OptimizedOut,
     }
 }

@@ -359,7 +359,8 @@ impl StabTypes {
             Some(value.filter(|_| known))
         };
         let (first, last) = (bound()?, bound()?);
-        let count = first.zip(last).and_then(|(first, last)| u32::try_from(last.checked_sub(first)?.checked_add(1)?).ok());
+        let count =
+            first.zip(last).and_then(|(first, last)| u32::try_from(last.checked_sub(first)?.checked_add(1)?).ok());
         let of = self.read(text, TypeNaming::None)?;
         // Arrays of arrays are one of several dimensions.
         match self.get(of) {
