@@ -185,12 +185,13 @@ fn stands(answer: &[String]) -> String {
 #[test]
 #[ignore = "needs gdb-avr, gcc-avr and avr-libc"]
 fn steps_as_avr_gdb_makes_them() {
-    let walks: [(&str, [&str; 3]); 8] = [
+    let walks: [(&str, [&str; 3]); 9] = [
         ("-O0", ["step", "step", "step"]),
         ("-O0", ["next", "next", "next"]),
         ("-Og", ["step", "step", "step"]),
         ("-Og", ["next", "next", "next"]),
         ("-Og", ["step", "next", "step"]),
+        ("-Os", ["step", "step", "step"]),
         ("-Os", ["next", "next", "next"]),
         ("-Os", ["step", "next", "step"]),
         ("-O0", ["step", "next", "step"]),

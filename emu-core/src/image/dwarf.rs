@@ -107,7 +107,7 @@ struct InstructionRow {
 #[derive(Default)]
 struct DwarfLineReader {
     lines: Vec<SourceLine>,
-    /// Byte addresses at which two lines begin: no code belongs to the first.
+    /// Byte addresses at which two rows begin: no code belongs to the first.
     doubled: BTreeSet<u32>,
     /// Byte addresses of rows that begin no statement.
     parts: BTreeSet<u32>,
@@ -180,7 +180,7 @@ impl DwarfLineReader {
             if is_same && parts && !row.end_sequence() {
                 continue;
             }
-            if last.is_some_and(|last| last.addr == addr) && !is_same && !row.end_sequence() {
+            if last.is_some_and(|last| last.addr == addr) && !row.end_sequence() {
                 self.doubled.extend(u32::try_from(addr));
             }
             let current = sequence.get_or_insert_with(|| LowSequence::new(addr));

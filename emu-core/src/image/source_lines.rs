@@ -61,7 +61,7 @@ pub(super) struct LineTable {
     folders: Vec<(Arc<str>, String)>,
     /// What could not be read.
     warnings: Vec<Diagnostic>,
-    /// Byte addresses at which two lines begin: no code belongs to the first.
+    /// Byte addresses at which two rows begin, be it of one line: no code belongs to the first.
     pub(super) doubled: BTreeSet<u32>,
     /// Byte addresses of rows that begin no statement.
     pub(super) parts: BTreeSet<u32>,
@@ -134,7 +134,7 @@ impl SourceLines {
         &self.line_table().lines
     }
 
-    /// Two lines begin at a byte address: a function that begins there has a prologue without code.
+    /// Two rows begin at a byte address: a function that begins there has a prologue without code.
     #[must_use]
     pub fn is_doubled(&self, byte: u32) -> bool {
         self.line_table().doubled.contains(&byte)

@@ -123,10 +123,8 @@ impl StabLineReader<'_> {
         for (at, row) in rows.iter().enumerate() {
             let Some((file, line)) = &row.line else { continue };
             let next = rows.get(at + 1);
-            if let Some(next) = next.filter(|next| next.addr == row.addr) {
-                if next.line != row.line {
-                    self.doubled.insert(row.addr);
-                }
+            if next.is_some_and(|next| next.addr == row.addr) {
+                self.doubled.insert(row.addr);
                 continue;
             }
             let len = next.map_or(0, |next| next.addr - row.addr);
