@@ -258,3 +258,40 @@ fn values_of_functions_and_types_as_avr_gdb_has_them() {
         }
     }
 }
+
+/// Calls that are finished, again and again: where that leads, what they gave, and the variables of what called them.
+#[test]
+#[ignore = "needs gdb-avr, gcc-avr and avr-libc"]
+fn finishes_as_avr_gdb_makes_them() {
+    let (shop, plant) = (["price", "scale", "price"], ["turn", "depth", "top"]);
+    for (files, stops, level, format) in [
+        (SHOP, shop, "-O0", "-gdwarf-4"),
+        (SHOP, shop, "-Os", "-gdwarf-4"),
+        (SHOP, shop, "-O0", "-g"),
+        (SHOP, shop, "-Os", "-gstabs+"),
+        (PLANT, plant, "-O0", "-gdwarf-4"),
+        (PLANT, plant, "-O0", "-g"),
+        (PLANT, plant, "-Os", "-gstabs"),
+    ] {
+        let elf = built(files, level, format);
+        let asked = ["continue", "finish", "frame", "print $", "up", "info locals", "finish", "frame", "info args"];
+        let stop = |stop: &str| -> Vec<String> {
+            let all = std::iter::once(format!("tbreak {stop}")).chain(asked.iter().map(|asked| (*asked).to_owned()));
+            all.collect()
+        };
+        let commands: Vec<String> = stops.into_iter().cycle().take(12).flat_map(stop).collect();
+        let (theirs, ours) = (gdb(&elf, &commands), own(&elf, &commands));
+        for (n, command) in commands.iter().enumerate() {
+            let (theirs, ours) = (theirs.get(n).expect("an answer"), ours.get(n).expect("an answer"));
+            match command.as_str() {
+                "frame" => assert_eq!(theirs.first(), ours.first(), "{}: {command} ({n})", elf.display()),
+                // The first call may give nothing.
+                "print $" if theirs.is_empty() => {}
+                "print $" | "info locals" | "info args" => {
+                    assert_eq!(theirs, ours, "{}: {command} ({n})", elf.display());
+                }
+                _ => {}
+            }
+        }
+    }
+}

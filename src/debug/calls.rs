@@ -157,8 +157,7 @@ impl DebugShell {
         let innermost = level == self.hidden;
         let level = level.saturating_sub(self.hidden);
         match self.is_described(frame) {
-            true if innermost => format!("#0  {place}\n"),
-            true if frame.inlined_skipped > 0 => format!("#{level}  {place}\n"),
+            true if frame.inlined_skipped > 0 || innermost && self.begins_line(frame) => format!("#{level}  {place}\n"),
             true => {
                 let address = self.session.scope.chip().code_address(frame.word);
                 format!("#{level}  0x{address:04x} in {place}\n")
@@ -175,6 +174,13 @@ impl DebugShell {
         let is = |known: &str| known.rsplit('/').next() == Some(file.as_str());
         let file = scope.lines.all_lines().iter().map(|line| &*line.file).find(|known| is(known));
         file.map(|file| (file.to_owned(), *line)).or(own)
+    }
+
+    /// A call is at the first instruction of a row of the table of lines.
+    fn begins_line(&self, frame: &CallFrame) -> bool {
+        let scope = &self.session.scope;
+        let byte = frame.word.saturating_mul(scope.chip().word_bytes);
+        scope.source().line_at(frame.word).is_some_and(|line| line.addr == byte)
     }
 
     fn is_described(&self, frame: &CallFrame) -> bool {

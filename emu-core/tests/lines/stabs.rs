@@ -125,15 +125,26 @@ fn lines_count_from_their_functions() {
             (FUN, 8, 0x20, "second:f(0,1)"),
             (SLINE, 8, 0, ""),
             (SLINE, 9, 0, ""),
+            // Of lines of two files at one address that of the main file is the one.
+            (SLINE, 10, 2, ""),
+            (SOL, 0, 0x22, "/src/a.h"),
+            (SLINE, 7, 2, ""),
             (FUN, 0, 6, ""),
             (SO, 0, 0x26, ""),
         ]],
         &[("first", 0x10)],
     );
     let rows = [(0, "-"), (0x10, "a.c:3"), (0x13, "a.c:3"), (0x14, "a.c:4"), (0x16, "a.h:7"), (0x18, "a.c:5")];
-    let rows = rows.into_iter().chain([(0x1B, "a.c:5"), (0x1C, "-"), (0x1F, "-"), (0x20, "a.c:9"), (0x26, "-")]);
+    let rows = rows.into_iter().chain([
+        (0x1B, "a.c:5"),
+        (0x1C, "-"),
+        (0x1F, "-"),
+        (0x20, "a.c:9"),
+        (0x22, "a.c:10"),
+        (0x26, "-"),
+    ]);
     rows.for_each(|(byte, line)| assert_eq!(told(&lines, byte), line, "{byte:#x}"));
-    assert!(lines.is_doubled(0x20) && !lines.is_doubled(0x10));
+    assert!(lines.is_doubled(0x20) && !lines.is_doubled(0x10) && !lines.is_doubled(0x22));
     assert_eq!((lines.folder("a.c"), lines.warnings()), (Some("/src"), &[][..]));
     let info = lines.debug_info();
     let found: Vec<_> = info.functions.iter().map(|own| (own.name.as_str(), own.block.ranges.clone())).collect();

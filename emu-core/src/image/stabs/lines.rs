@@ -21,7 +21,8 @@ struct StabLineReader<'a> {
     doubled: &'a mut BTreeSet<u32>,
     lines: Vec<SourceLine>,
     position: StabPosition,
-    /// The present file, which a header may be.
+    /// The main file of the unit, and the present one, which may be a header.
+    main: Option<Arc<str>>,
     file: Option<Arc<str>>,
     rows: Vec<StabRow>,
     /// GCC counts the first line of a function from its first address.
@@ -45,6 +46,7 @@ pub(in crate::image) fn read_stab_lines(
         doubled,
         lines: Vec::new(),
         position: StabPosition::default(),
+        main: None,
         file: None,
         rows: Vec::new(),
         gcc: false,
@@ -68,6 +70,7 @@ impl StabLineReader<'_> {
                     UnitChange::Begins(_) => {
                         self.finish_unit();
                         self.file = Some(self.names.intern(&self.position.unit, &self.position.folder));
+                        self.main.clone_from(&self.file);
                     }
                     UnitChange::Ends(addr) => {
                         self.end_rows(addr);
@@ -116,18 +119,21 @@ impl StabLineReader<'_> {
         self.rows.push(StabRow { addr, line: None });
     }
 
-    /// Makes lines of the rows: of several at one address the last is that of the code.
+    /// Makes lines of the rows. Of several at one address the last is that of the code: of those of the main file, if there are any, as gdb
+    /// keeps the rows of each file apart and asks the main file first.
     fn finish_unit(&mut self) {
         let mut rows = std::mem::take(&mut self.rows);
         rows.sort_by_key(|row| (row.addr, row.line.is_some()));
-        for (at, row) in rows.iter().enumerate() {
+        let mut groups = rows.chunk_by(|a, b| a.addr == b.addr).peekable();
+        while let Some(group) = groups.next() {
+            let is_main = |row: &&StabRow| row.line.as_ref().is_some_and(|(file, _)| self.main.as_ref() == Some(file));
+            let Some(row) = group.iter().rev().find(is_main).or(group.last()) else { continue };
             let Some((file, line)) = &row.line else { continue };
-            let next = rows.get(at + 1);
-            if next.is_some_and(|next| next.addr == row.addr) {
+            let of_file = |row: &&StabRow| row.line.as_ref().is_some_and(|(own, _)| own == file);
+            if group.iter().filter(of_file).count() > 1 {
                 self.doubled.insert(row.addr);
-                continue;
             }
-            let len = next.map_or(0, |next| next.addr - row.addr);
+            let len = groups.peek().and_then(|next| next.first()).map_or(0, |next| next.addr - row.addr);
             let file = Arc::clone(file);
             self.lines.push(SourceLine { addr: row.addr, kind: source_kind(&file), file, line: *line, len });
         }

@@ -51,7 +51,8 @@ impl StabTypes {
 
     /// A class that another is derived from: virtual or not, visibility, bits before it, type.
     fn base_class(&mut self, text: &mut TypeText<'_>) -> Option<StructMember> {
-        (text.take()?, text.take()?);
+        text.take()?;
+        text.take()?;
         let bits = u32::try_from(text.number()?).ok()?;
         text.expect(b',')?;
         let of = self.read(text, TypeNaming::None)?;
@@ -94,7 +95,7 @@ impl StabTypes {
             match self.get(at) {
                 Some(CType::Named { of, .. } | CType::Qualified { of, .. }) => at = *of,
                 Some(CType::Base { bytes, .. } | CType::Enum { bytes, .. }) => {
-                    return size > 0 && (size != bytes.saturating_mul(8) || first % 8 != 0);
+                    return size > 0 && (size != bytes.saturating_mul(8) || !first.is_multiple_of(8));
                 }
                 _ => return false,
             }
@@ -108,7 +109,8 @@ impl StabTypes {
             self.read(text, TypeNaming::None)?;
             text.expect(b':')?;
             text.until(b';')?;
-            (text.take()?, text.take()?);
+            text.take()?;
+            text.take()?;
             match text.take()? {
                 b'*' => {
                     text.until(b';')?;
