@@ -147,8 +147,8 @@ fn lines_count_from_their_functions() {
     assert!(lines.is_doubled(0x20) && !lines.is_doubled(0x10) && !lines.is_doubled(0x22));
     assert_eq!((lines.folder("a.c"), lines.warnings()), (Some("/src"), &[][..]));
     let info = lines.debug_info();
-    let found: Vec<_> = info.functions.iter().map(|own| (own.name.as_str(), own.block.ranges.clone())).collect();
-    assert_eq!(found, [("first", vec![0x10..0x1C]), ("second", vec![0x20..0x26])]);
+    let found: Vec<_> = info.functions.iter().map(|own| (own.name.as_str(), own.block.ranges[0].clone())).collect();
+    assert_eq!(found, [("first", 0x10..0x1C), ("second", 0x20..0x26)]);
     assert_eq!(info.unit_at(0x22), Some(("a.c", "/src")));
 }
 
@@ -213,7 +213,7 @@ fn variables_have_their_places() {
     let pair = |at| vec![ByteLocation::Register(at), ByteLocation::Register(at + 1)];
     let gone = vec![ByteLocation::OptimizedOut; 2];
     assert_eq!(found, [ram(0x205), pair(24), pair(22), ram(0x1B1A), ram(0x1FE), gone, ram(0x104)]);
-    assert_eq!((block.blocks.len(), block.blocks[0].ranges.as_slice()), (1, &[0x14..0x18][..]));
+    assert_eq!((block.blocks.len(), &block.blocks[0].ranges[0]), (1, &(0x14..0x18)));
     let inner: Vec<_> = block.blocks[0].variables.iter().map(|own| (own.name.as_str(), places(info, own))).collect();
     let two = vec![ByteLocation::Value(2), ByteLocation::Value(0)];
     assert_eq!(inner, [("inner", vec![ByteLocation::Memory(0x80_0201)]), ("two", two)]);
