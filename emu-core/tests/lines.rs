@@ -9,6 +9,8 @@ mod damage;
 mod dropped;
 #[path = "lines/elf.rs"]
 mod elf;
+#[path = "lines/stabs.rs"]
+mod stabs;
 #[path = "lines/versions.rs"]
 mod versions;
 

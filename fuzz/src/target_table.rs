@@ -81,7 +81,7 @@ fn loop_forever(_: &[u8]) {
 #[rustfmt::skip]
 pub const TARGETS: &[FuzzTarget] = &[
     target_row("hex",             image::hex,             4096, &[Files("emu-core/tests/image", ".hex"), Files("examples", ".hex")], made::no_words, "Intel HEX on a chip of each family; what is written is read back"),
-    target_row("elf",             image::elf,            65536, &[Files("examples", ".elf")], made::no_words, "ELF with symbols, notes and DWARF lines"),
+    target_row("elf",             image::elf,            65536, &[Files("examples", ".elf"), Files("tests/cli/in", "stabs.elf")], made::no_words, "ELF with symbols, notes, DWARF and stabs"),
     target_row("symbols-sdcc",    image::symbols_sdcc,   16384, &[Files("emu-core/tests/symbols", ".cdb"), Files("emu-core/tests/symbols", ".map"), Files("emu-core/tests/symbols", ".rst"), Files("emu-core/tests/symbols", ".lst")], text_seeds::sdcc, "maps, debugging records and listings of SDCC"),
     target_row("symbols-gputils", image::symbols_gputils, 16384, &[Files("emu-core/tests/gputils", ".cod"), Files("emu-core/tests/gputils", ".map"), Files("emu-core/tests/gputils", ".lst")], made::no_words, "symbol files, maps and listings of gputils"),
     target_row("symbols-keil",    image::symbols_keil,   16384, &[Files("emu-core/tests/keil", ".m51"), Files("emu-core/tests/keil", ".map")], text_seeds::keil, "maps of Keil's linkers; no name has a control character"),

@@ -150,9 +150,10 @@ pub const LINE_CODES: &[DiagnosticCode] = &[
     row("ELF013", "compressed debugging information",
         "A warning: source lines were asked for, and the sections that hold them are compressed, which is not read. Mend: link \
          without -gz, or unpack them: avr-objcopy --decompress-debug-sections app.elf."),
-    row("ELF014", "debugging information that is not DWARF",
-        "A warning: source lines were asked for, and the file has them as stabs, an old format, which is not read. Older compilers \
-         for AVR (GCC 5.4 is one) write it for a mere -g. Mend: compile with -gdwarf-4."),
+    row("ELF014", "damaged stabs",
+        "A warning: source lines were asked for, and what the file says of them in stabs (.stab and .stabstr, the format that avr-gcc up to \
+         12 writes for a mere -g) is cut off or goes beyond its end. What can be read is used, so lines may be missing. The program itself is \
+         not touched by that. Mend: build anew."),
 ];
 
 /// All codes that [`super::load_symbols`] reports, for `emu explain`.

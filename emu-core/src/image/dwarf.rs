@@ -1,4 +1,4 @@
-//! Reads source lines from the debugging information of ELF files: DWARF 2 to 5, parsed by `gimli`.
+//! Source lines out of the debugging information of ELF files: DWARF 2 to 5, parsed by `gimli`, and stabs (`stabs.rs`).
 //!
 //! ```text
 //!   .debug_info   units: where each has code, the folder of its compilation, its line program
@@ -19,7 +19,6 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
-use diag::text::printable;
 use diag::{Diagnostic, Pos, Severity};
 use gimli::{
     AttributeValue, DebugAbbrev, DebugAbbrevOffset, DebugLineOffset, Dwarf, EndianSlice, Error, IncompleteLineProgram,
@@ -27,7 +26,8 @@ use gimli::{
 };
 
 use super::elf::{self, DebugSection};
-use super::source_lines::{LineTable, SourceKind, SourceLine};
+use super::source_lines::{LineTable, SourceFileNames, SourceLine, join_path, source_kind};
+use super::stabs;
 use dropped::{DroppedScan, LowSequence};
 
 type DwarfSlice<'b> = EndianSlice<'b, Le>;
@@ -36,9 +36,9 @@ type DwarfSlice<'b> = EndianSlice<'b, Le>;
 const DAMAGED: &str = "ELF012";
 /// Code of the warning about compressed debugging information.
 const COMPRESSED: &str = "ELF013";
-/// Code of the warning about a format that is not DWARF.
-const OTHER_FORMAT: &str = "ELF014";
-/// Maximum length of the name of a source file; a longer one is in a damaged file.
+/// Code of the warning about stabs that are damaged.
+const DAMAGED_STABS: &str = "ELF014";
+/// Longest name of a source file; longer ones are of a damaged file.
 const MAX_NAME: usize = 4096;
 
 /// Reads the source lines of an ELF file. A file without debugging information gives no lines and no warning.
@@ -67,13 +67,14 @@ pub(super) fn read_line_table(file: &str, bytes: &[u8]) -> LineTable {
         let cause = format!("the debugging information is damaged, so source lines may be missing: {fault}");
         warn(DAMAGED, cause, "build the program anew")
     });
-    // Start-up code and libraries can add DWARF without lines to a program that was compiled with stabs.
-    let stabs = sections.iter().any(|(name, section)| *name == ".stab" && !section.bytes().is_empty());
-    let other = (stabs && reader.lines.is_empty()).then(|| {
-        let cause = "the debugging information is stabs, so source lines are not known".to_owned();
-        warn(OTHER_FORMAT, cause, "compile with -gdwarf-4 in place of -g")
+    let (lines, fault) = stabs::read_stab_lines(&sections, &bytes, &mut reader.names, &mut reader.doubled);
+    reader.lines.extend(lines);
+    let stabs = fault.map(|fault| {
+        let cause = format!("the debugging information (stabs) is damaged, so source lines may be missing: {fault}");
+        warn(DAMAGED_STABS, cause, "build the program anew")
     });
-    let mut found = LineTable::from_lines(reader.lines, reader.folders, damaged.into_iter().chain(other).collect());
+    let warnings = damaged.into_iter().chain(stabs).collect();
+    let mut found = LineTable::from_lines(reader.lines, reader.names.folders, warnings);
     (found.doubled, found.parts) = (reader.doubled, reader.parts);
     found
 }
@@ -107,15 +108,13 @@ struct InstructionRow {
 #[derive(Default)]
 struct DwarfLineReader {
     lines: Vec<SourceLine>,
-    /// Byte addresses at which two lines start, so that the first has no code.
+    /// Byte addresses at which two rows begin: no code belongs to the first.
     doubled: BTreeSet<u32>,
     /// Byte addresses of rows that do not start a statement.
     parts: BTreeSet<u32>,
     /// Names of files that occurred.
-    names: HashMap<String, Arc<str>>,
-    /// Folders of the compilations of these files.
-    folders: Vec<(Arc<str>, String)>,
-    /// The first fault that was found.
+    names: SourceFileNames,
+    /// The first thing that was wrong.
     fault: Option<String>,
 }
 
@@ -183,7 +182,7 @@ impl DwarfLineReader {
             if is_same && parts && !row.end_sequence() {
                 continue;
             }
-            if last.is_some_and(|last| last.addr == addr) && !is_same && !row.end_sequence() {
+            if last.is_some_and(|last| last.addr == addr) && !row.end_sequence() {
                 self.doubled.extend(u32::try_from(addr));
             }
             let current = sequence.get_or_insert_with(|| LowSequence::new(addr));
@@ -228,19 +227,7 @@ impl DwarfLineReader {
             (0, _) => String::new(),
             _ => file.directory(header).and_then(text)?,
         };
-        let path = join_path(&inner, &name);
-        let below = path.strip_prefix(folder).filter(|_| !folder.is_empty()).and_then(|path| path.strip_prefix('/'));
-        let path = below.unwrap_or(&path);
-        let path = path.strip_prefix("./").unwrap_or(path);
-        if let Some(known) = self.names.get(path) {
-            return Some(Arc::clone(known));
-        }
-        let file: Arc<str> = printable(path).into();
-        self.names.insert(path.to_owned(), Arc::clone(&file));
-        if !folder.is_empty() {
-            self.folders.push((Arc::clone(&file), folder.to_owned()));
-        }
-        Some(file)
+        Some(self.names.intern(&join_path(&inner, &name), folder))
     }
 }
 
@@ -357,14 +344,4 @@ fn ranges(
 fn lossy_text(text: DwarfSlice<'_>) -> String {
     let bytes = text.slice();
     String::from_utf8_lossy(bytes.get(..bytes.len().min(MAX_NAME)).unwrap_or_default()).into_owned()
-}
-
-fn join_path(folder: &str, name: &str) -> String {
-    if folder.is_empty() || name.starts_with('/') { name.to_owned() } else { format!("{folder}/{name}") }
-}
-
-/// The kind of a source file by its extension; C and assembler never share one.
-fn source_kind(file: &str) -> SourceKind {
-    let asm = [".S", ".s", ".sx", ".asm", ".inc"].iter().any(|ending| file.ends_with(ending));
-    if asm { SourceKind::Asm } else { SourceKind::C }
 }

@@ -91,7 +91,7 @@ pub(super) fn debug_sections(bytes: &[u8]) -> Option<Vec<(&str, DebugSection<'_>
         };
         if name.starts_with(".zdebug_") || name.starts_with(".debug_") && section.sh_flags(Le) & SHF_COMPRESSED != 0 {
             found.push((name, DebugSection::Compressed));
-        } else if name.starts_with(".debug_") || name == ".stab" {
+        } else if name.starts_with(".debug_") || matches!(name, ".stab" | ".stabstr") {
             found.push((name, DebugSection::Plain(section.data(Le, bytes).ok()?)));
         }
     }
@@ -114,7 +114,37 @@ pub(super) fn code_names_at(bytes: &[u8], addr: u32) -> Vec<&[u8]> {
     named().unwrap_or_default()
 }
 
-/// Checks the fields at fixed offsets of the header.
+/// What a table of symbols says.
+#[derive(Default)]
+pub(super) struct SymbolTable<'b> {
+    /// Addresses of what other modules see, by name.
+    pub addresses: HashMap<&'b [u8], u32>,
+    /// Bytes of what has an address.
+    pub sizes: HashMap<u32, u32>,
+}
+
+/// The symbols of a file; none where it has no table of them.
+pub(super) fn symbol_table(bytes: &[u8]) -> SymbolTable<'_> {
+    let read = || {
+        let header = FileHeader32::<Le>::parse(bytes).ok()?;
+        let table = header.sections(Le, bytes).ok()?.symbols(Le, bytes, SHT_SYMTAB).ok()?;
+        let (mut found, mut left) = (SymbolTable::default(), bytes.len() * NAME_SHARING);
+        for symbol in table.iter().filter(|symbol| !symbol.is_undefined(Le)) {
+            let (addr, size) = (symbol.st_value(Le), symbol.st_size(Le));
+            if size > 0 {
+                found.sizes.insert(addr, size);
+            }
+            if let Some(name) = symbol.name(Le, table.strings()).ok().filter(|_| symbol.st_bind() != STB_LOCAL) {
+                left = left.checked_sub(name.len())?;
+                found.addresses.insert(name, addr);
+            }
+        }
+        Some(found)
+    };
+    read().unwrap_or_default()
+}
+
+/// Checks what can be read without knowing the layout of the rest.
 fn check_header(bytes: &[u8], wanted: ElfMachine, faults: &mut FaultList) {
     let rebuild = "link the program for this chip and load that file";
     if !bytes.starts_with(MAGIC) {

@@ -6,21 +6,15 @@
 //! describe what is accepted. [`write_hex`] writes a HEX file.
 //!
 //! ```text
-//!   hex.rs           lines to records to addresses
-//!   hex_record.rs    one line and its faults
-//!   elf.rs           sections to load addresses, symbols
-//!   omf51/           records of absolute object files for MCS-51
-//!   placement.rs     bytes into memories: outside, overlap, half words
-//!   faults.rs        the list of faults and its limit
-//!   codes.rs         the table of codes
-//!   write.rs         segments to HEX
-//!   symbols/         the files with symbols that SDCC, Keil and gputils write beside an image
-//!   source_lines.rs  source lines by address, and addresses by line
-//!   dwarf.rs         source lines in ELF files
-//!   debug_info/      functions, variables and types of C in ELF files
-//!   demangle.rs      names of C++ and Rust
-//!   note.rs          the AVR for which an ELF file was linked
-//!   simavr.rs        the section for simavr in an ELF file
+//!   hex.rs   lines to records to addresses          elf.rs   sections to load addresses, symbols
+//!   hex_record.rs  one line and its faults                place.rs bytes into memories: outside, overlap, half words
+//!   omf51/   records of absolute object files for MCS-51
+//!   write.rs segments to HEX                        faults.rs the list of faults and its limit
+//!   codes.rs the table of codes                     symbols/ the files beside an image that SDCC and gputils write
+//!   lines.rs source lines by address, and back      dwarf.rs those in ELF files
+//!   stabs.rs those that older compilers write for AVR
+//!   debug_info/ functions, variables and types of C in ELF files
+//!   note.rs  for which AVR an ELF file was linked    simavr.rs what it says to simavr
 //! ```
 
 mod codes;
@@ -36,6 +30,7 @@ mod omf51;
 mod placement;
 mod simavr;
 mod source_lines;
+mod stabs;
 mod symbols;
 mod write;
 

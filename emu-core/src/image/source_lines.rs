@@ -1,10 +1,11 @@
 //! Source lines of a program: the line from which the code at an address was made, and the addresses of the
 //! code of a line.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, OnceLock};
 
 use diag::Diagnostic;
+use diag::text::printable;
 
 use super::{DebugInfo, dwarf};
 use crate::CoreError;
@@ -63,7 +64,7 @@ pub(super) struct LineTable {
     folders: Vec<(Arc<str>, String)>,
     /// Warnings about what could not be read.
     warnings: Vec<Diagnostic>,
-    /// Byte addresses at which two lines start, so that the first has no code.
+    /// Byte addresses at which two rows begin, be it of one line: no code belongs to the first.
     pub(super) doubled: BTreeSet<u32>,
     /// Byte addresses of rows that do not start a statement.
     pub(super) parts: BTreeSet<u32>,
@@ -137,7 +138,7 @@ impl SourceLines {
         &self.line_table().lines
     }
 
-    /// Whether two lines start at a byte address. A function that starts there has a prologue without code.
+    /// Two rows begin at a byte address: a function that begins there has a prologue without code.
     #[must_use]
     pub fn is_doubled(&self, byte: u32) -> bool {
         self.line_table().doubled.contains(&byte)
@@ -256,4 +257,40 @@ fn ends_with_path(path: &str, end: &str) -> bool {
 /// The names as `String`s, for messages.
 fn owned(names: &[&str]) -> Vec<String> {
     names.iter().map(|&name| name.to_owned()).collect()
+}
+
+/// Names of source files, each once, below the folder of their compilation or absolute.
+#[derive(Debug, Default)]
+pub(super) struct SourceFileNames {
+    names: HashMap<String, Arc<str>>,
+    /// The folders of the compilations.
+    pub folders: Vec<(Arc<str>, String)>,
+}
+
+impl SourceFileNames {
+    /// The name of a file that was compiled in a folder.
+    pub fn intern(&mut self, path: &str, folder: &str) -> Arc<str> {
+        let below = path.strip_prefix(folder).filter(|_| !folder.is_empty()).and_then(|path| path.strip_prefix('/'));
+        let path = below.unwrap_or(path);
+        let path = path.strip_prefix("./").unwrap_or(path);
+        if let Some(known) = self.names.get(path) {
+            return Arc::clone(known);
+        }
+        let file: Arc<str> = printable(path).into();
+        self.names.insert(path.to_owned(), Arc::clone(&file));
+        if !folder.is_empty() {
+            self.folders.push((Arc::clone(&file), folder.to_owned()));
+        }
+        file
+    }
+}
+
+pub(super) fn join_path(folder: &str, name: &str) -> String {
+    if folder.is_empty() || name.starts_with('/') { name.to_owned() } else { format!("{folder}/{name}") }
+}
+
+/// By the extension: compilers leave assembler alone, and assemblers take no C.
+pub(super) fn source_kind(file: &str) -> SourceKind {
+    let asm = [".S", ".s", ".sx", ".asm", ".inc"].iter().any(|ending| file.ends_with(ending));
+    if asm { SourceKind::Asm } else { SourceKind::C }
 }

@@ -133,9 +133,12 @@ fn what_is_no_dwarf_is_told() {
     const COMPRESSED: u32 = 1 << 11;
     assert_eq!(codes(&build(&[(".debug_line", COMPRESSED, &[1, 0, 0, 0])])), ["ELF013"]);
     assert_eq!(codes(&build(&[(".zdebug_line", 0, b"ZLIB")])), ["ELF013"]);
-    assert_eq!(codes(&build(&[(".stab", 0, &[0; 12]), (".stabstr", 0, &[0])])), ["ELF014"]);
-    // As GCC 5.4 links it: a line program header without rows, and no unit that refers to it.
-    let stabs = [(".stab", 0, &[0; 12][..]), (".debug_info", 0, &[]), (".debug_line", 0, &[0; 4])];
+    // Stabs: the head of a unit, and what is cut off or outside.
+    assert_eq!(codes(&build(&[(".stab", 0, &[0; 12]), (".stabstr", 0, &[0])])), [""; 0]);
+    assert_eq!(codes(&build(&[(".stab", 0, &[0; 13]), (".stabstr", 0, &[0])])), ["ELF014"]);
+    assert_eq!(codes(&build(&[(".stab", 0, &[9; 12]), (".stabstr", 0, &[0])])), ["ELF014"]);
+    // As GCC 5.4 links it: a head of lines without rows, and no unit that names it.
+    let stabs = [(".stab", 0, &[0; 11][..]), (".debug_info", 0, &[]), (".debug_line", 0, &[0; 4])];
     assert_eq!(codes(&build(&stabs)), ["ELF014"]);
     assert_eq!(codes(&build(&[(".stab", 0, &[]), (".text", 0, &[0; 4])])), [""; 0]);
     assert_eq!(codes(&build(&[(".text", 0, &[0; 4])])), [""; 0]);

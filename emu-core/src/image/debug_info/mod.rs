@@ -1,21 +1,21 @@
-//! Functions, variables and types of a program, read from the debugging information (DWARF 2 to 5) of its ELF
-//! file.
+//! Functions, variables and types of a program, out of the debugging information (DWARF 2 to 5, stabs) of its ELF file.
 //!
 //! ```text
 //!   read.rs    entries of .debug_info to functions, blocks, variables, types
+//!   stabs.rs   records of .stab to the same
 //!   place.rs   where a variable is while the machine is in a frame: location expressions and lists
 //!   unwind.rs  .debug_frame: the frame of the caller
 //! ```
 //!
-//! A type is identified by the offset of its entry in `.debug_info` ([`TypeId`]), so types that refer to each
-//! other need no second pass. This module knows no machine: a caller that asks for a location gives registers
-//! and memory as a [`FrameView`].
+//! A type is named by the place of its entry in `.debug_info` ([`TypeId`]), so that types that refer to each other need no second
+//! pass; those of stabs have numbers behind. Nothing here knows a machine: who asks for a place gives registers and memory as a [`FrameView`].
 
 mod place;
 mod read;
+mod stabs;
 mod unwind;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 
 pub use place::{ByteLocation, FrameView};
@@ -111,6 +111,8 @@ pub enum CType {
         result: Option<TypeId>,
         /// Types of the parameters.
         parameters: Vec<Option<TypeId>>,
+        /// The parameters are known: where there are none it takes none.
+        prototyped: bool,
     },
 }
 
@@ -228,6 +230,8 @@ pub struct DebugInfo {
     /// Variables outside of functions.
     pub globals: Vec<VariableInfo>,
     pub(super) types: BTreeMap<usize, CType>,
+    /// Types that are others: what is told elsewhere.
+    pub(super) same_types: HashMap<usize, usize>,
     pub(super) units: Vec<UnitInfo>,
     /// Contents of `.debug_frame`, and below them those of `.debug_addr`.
     pub(super) frames: Vec<u8>,
@@ -245,7 +249,7 @@ impl DebugInfo {
     /// Returns the type with this id.
     #[must_use]
     pub fn type_info(&self, id: TypeId) -> Option<&CType> {
-        self.types.get(&id.0)
+        self.types.get(self.same_types.get(&id.0).unwrap_or(&id.0))
     }
 
     /// All types, in the order of the file.

@@ -17,7 +17,7 @@ use gimli::{
 use attributes::{constant_bytes, encoding, lossy_text, range, signed_value, unsigned_attribute};
 
 use super::{
-    BlockInfo, CType, DebugInfo, FunctionInfo, StructMember, TypeId, UnitInfo, VariableInfo, VariableLocation,
+    BlockInfo, CType, DebugInfo, FunctionInfo, StructMember, TypeId, UnitInfo, VariableInfo, VariableLocation, stabs,
 };
 use crate::image::{dwarf, elf};
 
@@ -34,21 +34,26 @@ pub(super) fn read_debug_info(bytes: &[u8]) -> DebugInfo {
     let named =
         |name: &str| sections.iter().find(|(own, _)| *own == name).map_or(&[][..], |(_, section)| section.bytes());
     let section = |id: SectionId| -> Result<DwarfSlice<'_>, Error> { Ok(EndianSlice::new(named(id.name()), Le)) };
-    let Ok(dwarf) = Dwarf::load(section) else { return DebugInfo::default() };
+    let mut info = Dwarf::load(section).map_or_else(|_| DebugInfo::default(), |dwarf| read_dwarf(&dwarf, &bytes));
+    info.frames = named(".debug_frame").to_vec();
+    info.addresses = named(".debug_addr").to_vec();
+    let last = info.types.last_key_value().map_or(0, |(last, _)| last.saturating_add(1));
+    stabs::add_stabs(&mut info, &sections, &bytes, last.max(named(".debug_info").len()));
+    info
+}
+
+fn read_dwarf(dwarf: &Dwarf<DwarfSlice<'_>>, bytes: &[u8]) -> DebugInfo {
     let mut reader = DebugInfoReader { budget: bytes.len() * 4 + (1 << 20), ..DebugInfoReader::default() };
-    dwarf::each_unit(&dwarf, &mut |unit| {
+    dwarf::each_unit(dwarf, &mut |unit| {
         if let Ok(unit) = unit {
             // The header of a line program is read again for each unit that refers to it.
             let head = unit.line_program.as_ref().map_or(0, |program| program.header().header_length());
             reader.budget = reader.budget.saturating_sub(head);
-            reader.unit(&dwarf, &unit);
+            reader.unit(dwarf, &unit);
         }
         reader.budget > 0
     });
-    let mut info = reader.finish(&elf::code_names_at(&bytes, 0));
-    info.frames = named(".debug_frame").to_vec();
-    info.addresses = named(".debug_addr").to_vec();
-    info
+    reader.finish(&elf::code_names_at(bytes, 0))
 }
 
 /// An entry whose children are still being read.
@@ -250,7 +255,10 @@ impl DebugInfoReader {
             gimli::DW_TAG_volatile_type => qualified("volatile"),
             gimli::DW_TAG_restrict_type => qualified("restrict"),
             gimli::DW_TAG_atomic_type => qualified("_Atomic"),
-            gimli::DW_TAG_subroutine_type => CType::Function { result: to, parameters: Vec::new() },
+            gimli::DW_TAG_subroutine_type => {
+                let prototyped = entry.attr_value(gimli::DW_AT_prototyped).is_some();
+                CType::Function { result: to, parameters: Vec::new(), prototyped }
+            }
             _ => {
                 self.read_member(of, entry, name, to);
                 return OpenEntry::Other;
@@ -377,23 +385,28 @@ impl DebugInfoReader {
             }
         }
         info.globals.iter_mut().for_each(|own| name(&mut own.name, &mut own.variable_type, &mut own.line));
-        for function in &info.functions {
-            let parameters =
-                function.block.variables.iter().filter(|own| own.parameter).map(|own| own.variable_type).collect();
-            info.types.insert(function.of.0, CType::Function { result: function.result, parameters });
-        }
-        // A linker that drops a function keeps its entry, at address 0.
+        // A linker that drops a function leaves its entry, at address 0.
         let kept = |function: &FunctionInfo| {
             let first = function.block.ranges.iter().map(|range| range.start).min();
             first != Some(0) || zero.contains(&function.name.as_bytes())
         };
         info.functions.retain(kept);
-        info.functions.sort_by_key(|function| function.block.ranges.iter().map(|range| range.start).min());
+        finish_functions(&mut info);
         info
     }
 }
 
-/// Placeholder of a name until all entries were read. It starts with NUL, which no name contains.
+/// Types of functions, by their parameters, and their order.
+pub(super) fn finish_functions(info: &mut DebugInfo) {
+    for function in &info.functions {
+        let parameters = function.block.variables.iter().filter(|own| own.parameter).map(|own| own.variable_type);
+        let (result, parameters) = (function.result, parameters.collect());
+        info.types.insert(function.of.0, CType::Function { result, parameters, prototyped: true });
+    }
+    info.functions.sort_by_key(|function| function.block.ranges.iter().map(|range| range.start).min());
+}
+
+/// What stands in place of a name until all entries were read: none has such a character.
 fn type_reference(origin: Option<usize>) -> String {
     origin.map_or(String::new(), |at| format!("\0{at}"))
 }
