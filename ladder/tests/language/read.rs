@@ -24,6 +24,10 @@ fn every_row_is_told_as_written() {
     for (number, row) in common::rows(TABLE) {
         let (expected, rest) = row.split_once('|').expect("a row has a bar");
         let found = diagnostics(&common::text(rest));
+        let is_accepted = !found.iter().any(Diagnostic::is_error);
+        if is_accepted != expected.split_whitespace().any(|w| w == "ok") {
+            wrong.push(format!("line {number}: accepted: {is_accepted}"));
+        }
         let mut found = common::diagnostic_codes(&found);
         let expected: Vec<&str> = expected.split_whitespace().filter(|w| *w != "ok").collect();
         if !expected.iter().any(|e| e.starts_with("LD018")) {
