@@ -98,7 +98,10 @@ fn programs_of_ldmicro5() {
             let text = |bytes: &[u8]| diag::text::to_display_text(&diag::text::decode_text(bytes)).into_owned();
             assert_eq!(words(&text(&written)), words(&text(&bytes)), "{name}");
         } else {
-            println!("{name}: written otherwise");
+            println!(
+                "{name}: written otherwise: {:?}",
+                parsed.warnings.iter().find(|n| n.code == ladder::REWRITTEN).map(|n| &n.cause)
+            );
         }
     }
 }

@@ -200,3 +200,59 @@ fn hints_guess_what_was_meant() {
         assert_eq!(errors.first().map(|d| d.hint.as_str()), Some(hint), "{line}");
     }
 }
+
+/// The constant that MOVE copies, in a program under a header; `None` if it is refused.
+fn constant(header: &str, text: &str) -> Option<i64> {
+    let file = format!("{header}\nCYCLE=10000\nCRYSTAL=4000000\nPROGRAM\nRUNG\nMOVE a {text}\nEND\n");
+    let program = ladder::parse("t", &file).ok()?.program;
+    program.elements().find_map(|(_, element, _)| match element {
+        ladder::Element::Move { src: ladder::LadderOperand::Const { value, .. }, .. } => Some(*value),
+        _ => None,
+    })
+}
+
+#[test]
+fn the_dialect_sets_the_spelling_of_numbers() {
+    // Text, value in ldmicro-2.3, value in ldmicro-5.
+    let rows = [
+        ("12", Some(12), Some(12)),
+        ("-3", Some(-3), Some(-3)),
+        ("+5", None, Some(5)),
+        ("017", Some(17), Some(15)),
+        ("-017", Some(-17), Some(-15)),
+        ("089", Some(89), Some(0)),
+        ("0x1F", Some(31), Some(31)),
+        ("-0X10", Some(-16), Some(-16)),
+        ("0x", None, Some(0)),
+        ("0b101", Some(5), Some(0)),
+        ("0o17", Some(15), Some(0)),
+        ("5abc", None, Some(5)),
+        ("'A'", Some(65), Some(65)),
+        ("2147483647", None, Some(2_147_483_647)),
+        ("2147483648", None, None),
+        ("-", None, None),
+    ];
+    for (text, old, new) in rows {
+        assert_eq!((constant("LDmicro0.1", text), constant("LDmicro", text)), (old, new), "{text}");
+    }
+}
+
+#[test]
+fn lists_keep_every_line_that_has_a_meaning() {
+    let vars = "4bytes a\n5 bytes b\nc signed 12 bit\nd signed 4 bit variable\n1 bytes #PORTB\n1 bytes a here\n";
+    let io = "Xa at 2 300 -1\nXb at PB0 0 0\nXc at 3 1\nXd 4\nX-e at 5\n";
+    let file = format!(
+        "LDmicro\nCYCLE=1\nCRYSTAL=1\nVAR LIST\n{vars}END\nIO LIST\n{io}END\nPROGRAM\nRUNG 1\nEND\nRUNG 2\nSHORT\nEND\n"
+    );
+    let program = ladder::parse("t", &file).expect("a program").program;
+    let widths: Vec<_> = program.vars.iter().flatten().map(|var| (var.name.as_str(), var.bytes)).collect();
+    assert_eq!(widths, [("a", 4), ("b", 2), ("c", 1), ("d", 2), ("#PORTB", 1), ("a", 1)]);
+    let pins: Vec<_> = program.io.iter().map(|io| (io.name.as_str(), io.pin, io.modbus)).collect();
+    assert_eq!(pins, [("Xa", 2, Some((44, 65535))), ("Xb", 0, Some((0, 0))), ("Xc", 3, None)]);
+    assert_eq!(program.rungs.iter().map(|rung| rung.series.len()).collect::<Vec<_>>(), [0, 1]);
+    let written = ladder::write(&program);
+    assert!(written.starts_with("LDmicro\n") && written.contains("\nRUNG 2\n"), "{written}");
+    assert!(written.contains("    5 bytes b\n    c signed 12 bit\n"), "{written}");
+    let widths = ladder::parse("t", &written).expect("a program").program.vars;
+    assert_eq!(widths.map(|vars| vars.len()), program.vars.map(|vars| vars.len()));
+}
