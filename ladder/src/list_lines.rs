@@ -3,7 +3,7 @@
 //! LDmicro reads a line with C's `scanf`: it accepts any text after the part that it knows, and skips some lines
 //! that it does not know. What has no effect is reported as a note or a warning.
 
-use diag::Severity;
+use diag::{Pos, Severity};
 
 use crate::codes;
 use crate::lexer::{self, LdLine, LdToken};
@@ -171,7 +171,8 @@ fn read_var_line(reader: &mut LdReader<'_>, line: &LdLine<'_>) -> Option<VarEntr
 fn split_bytes_line(text: &str) -> Option<(i64, &'static str, &str)> {
     let (size, rest) = lexer::split_decimal(text)?;
     let rest = rest.trim_start();
-    let name = rest.strip_prefix("bytes").or_else(|| rest.strip_prefix("byte "))?;
+    let singular = || rest.strip_prefix("byte").filter(|name| name.starts_with(char::is_whitespace));
+    let name = rest.strip_prefix("bytes").or_else(singular)?;
     Some((size, "bytes", name.split_whitespace().next()?))
 }
 
@@ -185,22 +186,40 @@ fn split_bits_line(text: &str) -> Option<(i64, &'static str, &str)> {
 /// Reports a line of PULL-UP LIST that LDmicro 5 refuses or ignores.
 fn check_pull_up(reader: &mut LdReader<'_>, line: &LdLine<'_>, micro: Option<&str>) {
     let shown = message_text(line.text);
-    let mut chars = line.text.chars();
-    let (prefix, port) = (chars.next().unwrap_or_default(), chars.next().unwrap_or_default());
-    let mask = chars.as_str().strip_prefix(':').and_then(|mask| mask.trim_start().strip_prefix("0x"));
-    if !mask.is_some_and(|digits| digits.starts_with(|c: char| c.is_ascii_hexdigit())) {
+    let Some(port) = pull_up_port(line.text) else {
         let cause = format!("`{shown}` is no line of PULL-UP LIST: it has no effect");
         let hint = "write a port and a mask, such as PB: 0x0F";
         return reader.report(Severity::Warning, codes::LIST_LINE, line.pos, cause, hint);
-    }
+    };
     let Some(micro) = micro else {
         let cause = format!("`{shown}` has no effect, because MICRO= does not stand before the list");
         let hint = "put MICRO= before PULL-UP LIST";
         return reader.report(Severity::Note, codes::LIST_LINE, line.pos, cause, hint);
     };
-    let wanted = if micro.contains("PIC1") { 'R' } else { 'P' };
-    if prefix != wanted || !port.to_ascii_uppercase().is_ascii_uppercase() || port.to_ascii_uppercase() > 'P' {
-        let cause = format!("`{shown}` does not begin with a port of {}", message_text(micro));
-        reader.error(codes::LIST_LINE, line.pos, cause, format!("write a port such as {wanted}B"));
+    require_port(reader, port, micro, line.pos);
+}
+
+/// Checks the lines of PULL-UP LIST that came before `MICRO=`: they have no effect until the file is written back.
+pub(crate) fn check_earlier_pull_ups(reader: &mut LdReader<'_>, pull_ups: &[String], micro: &str, pos: Pos) {
+    for port in pull_ups.iter().filter_map(|text| pull_up_port(text)) {
+        require_port(reader, port, micro, pos);
     }
+}
+
+fn require_port(reader: &mut LdReader<'_>, port: [char; 2], micro: &str, pos: Pos) {
+    let [prefix, letter] = port;
+    let wanted = if micro.contains("PIC1") { 'R' } else { 'P' };
+    if prefix != wanted || !('A'..='P').contains(&letter.to_ascii_uppercase()) {
+        let shown = message_text(&format!("{prefix}{letter}"));
+        let cause = format!("`{shown}` in PULL-UP LIST is no port of {}", message_text(micro));
+        reader.error(codes::LIST_LINE, pos, cause, format!("write a port such as {wanted}B"));
+    }
+}
+
+/// The two characters of the port in a line of PULL-UP LIST; `None` if the line has no port and mask.
+fn pull_up_port(text: &str) -> Option<[char; 2]> {
+    let mut chars = text.chars();
+    let port = [chars.next()?, chars.next()?];
+    let mask = chars.as_str().strip_prefix(':')?.trim_start().strip_prefix("0x")?;
+    mask.starts_with(|c: char| c.is_ascii_hexdigit()).then_some(port)
 }

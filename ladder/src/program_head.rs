@@ -4,7 +4,7 @@ use diag::{Pos, Severity, nearest};
 
 use crate::codes;
 use crate::lexer::LdLine;
-use crate::list_lines::read_list_line;
+use crate::list_lines::{check_earlier_pull_ups, read_list_line};
 use crate::model::{IoEntry, LadderDialect, LadderProgram, LdFormat, ProgramSettings, Rung, SourceStyle, VarEntry};
 use crate::reader::{LdReader, message_text};
 
@@ -178,7 +178,13 @@ fn read_setting(reader: &mut LdReader<'_>, line: &LdLine<'_>, out: &mut ProgramH
     };
     refuse_repeated(reader, out, name, line.pos);
     match name {
-        "MICRO=" => out.micro = Some(value.to_owned()).filter(|v| !v.is_empty()),
+        "MICRO=" => {
+            out.micro = Some(value.to_owned()).filter(|v| !v.is_empty());
+            let (micro, pull_ups) = (out.micro.as_deref(), out.pull_ups.as_deref());
+            if let (Some(micro), Some(pull_ups)) = (micro, pull_ups) {
+                check_earlier_pull_ups(reader, pull_ups, micro, line.pos);
+            }
+        }
         "CYCLE=" => out.cycle = read_quantity(reader, line, name, value, "us", 0),
         "CRYSTAL=" => out.crystal = read_quantity(reader, line, name, value, "hz", 1),
         "BAUD=" => out.baud = read_quantity(reader, line, name, value, "hz", 0),

@@ -256,3 +256,19 @@ fn lists_keep_every_line_that_has_a_meaning() {
     let widths = ladder::parse("t", &written).expect("a program").program.vars;
     assert_eq!(widths.map(|vars| vars.len()), program.vars.map(|vars| vars.len()));
 }
+
+#[test]
+fn every_accepted_row_reads_back_as_it_was_written() {
+    let mut seen = 0;
+    for (number, row) in common::rows(TABLE) {
+        let text = common::text(row.split_once('|').map_or("", |(_, rest)| rest));
+        let Ok(parsed) = ladder::parse("t", &text) else { continue };
+        let written = ladder::write(&parsed.program);
+        let again = ladder::parse("t", &written).unwrap_or_else(|e| panic!("line {number}: {e:?}\n{written}"));
+        assert_eq!(ladder::write(&again.program), written, "line {number}");
+        assert!(again.warnings.iter().all(|note| note.code != ladder::REWRITTEN), "line {number}: {written}");
+        assert_eq!(again.program.dialect, parsed.program.dialect, "line {number}");
+        seen += 1;
+    }
+    assert!(seen > 60, "only {seen} rows are accepted");
+}
