@@ -20,7 +20,7 @@ codes! {
     BOM "LD003" "the file begins with a byte order mark"
         "A note: an editor put the invisible mark U+FEFF before the header. It is passed over here; LDmicro does not read such a file. Save it as UTF-8 without a mark.";
     NO_HEADER "LD004" "the header is missing"
-        "The first line that is not blank must be LDmicro0.1 or LDmicro0.2. It sets the default of the dialect: 0.1 means ldmicro-2.3, 0.2 means ldmicro-5.";
+        "The first line that is not blank must be LDmicro0.1, LDmicro0.2 or, from LDmicro 5.4, LDmicro alone. It sets the default of the dialect: 0.1 means ldmicro-2.3, all others ldmicro-5. Another text after LDmicro is a note: as in LDmicro 5 it means 0.2.";
     TOO_LARGE "LD005" "the program is too large"
         "Size is bounded so that a damaged file cannot use up memory: 4 MiB of text, 2,000 rungs, 20,000 elements, 4,000 lines in a list. LDmicro 2.3 itself stops at 99 rungs.";
     UNKNOWN_SETTING "LD006" "unknown line before PROGRAM"
@@ -28,19 +28,19 @@ codes! {
     SETTING_MISSING "LD007" "CYCLE= or CRYSTAL= is missing"
         "Timers are counted in scans, so the time of a scan (CYCLE=, microseconds) and the clock (CRYSTAL=, Hz) must be known. There is no default: a guess would change every delay.";
     SETTING_NUMBER "LD008" "a setting is not a number in its range"
-        "CYCLE= takes microseconds (optionally followed by `us ..`), CRYSTAL= and BAUD= take Hz (optionally followed by `Hz ..`). All are decimal, at most 1,000,000,000,000; CRYSTAL is at least 1.";
+        "CYCLE= takes microseconds (optionally followed by `us ..`; another text is a warning, because it has no effect), CRYSTAL= and BAUD= take Hz (optionally followed by `Hz ..`). All are decimal, at most 1,000,000,000,000; CRYSTAL is at least 1.";
     SETTING_TWICE "LD009" "a setting or list stands twice"
         "Each setting and each list may stand once. Two lines of one name would leave it open which of them counts.";
     IO_LINE "LD010" "a line of IO LIST is malformed"
-        "A line of IO LIST reads `name at pin`, in LDmicro 5 `name at pin slave address`. Pins are 0 (not assigned) to 255, slaves 0 to 255, addresses 0 to 65535.";
+        "A line of IO LIST reads `name at pin`, in LDmicro 5 `name at pin slave address`. Pins are 0 (not assigned) to 255, slaves 0 to 255, addresses 0 to 65535. Another line is skipped with a warning. Text after the numbers is a note, because it has no effect.";
     IO_NAME_TWICE "LD011" "a name stands twice in IO LIST"
         "A symbol has one pin. Remove one of the lines.";
     PIN_TWICE "LD012" "two names at one pin"
         "Two symbols are assigned to the same package pin, which cannot serve both. Pin 0 means not assigned and may be used often.";
     IO_KIND "LD013" "a name of IO LIST is neither input, output nor analog"
-        "The first letter tells the kind: X input, Y output, A analog. The line is kept and written back, but has no effect here. LDmicro 5 also knows kinds for PWM, Modbus, SPI and I2C.";
+        "The first letter tells the kind: X input, Y output, A analog, in ldmicro-5 also P pulse width output. The line is kept and written back, but has no effect here. In ldmicro-5 the kinds of Modbus, SPI and I2C are a note.";
     LIST_LINE "LD014" "a line of VAR LIST or PULL-UP LIST is malformed"
-        "VAR LIST takes `n bytes name` with n from 1 to 4, or `name signed n bit variable` with n one of 8, 16, 24, 32; each name once. PULL-UP LIST takes a port, a colon and a mask, such as `Pb: 0x0F`.";
+        "VAR LIST takes `n bytes name` with n from 1 to 4, or `name signed n bit variable` with n one of 8, 16, 24, 32, and any text after it. Other widths than these, names that no element can have (`#PORTB`, `148`) and a name twice are notes: LDmicro 5 gives 2 bytes to widths above 4, and the last line of a name counts. PULL-UP LIST takes a port, a colon and a mask, such as `PB: 0x0F`; a line that has no effect is a note or a warning, another port than the chip of MICRO= can have is an error.";
     LIST_OPEN "LD015" "a list is not closed"
         "IO LIST, VAR LIST and PULL-UP LIST end with a line END before the next section starts.";
     NO_PROGRAM "LD016" "the line PROGRAM is missing"
@@ -48,7 +48,7 @@ codes! {
     OUTSIDE_RUNG "LD017" "an element stands outside a rung"
         "After PROGRAM there are only rungs: RUNG, its elements, END.";
     REWRITTEN "LD018" "writing the program back changes this line"
-        "The program is understood, but the writer spells this line otherwise (leading zeros, other order of the settings, no IO LIST). Nothing of its meaning changes.";
+        "The program is understood, but the writer spells this line otherwise (text after the header, leading zeros, other order of the settings, no IO LIST). Nothing of its meaning changes.";
     TOO_MANY_ERRORS "LD019" "further errors are not shown"
         "The reader stops telling errors after 100 of them. Mend those shown first.";
     UNKNOWN_KEYWORD "LD020" "unknown keyword"
@@ -56,15 +56,15 @@ codes! {
     LDMICRO5_ONLY "LD021" "known in LDmicro 5, not supported here"
         "The keyword (or a special register, `#name`) exists in LDmicro 5 only and has no meaning here. It is told apart from a misspelt one, because the file is not damaged.";
     TOO_FEW "LD022" "too few arguments"
-        "Every element has a fixed list of arguments; the hint shows it. LDmicro 5's longer lists are accepted under both headers.";
+        "Every element has a fixed list of arguments; the hint shows it. LDmicro 5's longer lists are accepted under both headers. In ldmicro-5 missing flags of COIL and a missing resolution of SET_PWM are notes.";
     TOO_MANY "LD023" "too many arguments"
-        "Every element has a fixed list of arguments; the hint shows it. Tables say themselves how many values follow.";
+        "Every element has a fixed list of arguments; the hint shows it. Tables say themselves how many values follow. In ldmicro-5 words after RUNG are a note.";
     NOT_A_NUMBER "LD024" "not a number"
-        "A number is decimal with an optional minus sign, 0x hexadecimal, 0o octal, 0b binary, or a character such as 'a' or '\\n'.";
+        "A number is decimal with an optional minus sign, 0x hexadecimal, 0o octal, 0b binary, or a character such as 'a' or '\\n'. In ldmicro-5 a constant is read as C's strtol reads it: 017 is octal (a note), 0o17 and 0b101 are 0, and 5abc is 5 (warnings). The name of a pin in IO LIST is a warning: the pin is not assigned.";
     OUT_OF_RANGE "LD025" "number out of range"
-        "Constants lie in -32768 to 32767, in ldmicro-5 in -2147483648 to 2147483647. Flags are 0 or 1, character codes 0 to 255, delays 0 to 1,000,000,000,000 microseconds, stages 1 to 256.";
+        "Constants lie in -32768 to 32767, in ldmicro-5 in -2147483648 to 2147483647. Flags are 0 or 1, character codes 0 to 255, pins 0 to 255, delays 0 to 1,000,000,000,000 microseconds, stages 1 to 256. Modbus numbers of IO LIST that are too large are cut to 8 and 16 bits with a warning.";
     BAD_NAME "LD026" "bad characters in a name"
-        "A name consists of the letters A to Z and a to z, digits and underscores, does not begin with a digit and has at most 127 characters. Capitals matter.";
+        "A name consists of the letters A to Z and a to z, digits and underscores, does not begin with a digit and has at most 127 characters. Capitals matter. In IO LIST such a line is skipped with a warning.";
     CONTACT_KIND "LD027" "a contact needs an X, Y or R name"
         "A contact tests one bit: an input X.., an output Y.. or a relay R... Timers, counters and other integers are tested by the compares (EQU, GEQ, ..) instead.";
     INTEGER_ON_BIT "LD028" "an integer element on the name of a bit"
@@ -78,7 +78,7 @@ codes! {
     STRAY_END "LD032" "END without a beginning"
         "There is nothing open that this END could close. Perhaps an END too many stands above.";
     EMPTY_GROUP "LD033" "RUNG, PARALLEL or SERIES is empty"
-        "Each rung and each branch holds at least one element. Write SHORT for a plain wire or OPEN for a cut one.";
+        "Each rung and each branch holds at least one element. Write SHORT for a plain wire or OPEN for a cut one. In ldmicro-5 an empty rung does nothing and is a note.";
     NESTING "LD034" "SERIES and PARALLEL must alternate"
         "A rung is itself a series: it may hold PARALLEL, whose branches are single elements or SERIES, which in turn may hold PARALLEL. SERIES directly in a rung or SERIES, and PARALLEL directly in PARALLEL, are not LDmicro's.";
     COIL_KIND "LD035" "a coil needs a Y or R name"

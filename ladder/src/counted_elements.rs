@@ -98,7 +98,8 @@ fn read_counted_values(
         }
         _ => values,
     };
-    let read: Vec<Option<i64>> = values.iter().map(|t| r.read_number(*t, what, low, high)).collect();
+    let read_value = if row.0 == "FORMATTED_STRING" { LdReader::read_number } else { LdReader::read_constant };
+    let read: Vec<Option<i64>> = values.iter().map(|t| read_value(r, *t, what, low, high)).collect();
     let wanted = wanted? as usize;
     let cause = format!("{} announces {wanted} number(s), found {}", row.0, values.len());
     if values.len() < wanted {

@@ -183,6 +183,8 @@ impl Element {
     pub fn only_ldmicro5_writes(&self) -> bool {
         let is_zero = |operand: &LadderOperand| matches!(operand, LadderOperand::Const { value: 0, .. });
         let is_variable = |operand: &LadderOperand| matches!(operand, LadderOperand::Var(_));
+        // Release 2.3 has no hexadecimal numbers, and a mistyped decimal number is no sign of LDmicro 5.
+        let is_wide_hex = |operand: &LadderOperand| matches!(operand, LadderOperand::Const { value, text } if text.contains("0x") && i16::try_from(*value).is_err());
         match self {
             Element::Contacts { set1, .. } => *set1 == Some(1),
             Element::Coil { ttrigger, .. } => *ttrigger == Some(1),
@@ -199,6 +201,10 @@ impl Element {
                     || self.facts().needs_ldmicro5
             }
             Element::SetPwm { output, .. } => output.is_some(),
+            Element::Move { src, .. } => is_wide_hex(src) || self.facts().needs_ldmicro5,
+            Element::Math { op1, op2, .. } | Element::Compare { op1, op2, .. } => {
+                is_wide_hex(op1) || is_wide_hex(op2) || self.facts().needs_ldmicro5
+            }
             // The other arguments of LDmicro 5 say nothing new, or have no meaning here.
             _ => self.facts().needs_ldmicro5,
         }

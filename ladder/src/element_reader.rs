@@ -1,12 +1,12 @@
 //! Reads the line of one element into the model.
 
-use diag::{Pos, nearest};
+use diag::{Pos, Severity, nearest};
 
 use crate::codes;
 use crate::counted_elements;
 use crate::element_keywords::{ANY_COUNT, ELEMENT_KEYWORDS, ElementKeyword, UNSUPPORTED_KEYWORDS};
 use crate::lexer::{self, LdLine, LdToken};
-use crate::model::{CompareOp, CounterKind, Element, LadderOperand, MathOp, TimerKind};
+use crate::model::{CompareOp, CounterKind, Element, LadderDialect, LadderOperand, MathOp, TimerKind};
 use crate::reader::{LdReader, message_text};
 
 /// Reads one element; returns `None` after it has reported at least one error.
@@ -47,7 +47,11 @@ pub(crate) fn check_argument_count(
     keyword: LdToken<'_>,
     args: &[LdToken<'_>],
 ) -> Option<()> {
-    let &(name, least, most, syntax) = row;
+    let &(name, mut least, most, syntax) = row;
+    // LDmicro 5 takes 0 for the flags of COIL that are missing.
+    if name == "COIL" && reader.dialect == LadderDialect::Ldmicro5 {
+        least = 1;
+    }
     let wanted = if least == most { format!("{least}") } else { format!("{least} to {most}") };
     let wanted = if most == ANY_COUNT { format!("at least {least}") } else { wanted };
     let cause = format!("{name} takes {wanted} argument(s), found {}", args.len());
@@ -60,9 +64,15 @@ pub(crate) fn check_argument_count(
         return None;
     }
     // The last two arguments of these elements are optional, but only as a pair.
-    if matches!(name, "SET_PWM" | "UART_RECV" | "UART_SEND") && args.len() + 1 == most {
+    let has_half = matches!(name, "SET_PWM" | "UART_RECV" | "UART_SEND") && args.len() + 1 == most;
+    if has_half && !(name == "SET_PWM" && reader.dialect == LadderDialect::Ldmicro5) {
         reader.error(codes::TOO_FEW, keyword.pos, cause, format!("write {syntax}, the last two both or neither"));
         return None;
+    }
+    if has_half || args.len() < row.1 {
+        let (cause, hint) = (format!("{name} has only {} argument(s)", args.len()), format!("write {syntax}"));
+        let default = if name == "COIL" { "the missing flags are 0" } else { "the resolution is 0-100" };
+        reader.report(Severity::Note, codes::TOO_FEW, keyword.pos, format!("{cause}: {default}"), hint);
     }
     Some(())
 }
@@ -267,7 +277,10 @@ fn set_pwm(r: &mut LdReader<'_>, duty: LdToken<'_>, hertz: LdToken<'_>, output: 
     let duty = read_operand(r, "SET_PWM", duty);
     let hertz = read_operand_in_range(r, "SET_PWM", hertz, "the frequency in Hz", 1, 100_000_000);
     let output = match output {
-        [name, resolution] => r.read_name(*name).map(|n| Some((n, resolution.text.to_owned()))),
+        [name, resolution @ ..] => {
+            let resolution = resolution.first().map_or("", |token| token.text);
+            r.read_name(*name).map(|n| Some((n, resolution.to_owned())))
+        }
         _ => Some(None),
     };
     Some(Element::SetPwm { duty: duty?, hertz: hertz?, output: output? })
@@ -327,7 +340,7 @@ fn read_operand_in_range(
     high: i64,
 ) -> Option<LadderOperand> {
     if lexer::looks_like_number(token.text) {
-        let value = r.read_number(token, what, low, high)?;
+        let value = r.read_constant(token, what, low, high)?;
         return Some(LadderOperand::Const { value, text: token.text.to_owned() });
     }
     r.read_integer_name(keyword, token).map(LadderOperand::Var)

@@ -93,6 +93,32 @@ pub(crate) fn parse_number(text: &str) -> Option<i64> {
     Some(if negative { -value } else { value })
 }
 
+/// Splits a text after the number at its beginning, which C's `strtol` with base 0 reads: decimal, octal after
+/// a `0`, or hexadecimal after `0x`, with an optional sign.
+///
+/// Returns `None` if the text does not begin with a number. Values beyond 64 bits saturate.
+pub(crate) fn split_c_number(text: &str) -> Option<(i64, &str)> {
+    let unsigned = text.strip_prefix(['-', '+']).unwrap_or(text);
+    let hexadecimal = unsigned.strip_prefix("0x").or_else(|| unsigned.strip_prefix("0X"));
+    let (radix, digits) = match hexadecimal {
+        Some(digits) if digits.starts_with(|c: char| c.is_ascii_hexdigit()) => (16, digits),
+        _ => (if unsigned.starts_with('0') { 8 } else { 10 }, unsigned),
+    };
+    split_digits(digits, radix, text.starts_with('-'))
+}
+
+/// Splits a text after the decimal number at its beginning, as `%d` of C's `scanf` reads it.
+pub(crate) fn split_decimal(text: &str) -> Option<(i64, &str)> {
+    split_digits(text.strip_prefix(['-', '+']).unwrap_or(text), 10, text.starts_with('-'))
+}
+
+fn split_digits(text: &str, radix: u32, negative: bool) -> Option<(i64, &str)> {
+    let rest = text.trim_start_matches(|c: char| c.is_digit(radix));
+    let digits = text.strip_suffix(rest).filter(|digits| !digits.is_empty())?;
+    let value = i64::from_str_radix(digits, radix).unwrap_or(i64::MAX);
+    Some((if negative { -value } else { value }, rest))
+}
+
 /// Parses the text between the quotes of a character constant.
 fn parse_character(text: &str) -> Option<i64> {
     let mut chars = text.chars();

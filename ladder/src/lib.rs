@@ -14,6 +14,7 @@ mod element_symbol;
 pub mod format;
 mod integer_widths;
 mod lexer;
+mod list_lines;
 pub mod model;
 mod packages;
 mod parse;

@@ -41,6 +41,8 @@ pub struct LadderProgram {
     pub format: LdFormat,
     /// Dialect, which gives the elements their meaning.
     pub dialect: LadderDialect,
+    /// Spellings without meaning, for the writer.
+    pub style: SourceStyle,
     /// Settings before the rungs.
     pub settings: ProgramSettings,
     /// `IO LIST`, in file order.
@@ -53,6 +55,16 @@ pub struct LadderProgram {
     /// Rungs from top to bottom. Messages number them from 1 and count every rung, also those with only
     /// comments.
     pub rungs: Vec<Rung>,
+}
+
+/// Spellings of a file that have no meaning. The writer reproduces them.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct SourceStyle {
+    /// Text after `LDmicro` in a header that is neither `LDmicro0.1` nor `LDmicro0.2`; empty for the bare
+    /// header of LDmicro 5.4. `None` for the header of [`LadderProgram::format`].
+    pub header: Option<String>,
+    /// True if each rung has its number, from 1, after `RUNG`.
+    pub rung_numbers: bool,
 }
 
 /// Settings of a program. Text fields keep the spelling of the file so that the writer reproduces it.
@@ -94,9 +106,9 @@ pub struct IoEntry {
 /// One line of `VAR LIST`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VarEntry {
-    /// Name of the symbol.
+    /// Name as written; a name that no element can have (`#PORTB`, `148`, `name[0]`) has no effect.
     pub name: String,
-    /// Width in bytes, 1 to 4.
+    /// Width in bytes, 1 to 4. Of several lines with one name the last counts.
     pub bytes: u8,
     /// The line as written (trimmed), because two spellings exist.
     pub text: String,

@@ -6,7 +6,7 @@ use diag::{Diagnostic, Pos, Severity, nearest};
 use crate::codes;
 use crate::element_reader::read_element;
 use crate::lexer::{self, LdLine};
-use crate::model::{LadderDialect, LadderProgram, LdFormat, Rung, RungNode};
+use crate::model::{LadderDialect, LadderProgram, LdFormat, Rung, RungNode, SourceStyle};
 use crate::program_head::{self, ProgramHead};
 use crate::reader::{LdReader, message_text};
 use crate::write::{element_text, write};
@@ -114,7 +114,7 @@ fn parse_text(
 /// A program under the header of release 2.3 that only LDmicro 5 can have written: it has elements, flags or arguments that
 /// release 2.3 does not have. `None` for all other programs.
 fn parse_as_ldmicro5(file: &str, text: &str, encoding: TextEncoding, marked: bool) -> Option<ParsedProgram> {
-    lexer::split_lines(text).next().filter(|line| line.text == "LDmicro0.1")?;
+    lexer::split_lines(text).next().filter(|line| read_header(line.text) == Some((LdFormat::V01, None)))?;
     let newer = ParseOptions { dialect: Some(LadderDialect::Ldmicro5) };
     let mut parsed = parse_text(file, text, encoding, marked, newer).ok()?;
     let (id, element, pos) = parsed.program.elements().find(|(_, element, _)| element.only_ldmicro5_writes())?;
@@ -134,18 +134,24 @@ fn read_program(reader: &mut LdReader<'_>, text: &str, options: ParseOptions) ->
         reader.error(codes::EMPTY, Pos::default(), "the file is empty", "a program begins with LDmicro0.1");
         return None;
     };
-    let format = match first.text {
-        "LDmicro0.1" => LdFormat::V01,
-        "LDmicro0.2" => LdFormat::V02,
-        other => {
+    let (format, header) = match (read_header(first.text), first.text) {
+        (Some((format, header)), _) => {
+            if let Some(version) = header.filter(|version| !version.is_empty()) {
+                let cause = format!("the header LDmicro{} is read as LDmicro0.2", message_text(version));
+                let hint = "write LDmicro0.2, or LDmicro0.1 for a program of release 2.3";
+                reader.report(Severity::Note, codes::NO_HEADER, first.pos, cause, hint);
+            }
+            (format, header.map(str::to_owned))
+        }
+        (None, other) => {
             let cause = format!("the file must begin with LDmicro0.1 or LDmicro0.2, found `{}`", message_text(other));
             reader.error(codes::NO_HEADER, first.pos, cause, "put LDmicro0.1 in the first line");
             // Continue only if the first line could belong to a .ld file; other text would produce useless
             // errors.
-            if !other.starts_with("LDmicro") && !other.contains('=') && other != "IO LIST" {
+            if !other.contains('=') && other != "IO LIST" {
                 return None;
             }
-            LdFormat::V01
+            (LdFormat::V01, None)
         }
     };
     let default = match format {
@@ -160,8 +166,19 @@ fn read_program(reader: &mut LdReader<'_>, text: &str, options: ParseOptions) ->
     if !program_head::read_head(reader, &mut lines, &mut parts) {
         return None;
     }
-    let rungs = read_rungs(reader, &mut lines);
-    Some(parts.into_program(reader.file, format, reader.dialect, rungs))
+    let (rungs, rung_numbers) = read_rungs(reader, &mut lines);
+    let style = SourceStyle { header, rung_numbers };
+    Some(parts.into_program(reader.file, format, reader.dialect, style, rungs))
+}
+
+/// The format that a header selects, and the text after `LDmicro` if it is neither 0.1 nor 0.2. LDmicro 5 reads
+/// every text but 0.1 as 0.2.
+fn read_header(line: &str) -> Option<(LdFormat, Option<&str>)> {
+    match line.strip_prefix("LDmicro")?.split_whitespace().next().unwrap_or("") {
+        "0.1" => Some((LdFormat::V01, None)),
+        "0.2" => Some((LdFormat::V02, None)),
+        other => Some((LdFormat::V02, Some(other))),
+    }
 }
 
 /// Refuses a text that is too long or contains control characters.
@@ -219,15 +236,15 @@ struct OpenGroup {
     has_refused_part: bool,
 }
 
-/// Reads all rungs. Open groups are kept in a list instead of on the call stack, so deep nesting cannot
-/// overflow the stack.
-fn read_rungs<'a>(reader: &mut LdReader<'_>, lines: &mut impl Iterator<Item = LdLine<'a>>) -> Vec<Rung> {
-    let mut rungs = Vec::new();
+/// Reads all rungs; returns true with them if the first has a number. Open groups are kept in a list instead of
+/// on the call stack, so deep nesting cannot overflow the stack.
+fn read_rungs<'a>(reader: &mut LdReader<'_>, lines: &mut impl Iterator<Item = LdLine<'a>>) -> (Vec<Rung>, bool) {
+    let (mut rungs, mut numbered) = (Vec::new(), None);
     let mut open: Vec<OpenGroup> = Vec::new();
     let mut elements = 0;
     for line in lines {
         if reader.has_too_many_errors() {
-            return rungs;
+            break;
         }
         match line.keyword() {
             "RUNG" => {
@@ -235,14 +252,10 @@ fn read_rungs<'a>(reader: &mut LdReader<'_>, lines: &mut impl Iterator<Item = Ld
                 if rungs.len() == MAX_RUNGS {
                     let cause = format!("more than {MAX_RUNGS} rungs");
                     reader.error(codes::TOO_LARGE, line.pos, cause, "split the program");
-                    return rungs;
+                    return (rungs, false);
                 }
-                // LDmicro 5 writes a number after RUNG; it only repeats the order of the rungs.
-                let extra = match line.tokens.get(1) {
-                    Some(number) if number.text.chars().all(|c| c.is_ascii_digit()) => 2,
-                    _ => 1,
-                };
-                refuse_extra_words(reader, &line, extra);
+                let has_number = read_rung_number(reader, &line);
+                numbered.get_or_insert(has_number);
                 open.push(open_group(GroupKind::Rung, line.pos));
             }
             "PARALLEL" | "SERIES" if !open.is_empty() => {
@@ -272,7 +285,7 @@ fn read_rungs<'a>(reader: &mut LdReader<'_>, lines: &mut impl Iterator<Item = Ld
                     if elements > MAX_ELEMENTS {
                         let cause = format!("more than {MAX_ELEMENTS} elements");
                         reader.error(codes::TOO_LARGE, line.pos, cause, "split the program");
-                        return rungs;
+                        return (rungs, false);
                     }
                     match read_element(reader, &line) {
                         Some(element) => add_node(group, RungNode::Leaf(element, line.pos)),
@@ -282,8 +295,24 @@ fn read_rungs<'a>(reader: &mut LdReader<'_>, lines: &mut impl Iterator<Item = Ld
             },
         }
     }
-    report_unclosed_groups(reader, &mut open);
-    rungs
+    if !reader.has_too_many_errors() {
+        report_unclosed_groups(reader, &mut open);
+    }
+    (rungs, numbered.unwrap_or_default())
+}
+
+/// Reads the words after RUNG; returns true if the first is a number, which only repeats the order of the rungs.
+fn read_rung_number(reader: &mut LdReader<'_>, line: &LdLine<'_>) -> bool {
+    let has_number = line.tokens.get(1).is_some_and(|word| word.text.chars().all(|c| c.is_ascii_digit()));
+    let words = 1 + usize::from(has_number);
+    match line.tokens.get(words) {
+        Some(extra) if reader.dialect == LadderDialect::Ldmicro5 => {
+            let cause = format!("`{}` follows RUNG and has no effect", message_text(extra.text));
+            reader.report(Severity::Note, codes::TOO_MANY, extra.pos, cause, "write COMMENT for a remark");
+        }
+        _ => refuse_extra_words(reader, line, words),
+    }
+    has_number
 }
 
 const fn open_group(kind: GroupKind, pos: Pos) -> OpenGroup {
@@ -326,7 +355,10 @@ fn close_group(reader: &mut LdReader<'_>, group: OpenGroup, open: &mut [OpenGrou
     let OpenGroup { kind, pos, nodes, branches, has_refused_part: broken } = group;
     if nodes.is_empty() && branches.is_empty() && !broken {
         let cause = format!("{} holds nothing", kind.name());
-        reader.error(codes::EMPTY_GROUP, pos, cause, "write SHORT for a plain wire or OPEN for a cut one");
+        let is_accepted = kind == GroupKind::Rung && reader.dialect == LadderDialect::Ldmicro5;
+        let severity = if is_accepted { Severity::Note } else { Severity::Error };
+        let hint = "write SHORT for a plain wire or OPEN for a cut one";
+        reader.report(severity, codes::EMPTY_GROUP, pos, cause, hint);
     }
     // Groups deeper than the limit are not built, because dropping such a tree would recurse as deeply.
     let too_deep = open.len() > MAX_DEPTH;

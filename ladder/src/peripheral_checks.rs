@@ -6,8 +6,9 @@ use crate::format::{self, StringPiece};
 use crate::integer_widths::{max_value, min_bytes};
 use crate::model::{Element, LadderDialect, LadderOperand};
 
-/// Spellings of LDmicro 5's SET_PWM resolution that mean percent, the only supported resolution.
-const PERCENT: [&str; 2] = ["0-100", "0-100%"];
+/// Spellings of LDmicro 5's SET_PWM resolution that mean percent, the only supported resolution; empty if it is
+/// missing.
+const PERCENT: [&str; 3] = ["", "0-100", "0-100%"];
 
 /// Runs the checks that need one of these elements and no other.
 pub(crate) fn check_peripheral_element(checker: &mut Checker<'_>, at: CheckedElement<'_>) {

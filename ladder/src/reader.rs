@@ -123,17 +123,37 @@ impl<'a> LdReader<'a> {
                 );
                 None
             }
-            Some(value) if value < low || value > high => {
-                self.error(
-                    codes::OUT_OF_RANGE,
-                    token.pos,
-                    format!("{what} is {shown}, allowed is {low} to {high}"),
-                    format!("choose a value from {low} to {high}"),
-                );
-                None
-            }
-            Some(value) => Some(value),
+            Some(value) => self.require_range(token, what, value, low, high),
         }
+    }
+
+    /// Reads a constant of an element from `low` to `high` in the spelling of the dialect.
+    ///
+    /// LDmicro 5 reads it with C's `strtol`, which ends at the first character that is no digit.
+    pub(crate) fn read_constant(&mut self, token: LdToken<'_>, what: &str, low: i64, high: i64) -> Option<i64> {
+        let number = lexer::split_c_number(token.text).filter(|_| self.dialect == LadderDialect::Ldmicro5);
+        let Some((value, rest)) = number else {
+            return self.read_number(token, what, low, high);
+        };
+        let shown = message_text(token.text);
+        if !rest.is_empty() {
+            let cause = format!("{what} `{shown}` is {value}: LDmicro 5 does not read `{}`", message_text(rest));
+            let hint = format!("write {value}, or the number meant in decimal or as 0x..");
+            self.report(Severity::Warning, codes::NOT_A_NUMBER, token.pos, cause, hint);
+        } else if lexer::split_decimal(token.text).is_some_and(|(decimal, rest)| rest.is_empty() && decimal != value) {
+            let cause = format!("{what} `{shown}` is octal: {value}");
+            self.report(Severity::Note, codes::NOT_A_NUMBER, token.pos, cause, format!("write {value}"));
+        }
+        self.require_range(token, what, value, low, high)
+    }
+
+    fn require_range(&mut self, token: LdToken<'_>, what: &str, value: i64, low: i64, high: i64) -> Option<i64> {
+        if (low..=high).contains(&value) {
+            return Some(value);
+        }
+        let cause = format!("{what} is {}, allowed is {low} to {high}", message_text(token.text));
+        self.error(codes::OUT_OF_RANGE, token.pos, cause, format!("choose a value from {low} to {high}"));
+        None
     }
 
     /// Reads a number that is stored as `u32`.

@@ -16,10 +16,12 @@ use crate::model::{
 #[must_use]
 pub fn write(program: &LadderProgram) -> String {
     let mut out = String::new();
-    out.push_str(match program.format {
-        LdFormat::V01 => "LDmicro0.1\n",
-        LdFormat::V02 => "LDmicro0.2\n",
-    });
+    let version = match (&program.style.header, program.format) {
+        (Some(text), _) => text,
+        (None, LdFormat::V01) => "0.1",
+        (None, LdFormat::V02) => "0.2",
+    };
+    let _ = writeln!(out, "LDmicro{version}");
     write_settings(&mut out, &program.settings);
     if let Some(lines) = &program.pull_ups {
         write_list(&mut out, "PULL-UP LIST", lines.iter().map(String::as_str));
@@ -37,8 +39,11 @@ pub fn write(program: &LadderProgram) -> String {
         .collect();
     write_list(&mut out, "IO LIST", io.iter().map(String::as_str));
     out.push_str("\nPROGRAM\n");
-    for rung in &program.rungs {
-        out.push_str("RUNG\n");
+    for (number, rung) in (1..).zip(&program.rungs) {
+        match program.style.rung_numbers {
+            true => _ = writeln!(out, "RUNG {number}"),
+            false => out.push_str("RUNG\n"),
+        }
         write_series(&mut out, &rung.series, 1);
         out.push_str("END\n");
     }
@@ -177,7 +182,11 @@ fn write_element(out: &mut String, element: &Element) -> std::fmt::Result {
         }
         Element::SetPwm { duty, hertz, output } => {
             write!(out, "SET_PWM {} {}", operand_text(duty), operand_text(hertz))?;
-            output.iter().try_for_each(|(name, resolution)| write!(out, " {name} {resolution}"))
+            output
+                .iter()
+                .flat_map(|(name, resolution)| [name, resolution])
+                .filter(|word| !word.is_empty())
+                .try_for_each(|word| write!(out, " {word}"))
         }
         Element::UartRecv { name, rest } => write_uart(out, "UART_RECV", name, rest.as_ref()),
         Element::UartSend { name, rest } => write_uart(out, "UART_SEND", name, rest.as_ref()),

@@ -149,5 +149,15 @@ fn complete_program(draw: &mut ProgramGenerator, rungs: Vec<Rung>) -> LadderProg
         compiled: None,
     };
     let (file, io, pull_ups) = ("fuzz.ld".to_owned(), Vec::new(), None);
-    LadderProgram { file, format, dialect: style.dialect, settings, io, vars, pull_ups, rungs }
+    LadderProgram {
+        file,
+        format,
+        dialect: style.dialect,
+        style: Default::default(),
+        settings,
+        io,
+        vars,
+        pull_ups,
+        rungs,
+    }
 }

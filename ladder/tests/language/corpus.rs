@@ -41,26 +41,67 @@ fn own_programs() {
     }
 }
 
-#[test]
-fn programs_of_the_corpus() {
+/// The `.ld` files of a corpus folder: the value of the variable `name`, or `default` beside the workspace.
+fn corpus_files(name: &str, default: &str) -> Vec<PathBuf> {
     // A relative folder starts at the workspace root.
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
-    let folder =
-        root.join(std::env::var_os("EMU_CORPUS").filter(|v| !v.is_empty()).unwrap_or_else(|| "../shared/ld".into()));
+    let folder = root.join(std::env::var_os(name).filter(|v| !v.is_empty()).unwrap_or_else(|| default.into()));
     let Ok(entries) = std::fs::read_dir(&folder) else {
-        println!("skipped: no corpus in {} (set EMU_CORPUS)", folder.display());
-        return;
+        println!("skipped: no corpus in {} (set {name})", folder.display());
+        return Vec::new();
     };
-    let mut seen = 0;
-    for path in entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.extension().is_some_and(|e| e == "ld")) {
+    let files = entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.extension().is_some_and(|e| e == "ld"));
+    let files: Vec<PathBuf> = files.collect();
+    assert!(!files.is_empty(), "{} holds no .ld file", folder.display());
+    println!("{} programs in {}", files.len(), folder.display());
+    files
+}
+
+#[test]
+fn programs_of_the_corpus() {
+    for path in corpus_files("EMU_CORPUS", "../shared/ld") {
         let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
         let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
         round_trip(&name, &text);
         let program = parse(&name, &text).expect("reads").program;
         let refused: Vec<_> = ladder::check(&program).into_iter().filter(diag::Diagnostic::is_error).collect();
         assert!(refused.is_empty(), "{name}: {refused:?}");
-        seen += 1;
     }
-    println!("{seen} programs");
-    assert!(seen > 0, "{} holds no .ld file", folder.display());
+}
+
+/// Programs of LDmicro 5 read back as they were written. Those that are refused have only elements that are not
+/// supported.
+#[test]
+fn programs_of_ldmicro5() {
+    let files = [("EMU_CORPUS5", "../shared/ld5"), ("EMU_CORPUS5_LEAVES", "../shared/ld5/leaves")];
+    for path in files.into_iter().flat_map(|(name, default)| corpus_files(name, default)) {
+        let name = path.display().to_string();
+        let bytes = std::fs::read(&path).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let parsed = match ladder::parse_bytes(&name, &bytes, ladder::ParseOptions::default()) {
+            Ok(parsed) => parsed,
+            Err(errors) => {
+                let errors: Vec<_> = errors.into_iter().filter(diag::Diagnostic::is_error).collect();
+                assert!(errors.iter().all(|e| e.code == "LD021"), "{name}: {errors:?}");
+                println!("{name}: {}", errors[0].cause);
+                continue;
+            }
+        };
+        let dialect = Some(parsed.program.dialect);
+        let written = ladder::write_bytes(&parsed.program, parsed.encoding);
+        let options = ladder::ParseOptions { dialect };
+        let again = ladder::parse_bytes(&name, &written, options).unwrap_or_else(|e| panic!("{name}, written: {e:?}"));
+        assert_eq!(ladder::write_bytes(&again.program, again.encoding), written, "{name}");
+        let elements = |p: &ladder::LadderProgram| p.elements().map(|(id, e, _)| (id, e.clone())).collect::<Vec<_>>();
+        assert_eq!(elements(&again.program), elements(&parsed.program), "{name}");
+        assert_eq!((&again.program.settings, &again.program.style), (&parsed.program.settings, &parsed.program.style));
+        if parsed.warnings.iter().all(|note| note.code != ladder::REWRITTEN) {
+            let text = |bytes: &[u8]| diag::text::to_display_text(&diag::text::decode_text(bytes)).into_owned();
+            assert_eq!(words(&text(&written)), words(&text(&bytes)), "{name}");
+        } else {
+            println!(
+                "{name}: written otherwise: {:?}",
+                parsed.warnings.iter().find(|n| n.code == ladder::REWRITTEN).map(|n| &n.cause)
+            );
+        }
+    }
 }

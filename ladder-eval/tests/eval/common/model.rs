@@ -8,6 +8,7 @@ pub fn program(rungs: Vec<Vec<RungNode>>) -> LadderProgram {
         file: "test.ld".to_owned(),
         format: LdFormat::V01,
         dialect: LadderDialect::Ldmicro23,
+        style: Default::default(),
         settings: ProgramSettings {
             micro: None,
             cycle_us: 10_000,
