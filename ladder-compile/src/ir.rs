@@ -9,6 +9,7 @@ use std::fmt;
 
 use ladder::{ElementId, SymbolKind};
 
+pub use crate::arithmetic::{ArithmeticOp, min_bytes, shift_count};
 pub use crate::timed_module::TimedModule;
 
 /// A bit cell, an index into [`Ir::bits`].
@@ -118,20 +119,6 @@ pub struct WordComparison {
     pub rel: RelationOp,
     /// Right operand.
     pub b: WordOperand,
-}
-
-/// Arithmetic modulo 2^(8 w) with w of [`Ir::width`]. `Div` truncates; x / 0 is -1 for x >= 0 and 1 for x < 0; the lowest number
-/// divided by -1 stays what it is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ArithmeticOp {
-    /// Sum.
-    Add,
-    /// Difference.
-    Sub,
-    /// Low word of the product.
-    Mul,
-    /// Quotient.
-    Div,
 }
 
 /// A bit as a function of bits: the three-address form of code that is not optimised.
@@ -366,7 +353,13 @@ impl Ir {
         };
         match op {
             ArithmeticOp::Div => self.bytes(dst).max(of(a)).max(of(b)),
-            ArithmeticOp::Add | ArithmeticOp::Sub | ArithmeticOp::Mul => self.bytes(dst),
+            ArithmeticOp::Add
+            | ArithmeticOp::Sub
+            | ArithmeticOp::Mul
+            | ArithmeticOp::And
+            | ArithmeticOp::Or
+            | ArithmeticOp::Xor
+            | ArithmeticOp::Shr => self.bytes(dst),
         }
     }
 
@@ -411,13 +404,7 @@ impl Ir {
             IrOp::AndCompare(compare) => format!("and {}", self.compare(compare)),
             IrOp::Move { dst, src } => format!("{} := {}", self.word(*dst), self.value(*src)),
             IrOp::Math { op, dst, a, b } => {
-                let sign = match op {
-                    ArithmeticOp::Add => '+',
-                    ArithmeticOp::Sub => '-',
-                    ArithmeticOp::Mul => '*',
-                    ArithmeticOp::Div => '/',
-                };
-                format!("{} := {} {sign} {}", self.word(*dst), self.value(*a), self.value(*b))
+                format!("{} := {} {} {}", self.word(*dst), self.value(*a), op.sign(), self.value(*b))
             }
             IrOp::Logic { dst, function: is } => {
                 let bit = |bit: &BitId| self.bit(*bit, false);
@@ -461,12 +448,6 @@ impl Ir {
             }
         }
     }
-}
-
-/// The least width in bytes, 1 to 4, that holds a constant.
-#[must_use]
-pub fn min_bytes(constant: i32) -> u8 {
-    (1..4).find(|n| constant >> (8 * n - 1) == constant >> 31).unwrap_or(4)
 }
 
 /// The whole scan as text: `rung 1`, then per step the number of its element and the operation.
