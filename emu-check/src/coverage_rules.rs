@@ -55,7 +55,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
             (CoverageClass::Coils, vec![("stores 1", one, Always), ("stores 0", zero, Always)])
         }
         Element::Coil { .. } => (CoverageClass::Coils, acts()),
-        Element::Compare { .. } => (CoverageClass::Compares, vec![("is true", TRUE_TRUE, Always), ("is false", TRUE_FALSE, Always)]),
+        Element::Compare { .. } | Element::BitTest { .. } => (CoverageClass::Compares, vec![("is true", TRUE_TRUE, Always), ("is false", TRUE_FALSE, Always)]),
         Element::Timer { kind, name, .. } => {
             let t = symbol(name);
             (CoverageClass::Timers, match kind {
@@ -87,6 +87,7 @@ pub(crate) fn wanted_outcomes(program: &LadderProgram, element: &Element, eval: 
         Element::Osf => (CoverageClass::OneShots, vec![("fires", FALSE_TRUE, Always), ("stays quiet on a false rung", FALSE_FALSE, Always)]),
         Element::MasterRelay => (CoverageClass::MasterRelays, vec![("has a true rung", IN, Always), ("has a false rung", NOT_IN, Always)]),
         Element::Res { .. } | Element::Move { .. } | Element::Math { .. } => (CoverageClass::Actions, acts()),
+        Element::Unary { .. } | Element::Shift { .. } | Element::BitWrite { .. } | Element::Bus { .. } => (CoverageClass::Actions, acts()),
         Element::ShiftRegister { name, stages } => {
             let last = symbol(&format!("{name}{}", stages.saturating_sub(1)));
             let shifts = if *stages > 1 { Changed(last) } else { Always };

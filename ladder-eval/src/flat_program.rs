@@ -1,7 +1,8 @@
 //! The flat form of a program, and what each step of it does to the state.
 
-use ladder::{CompareOp, ElementId, MathOp};
+use ladder::{CompareOp, ElementId, MathOp, ShiftOp, UnaryOp};
 
+use crate::bit_ops;
 use crate::peripheral_state::{FormattedText, PeripheralState, PiecewiseCurve};
 
 /// A program with its names resolved. Steps index its lists and the values of the state.
@@ -68,6 +69,11 @@ pub(crate) enum ElementOp {
     Count    { kind: CountMode, input: CountInput, var: u32, max: ValueSource, restart: i32, memory: u32 },
     Move     { dest: u32, src: ValueSource },
     Math     { op: MathOp, dest: u32, a: ValueSource, b: ValueSource },
+    Unary    { op: UnaryOp, dest: u32, src: ValueSource, bits: u32 },
+    ShiftBits{ op: ShiftOp, dest: u32, src: ValueSource, bits: u32, count: ValueSource },
+    WriteBit { var: u32, bit: ValueSource, value: bool },
+    TestBit  { var: u32, bit: ValueSource, value: bool },
+    Bus      { dest: u32, src: ValueSource, targets: [u8; 8] },
     Compare  { op: CompareOp, a: ValueSource, b: ValueSource },
     Shift    { stages: u32, memory: u32 },
     LookUp   { dest: u32, index: ValueSource, table: u32 },
@@ -250,6 +256,9 @@ impl ScanState {
                 }
             }
             ElementOp::Compare { op, a, b } => rung & compare(op, self.read_value(a), self.read_value(b)),
+            ElementOp::TestBit { var, bit, value } => {
+                rung & (bit_ops::has_bit(self.read_symbol(var), self.read_value(bit)) == value)
+            }
             ElementOp::Send { src } => self.parts.send(code, self.read_symbol(src), rung),
             ElementOp::Text { text } => self.parts.send_text(code, text as usize, &self.values, rung),
             // An edge is seen whether or not the rung is true.
@@ -273,6 +282,22 @@ impl ScanState {
             }
             ElementOp::Math { op, dest, a, b } => {
                 self.store(code, dest, math(op, self.read_value(a).into(), self.read_value(b).into()));
+                true
+            }
+            ElementOp::Unary { op, dest, src, bits } => {
+                self.store(code, dest, bit_ops::unary(op, self.read_value(src), bits));
+                true
+            }
+            ElementOp::ShiftBits { op, dest, src, bits, count } => {
+                self.store(code, dest, bit_ops::shift(op, self.read_value(src), bits, self.read_value(count)));
+                true
+            }
+            ElementOp::WriteBit { var, bit, value } => {
+                self.store(code, var, bit_ops::with_bit(self.read_symbol(var), self.read_value(bit), value));
+                true
+            }
+            ElementOp::Bus { dest, src, targets } => {
+                self.store(code, dest, bit_ops::route_bits(self.read_value(src), targets));
                 true
             }
             ElementOp::LookUp { dest, index, table } => {
@@ -356,7 +381,7 @@ fn count_step(kind: CountMode, n: i32, max: i32, restart: i32) -> i64 {
     }
 }
 
-/// Arithmetic of 2.4, exact: what is stored are the low bytes, so the width at which it is done makes no difference.
+/// Arithmetic of 2.4 and 5.5, exact: what is stored are the low bytes, so the width at which it is done makes no difference.
 fn math(op: MathOp, a: i64, b: i64) -> i64 {
     match op {
         MathOp::Add => a + b,
@@ -370,6 +395,12 @@ fn math(op: MathOp, a: i64, b: i64) -> i64 {
             }
         }
         MathOp::Div => a / b,
+        // What is left over when the quotient above is taken.
+        MathOp::Mod if b == 0 => a,
+        MathOp::Mod => a % b,
+        MathOp::And => a & b,
+        MathOp::Or => a | b,
+        MathOp::Xor => a ^ b,
     }
 }
 

@@ -8,6 +8,7 @@
 //! `flatten` flattens the model once (`devices` the elements that use a part of the chip), `flat_program` runs the flat form and
 //! `parts` holds what lies outside of the program's memory; everything that names things is resolved in between.
 
+mod bit_ops;
 mod flat_program;
 mod flatten;
 mod peripheral_ops;

@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 
-use crate::model::{Element, LadderOperand, SymbolKind};
+use crate::model::{Element, LadderOperand, MathOp, SymbolKind};
 use crate::symbols::kind_by_letter;
 use crate::write;
 
@@ -22,6 +22,8 @@ pub struct ElementFacts<'a> {
     pub has_memory: bool,
     /// The part of the chip that it uses.
     pub part: Option<ChipPart>,
+    /// It has a meaning in dialect ldmicro-5 only.
+    pub needs_ldmicro5: bool,
 }
 
 /// A symbol as one element uses it.
@@ -111,11 +113,15 @@ impl<'a> ElementFacts<'a> {
 
     fn new(keyword: &'static str, power: PowerEffect) -> Self {
         let (symbols, constants) = (Vec::new(), Vec::new());
-        ElementFacts { keyword, symbols, constants, power, has_memory: false, part: None }
+        ElementFacts { keyword, symbols, constants, power, has_memory: false, part: None, needs_ldmicro5: false }
     }
 
     fn with_memory(self) -> Self {
         ElementFacts { has_memory: true, ..self }
+    }
+
+    fn ldmicro5(self) -> Self {
+        ElementFacts { needs_ldmicro5: true, ..self }
     }
 
     fn uses_part(self, part: ChipPart) -> Self {
@@ -202,7 +208,29 @@ impl Element {
             Element::Res { name } => row("RES", Acts).writes(name, Variable, Powered),
             Element::Move { dest, src } => row("MOVE", Acts).writes(dest, Variable, Powered).operand(src),
             Element::Math { op, dest, op1, op2 } => {
-                row(write::math_keyword(*op), Acts).writes(dest, Variable, Powered).operand(op1).operand(op2)
+                let row = row(write::math_keyword(*op), Acts).writes(dest, Variable, Powered).operand(op1).operand(op2);
+                match op {
+                    MathOp::Add | MathOp::Sub | MathOp::Mul | MathOp::Div => row,
+                    MathOp::Mod | MathOp::And | MathOp::Or | MathOp::Xor => row.ldmicro5(),
+                }
+            }
+            Element::Unary { op, dest, src } => {
+                row(write::unary_keyword(*op), Acts).writes(dest, Variable, Powered).operand(src).ldmicro5()
+            }
+            Element::Shift { op, dest, src, count } => row(write::shift_keyword(*op), Acts)
+                .writes(dest, Variable, Powered)
+                .operand(src)
+                .operand(count)
+                .ldmicro5(),
+            Element::BitWrite { name, bit, value } => row(write::bit_write_keyword(*value), Acts)
+                .symbol(name, Variable, true, Some(Powered))
+                .operand(bit)
+                .ldmicro5(),
+            Element::BitTest { name, bit, value } => {
+                row(write::bit_test_keyword(*value), Narrows).reads(name, Variable).operand(bit).ldmicro5()
+            }
+            Element::Bus { dest, src, targets: _ } => {
+                row("BUS", Acts).writes(dest, Variable, Powered).operand(src).ldmicro5()
             }
             Element::Compare { op, op1, op2 } => row(write::compare_keyword(*op), Narrows).operand(op1).operand(op2),
             // The first stage is its input.

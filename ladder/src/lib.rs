@@ -2,6 +2,7 @@
 //! `ladder-compile`.
 #![forbid(unsafe_code)]
 
+mod bit_checks;
 mod check;
 mod codes;
 mod counted_elements;
@@ -14,6 +15,7 @@ pub mod format;
 mod integer_widths;
 mod lexer;
 pub mod model;
+mod operators;
 mod packages;
 mod parse;
 mod peripheral_checks;

@@ -8,6 +8,7 @@ use diag::Pos;
 use serde::Serialize;
 
 use crate::element_facts::ChipPart;
+pub use crate::operators::{CompareOp, MathOp, ShiftOp, UnaryOp};
 
 /// Which set of meanings the elements have. Same text, different behaviour: a program always states its dialect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
@@ -171,36 +172,6 @@ pub enum CounterKind {
     Ctc,
 }
 
-/// Two-operand arithmetic.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum MathOp {
-    /// `op1 + op2`.
-    Add,
-    /// `op1 - op2`.
-    Sub,
-    /// `op1 * op2`.
-    Mul,
-    /// `op1 / op2`.
-    Div,
-}
-
-/// Comparisons, signed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum CompareOp {
-    /// `op1 == op2`.
-    Equ,
-    /// `op1 != op2`.
-    Neq,
-    /// `op1 > op2`.
-    Grt,
-    /// `op1 >= op2`.
-    Geq,
-    /// `op1 < op2`.
-    Les,
-    /// `op1 <= op2`.
-    Leq,
-}
-
 /// An element (leaf) of a rung. Names keep their first letter: X input, Y output, R internal relay, T timer, C counter,
 /// A analog; anything else is a plain integer variable.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -277,7 +248,7 @@ pub enum Element {
         /// Source.
         src: LadderOperand,
     },
-    /// `ADD|SUB|MUL|DIV dest op1 op2`.
+    /// `ADD|SUB|MUL|DIV|MOD|AND|OR|XOR dest op1 op2`.
     Math {
         /// Which operation.
         op: MathOp,
@@ -287,6 +258,53 @@ pub enum Element {
         op1: LadderOperand,
         /// Right operand.
         op2: LadderOperand,
+    },
+    /// `NOT|NEG|SWAP|OPPOSITE|BIN2BCD|BCD2BIN dest src`.
+    Unary {
+        /// Which operation.
+        op: UnaryOp,
+        /// Destination.
+        dest: String,
+        /// Operand.
+        src: LadderOperand,
+    },
+    /// `SHL|SHR|SR0|ROL|ROR dest src count`.
+    Shift {
+        /// Which operation.
+        op: ShiftOp,
+        /// Destination.
+        dest: String,
+        /// What is shifted.
+        src: LadderOperand,
+        /// By how many bits.
+        count: LadderOperand,
+    },
+    /// `SET_BIT|CLEAR_BIT name bit`.
+    BitWrite {
+        /// The integer.
+        name: String,
+        /// Number of the bit, from 0.
+        bit: LadderOperand,
+        /// True: SET_BIT.
+        value: bool,
+    },
+    /// `IF_BIT_SET|IF_BIT_CLEAR name bit`.
+    BitTest {
+        /// The integer.
+        name: String,
+        /// Number of the bit, from 0.
+        bit: LadderOperand,
+        /// True: IF_BIT_SET.
+        value: bool,
+    },
+    /// `BUS dest src p7 .. p0`.
+    Bus {
+        /// Destination.
+        dest: String,
+        /// Source.
+        src: LadderOperand,
+        /// Per bit of the source's low byte, from bit 0: the bit of the destination that it goes to, 0 to 7.
+        targets: [u8; 8],
     },
     /// `EQU|NEQ|GRT|GEQ|LES|LEQ op1 op2`.
     Compare {

@@ -2,6 +2,8 @@
 //! times as the scan at which something is free again, digits in closed form. Slow and plain on purpose; it shares no code
 //! with the evaluator, but for the pieces of a string, which are syntax.
 
+mod bits;
+
 use std::collections::HashMap;
 
 use ladder::format::{StringPiece, split_format_string};
@@ -261,8 +263,56 @@ impl NaiveInterpreter {
                         MathOp::Sub => a - b,
                         MathOp::Mul => a * b,
                         MathOp::Div => divide(a, b),
+                        MathOp::Mod => a - b * divide(a, b),
+                        MathOp::And => bitwise(a, b, |x, y| x && y),
+                        MathOp::Or => bitwise(a, b, |x, y| x || y),
+                        MathOp::Xor => bitwise(a, b, |x, y| x != y),
                     };
                     self.store(dest, exact);
+                }
+                power
+            }
+            Element::Unary { op, dest, src } => {
+                if power {
+                    let result = bits::unary(*op, self.operand_value(src), self.operand_bits(src));
+                    self.store(dest, result);
+                }
+                power
+            }
+            Element::Shift { op, dest, src, count } => {
+                if power {
+                    let (value, bits) = (self.operand_value(src), self.operand_bits(src));
+                    self.store(dest, bits::shift(*op, value, bits, self.operand_value(count)));
+                }
+                power
+            }
+            Element::BitWrite { name, bit, value } => {
+                if power {
+                    let mut all = bits::of(self.integer(name), 32);
+                    let at = self.operand_value(bit);
+                    all.iter_mut().zip(0..).filter(|(_, n)| *n == at).for_each(|(held, _)| *held = *value);
+                    self.store(name, bits::number(&all));
+                }
+                power
+            }
+            Element::BitTest { name, bit, value } => {
+                let (held, at) = (self.integer(name), self.operand_value(bit));
+                let is = match at {
+                    0..40 => held.div_euclid(1 << at).rem_euclid(2) == 1,
+                    _ => at > 0 && held < 0,
+                };
+                power && is == *value
+            }
+            Element::Bus { dest, src, targets } => {
+                if power {
+                    let from = bits::of(self.operand_value(src), 8);
+                    let routed = (0..8).map(|place| {
+                        let source = (0..8).rev().find(|&n| targets[n] == place);
+                        i64::from(source.is_some_and(|n| from[n])) * (1 << place)
+                    });
+                    let all_bytes = (0..8).all(|n| usize::from(targets[n]) == n);
+                    let result = if all_bytes { self.operand_value(src) } else { routed.sum() };
+                    self.store(dest, result);
                 }
                 power
             }
@@ -307,6 +357,16 @@ impl NaiveInterpreter {
         match operand {
             LadderOperand::Var(name) => self.integer(name),
             LadderOperand::Const { value, .. } => *value,
+        }
+    }
+
+    /// The width of a variable, or of the shortest integer that holds a constant, in bits.
+    fn operand_bits(&self, operand: &LadderOperand) -> usize {
+        match operand {
+            LadderOperand::Var(name) => 8 * self.widths[name] as usize,
+            LadderOperand::Const { value, .. } => {
+                8 * (1..=4).find(|&n| wrap_to_bits(*value, 8 * n) == *value).expect("a width") as usize
+            }
         }
     }
 
@@ -422,4 +482,10 @@ fn divide(a: i64, b: i64) -> i64 {
         (_, 0) => 1,
         _ => sign * (a.abs() / b.abs()),
     }
+}
+
+/// Bit by bit, on enough bits for any operand.
+fn bitwise(a: i64, b: i64, is: impl Fn(bool, bool) -> bool) -> i64 {
+    let pairs = bits::of(a, 40).into_iter().zip(bits::of(b, 40));
+    bits::number(&pairs.map(|(x, y)| is(x, y)).collect::<Vec<bool>>())
 }
